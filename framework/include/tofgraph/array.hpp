@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Typed views of channels, as a stage sees them.
+#pragma once
+
+#include <tofgraph/plugin.h>
+
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace tofgraph {
+
+/// The border's code of an element type; TOFGRAPH_ANY for void.
+template <class T>
+constexpr std::uint32_t element_type() {
+  using V = std::remove_const_t<T>;
+  if constexpr (std::is_void_v<V>) return TOFGRAPH_ANY;
+  if constexpr (std::is_same_v<V, float>) return TOFGRAPH_F32;
+  if constexpr (std::is_same_v<V, double>) return TOFGRAPH_F64;
+  if constexpr (std::is_same_v<V, std::uint8_t>) return TOFGRAPH_U8;
+  if constexpr (std::is_same_v<V, std::uint16_t>) return TOFGRAPH_U16;
+  if constexpr (std::is_same_v<V, std::int16_t>) return TOFGRAPH_I16;
+  if constexpr (std::is_same_v<V, std::int32_t>) return TOFGRAPH_I32;
+}
+
+/// Bytes of one element; 0 for TOFGRAPH_ANY.
+constexpr std::size_t element_size(std::uint32_t type) {
+  constexpr std::size_t sizes[] = {0, 4, 8, 1, 2, 2, 4};
+  return type < std::size(sizes) ? sizes[type] : 0;
+}
+
+/// The name of an element type as it is shown to people.
+constexpr const char* element_name(std::uint32_t type) {
+  constexpr const char* names[] = {"any", "float32", "float64", "uint8", "uint16", "int16", "int32"};
+  return type < std::size(names) ? names[type] : "unknown";
+}
+
+/// A view of up to four dimensions, row-major without gaps; it owns nothing.
+template <class T>
+class Array {
+ public:
+  Array() = default;
+
+  /// @throws std::runtime_error when the view's elements are of another type or not without gaps.
+  explicit Array(const tofgraph_view& view) : view_(view) {
+    if (view.type != element_type<T>()) {
+      throw std::runtime_error(std::string(view.channel) + " is " + element_name(view.type) + ", expected " +
+                               element_name(element_type<T>()));
+    }
+    auto stride = static_cast<std::int64_t>(sizeof(T));
+    for (std::uint32_t i = view.rank; i-- > 0;) {
+      if (view.stride[i] != stride) throw std::runtime_error(std::string(view.channel) + " has gaps");
+      stride *= static_cast<std::int64_t>(view.extent[i]);
+      size_ *= view.extent[i];
+    }
+  }
+
+  T* data() const { return static_cast<T*>(view_.data); }
+  std::size_t size() const { return view_.data != nullptr ? size_ : 0; }
+  std::size_t rank() const { return view_.rank; }
+  std::size_t extent(std::size_t i) const { return view_.extent[i]; }
+  std::size_t rows() const { return view_.extent[0]; }
+  std::size_t columns() const { return view_.extent[1]; }
+  T* begin() const { return data(); }
+  T* end() const { return data() + size(); }
+  T& operator[](std::size_t i) const { return data()[i]; }
+  /// An image's pixel.
+  T& operator()(std::size_t row, std::size_t column) const { return data()[row * columns() + column]; }
+  std::span<T> span() const { return {data(), size()}; }
+  /// The i-th of the slowest dimension: an image of a stack, a row of an image.
+  std::span<T> slice(std::size_t i) const { return span().subspan(i * (size() / extent(0)), size() / extent(0)); }
+  explicit operator bool() const { return view_.data != nullptr; }
+
+ private:
+  tofgraph_view view_{};
+  std::size_t size_ = 1;
+};
+
+}  // namespace tofgraph

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The channels that every stage knows, and the bits of `flags`.
+#pragma once
+
+#include <tofgraph/plugin.h>
+
+#include <cstdint>
+#include <string_view>
+
+namespace tofgraph {
+
+/// One line of the table of channels. Type TOFGRAPH_ANY: several are allowed.
+struct ChannelInfo {
+  const char* name;
+  const char* shape;
+  std::uint32_t type;
+  const char* unit;
+  const char* text;
+};
+
+inline constexpr ChannelInfo known_channels[] = {
+    {"taps", "4 2 H W", TOFGRAPH_U16, "counts", "A and B tap of the four phase images"},
+    {"phases", "4 H W", TOFGRAPH_ANY, "counts", "c_k = A_k - B_k = amplitude cos(Psi + k pi/2), k = 0..3"},
+    {"distance", "H W", TOFGRAPH_F32, "m", "half of the travelled path"},
+    {"range", "H W", TOFGRAPH_F32, "m", "straight distance from the optical centre"},
+    {"depth", "H W", TOFGRAPH_F32, "m", "along z from the sensor plane"},
+    {"amplitude", "H W", TOFGRAPH_F32, "counts", "A of c_k = A cos"},
+    {"intensity", "H W", TOFGRAPH_F32, "counts", "mean of the eight tap samples"},
+    {"sigma", "H W", TOFGRAPH_F32, "m", "standard deviation of a length"},
+    {"flags", "H W", TOFGRAPH_U16, "", "why a pixel is not good, as bits"},
+    {"points", "H W 3", TOFGRAPH_F32, "m", "optical frame: x right, y down, z forward"},
+    {"rays", "H W 3", TOFGRAPH_F32, "", "unit vector of each pixel in the optical frame"},
+};
+
+/// The entry of a channel, or null for one that only its stages know.
+constexpr const ChannelInfo* known_channel(std::string_view name) {
+  for (const auto& channel : known_channels) {
+    if (name == channel.name) return &channel;
+  }
+  return nullptr;
+}
+
+/// Bits of the channel `flags`. An invalid pixel is NaN in every length channel and has `invalid` set.
+namespace flag {
+inline constexpr std::uint16_t invalid = 1, saturated = 2, inconsistent = 4, low_signal = 8, wrapped = 16, mixed = 32,
+                               outside_lens = 64, user = 128, extrapolated = 256, filled = 512, bad_pixel = 1024;
+}  // namespace flag
+
+}  // namespace tofgraph

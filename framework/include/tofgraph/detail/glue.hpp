@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The one place where a C++ stage becomes a C descriptor; no exception passes it.
+#pragma once
+
+#include <tofgraph/stage.hpp>
+
+#include <exception>
+#include <memory>
+#include <type_traits>
+
+#ifndef TOFGRAPH_PLUGIN_NAME
+#error "TOFGRAPH_PLUGIN_NAME is not defined: build the file with tofgraph_add_plugin() of tofgraph's CMake package"
+#endif
+#ifndef TOFGRAPH_PLUGIN_VERSION
+#define TOFGRAPH_PLUGIN_VERSION "0"
+#endif
+
+namespace tofgraph::detail {
+
+template <class T>
+inline constexpr bool many_inputs = requires(T& stage, std::span<Frame> frames) { stage.process(frames); };
+
+template <class T>
+inline constexpr bool stateless =
+    requires(const T& stage, Frame& frame) { stage.process(frame); } ||
+    requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
+
+/// Runs a call of a stage and turns what it throws into an error of the host.
+template <class Call>
+int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
+  try {
+    return call();
+  } catch (const ConfigError& error) {
+    host->fail(context, error.parameter.c_str(), error.what());
+  } catch (const std::exception& error) {
+    host->fail(context, nullptr, error.what());
+  } catch (...) {
+    host->fail(context, nullptr, "threw something that is no std::exception");
+  }
+  return TOFGRAPH_ERROR;
+}
+
+template <class T>
+struct Glue {
+  static int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
+    return guarded(host, context, [&] {
+      auto stage = std::make_unique<T>();
+      stage->host = host;
+      stage->context = context;
+      for (ParamBase* parameter : stage->parameters) parameter->set(*values++);
+      *self = stage.release();
+      return TOFGRAPH_OK;
+    });
+  }
+
+  static int prepare(void* self, const tofgraph_stream* const* streams, std::uint64_t count) {
+    T& stage = *static_cast<T*>(self);
+    return guarded(stage.host, stage.context, [&] {
+      for (std::size_t i = 0; i < stage.ports.size(); ++i) {
+        if (stage.ports[i]->port().direction != TOFGRAPH_OUT && count > 0) stage.ports[i]->bind(streams[0]->bound[i]);
+      }
+      Setup setup(stage, {streams, count});
+      stage.prepare(setup);
+      return TOFGRAPH_OK;
+    });
+  }
+
+  static int process(void* self, tofgraph_frame* const* frames, std::uint64_t count) {
+    T& stage = *static_cast<T*>(self);
+    return guarded(stage.host, stage.context, [&] {
+      if constexpr (many_inputs<T>) {
+        std::vector<Frame> all;
+        for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
+        stage.process(std::span<Frame>(all));
+        return TOFGRAPH_OK;
+      } else {
+        Frame frame(stage.host, frames[0]);
+        if constexpr (std::is_base_of_v<Source, T>) return stage.process(frame) ? TOFGRAPH_OK : TOFGRAPH_END;
+        else return stage.process(frame), TOFGRAPH_OK;
+      }
+    });
+  }
+
+  static int finish(void* self) {
+    T& stage = *static_cast<T*>(self);
+    return guarded(stage.host, stage.context, [&] { return stage.finish(), TOFGRAPH_OK; });
+  }
+  static void stop(void* self) { static_cast<T*>(self)->stop(); }
+  static void destroy(void* self) { delete static_cast<T*>(self); }
+
+  /// The descriptor, made once from an instance whose members say what the contract is.
+  static const tofgraph_descriptor* descriptor(const char* summary) noexcept {
+    static std::vector<tofgraph_port> ports;
+    static std::vector<tofgraph_parameter> parameters;
+    static const tofgraph_descriptor result = [&] {
+      tofgraph_descriptor d{};
+      d.size = sizeof d;
+      d.api_major = TOFGRAPH_API_MAJOR;
+      d.api_minor = TOFGRAPH_API_MINOR;
+      d.flags = (stateless<T> && !std::is_base_of_v<Source, T> ? TOFGRAPH_STATELESS : 0U) |
+                (many_inputs<T> ? TOFGRAPH_MANY_INPUTS : 0U);
+      d.kind = T::kind;
+      d.name = TOFGRAPH_PLUGIN_NAME;
+      d.summary = summary;
+      d.version = TOFGRAPH_PLUGIN_VERSION;
+      d.create = create;
+      d.prepare = prepare;
+      d.process = process;
+      d.finish = finish;
+      d.stop = stop;
+      d.destroy = destroy;
+      try {
+        static const T contract;
+        for (const PortBase* port : contract.ports) ports.push_back(port->port());
+        for (const ParamBase* parameter : contract.parameters) parameters.push_back(parameter->parameter());
+      } catch (...) {  // create() throws the same again, where it can be told
+        ports.clear();
+        parameters.clear();
+      }
+      d.port_size = sizeof(tofgraph_port);
+      d.ports = ports.data();
+      d.port_count = ports.size();
+      d.parameter_size = sizeof(tofgraph_parameter);
+      d.parameters = parameters.data();
+      d.parameter_count = parameters.size();
+      d.extension_size = sizeof(tofgraph_extension);
+      return d;
+    }();
+    return &result;
+  }
+};
+
+}  // namespace tofgraph::detail
+
+/// Exports a stage from its plugin. Once a file.
+#define TOFGRAPH_STAGE(Class, summary)                                                                 \
+  extern "C" __attribute__((visibility("default"))) const tofgraph_descriptor* tofgraph_plugin(void) { \
+    return tofgraph::detail::Glue<Class>::descriptor(summary);                                         \
+  }
