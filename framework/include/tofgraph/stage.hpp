@@ -18,9 +18,9 @@
 /// `ConfigError` names a parameter, anything else derived from std::exception is told with the node and the frame.
 #pragma once
 
+#include <tofgraph/plugin.h>
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
-#include <tofgraph/plugin.h>
 
 #include <limits>
 #include <span>
@@ -268,8 +268,10 @@ class In : public detail::PortBase {
   /// @returns an empty view when an optional input is not there.
   auto operator()(const Frame& frame) const {
     const tofgraph_view view = present() ? frame.find(channel()) : tofgraph_view{};
-    if constexpr (std::is_void_v<T>) return view;
-    else return view.data != nullptr ? Array<const T>(view) : Array<const T>();
+    if constexpr (std::is_void_v<T>)
+      return view;
+    else
+      return view.data != nullptr ? Array<const T>(view) : Array<const T>();
   }
 };
 
@@ -282,15 +284,26 @@ class Out : public detail::PortBase {
     bound_ = (port_.flags & TOFGRAPH_OPTIONAL) == 0 ? first_ : "";
   }
   Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns, std::size_t depth = 0) const {
-    return Array<T>(frame.write({.name = channel(), .type = element_type<T>(), .rank = depth != 0 ? 3U : 2U,
-                                 .extent = {rows, columns, depth, 0}, .unit = port_.unit, .of = port_.of,
-                                 .applied = "", .from = ""}));
+    return Array<T>(frame.write({.name = channel(),
+                                 .type = element_type<T>(),
+                                 .rank = depth != 0 ? 3U : 2U,
+                                 .extent = {rows, columns, depth, 0},
+                                 .unit = port_.unit,
+                                 .of = port_.of,
+                                 .applied = "",
+                                 .from = ""}));
   }
   /// In prepare: announces an optional output; of: for sigma, the channel it belongs to.
   void provide(const Setup& setup, const char* of = nullptr) {
     bound_ = first_;
-    setup.provide({.name = channel(), .type = element_type<T>(), .rank = 0, .extent = {}, .unit = port_.unit,
-                   .of = of != nullptr ? of : port_.of, .applied = "", .from = port_.from});
+    setup.provide({.name = channel(),
+                   .type = element_type<T>(),
+                   .rank = 0,
+                   .extent = {},
+                   .unit = port_.unit,
+                   .of = of != nullptr ? of : port_.of,
+                   .applied = "",
+                   .from = port_.from});
   }
 };
 
@@ -301,9 +314,7 @@ class InOut : public detail::PortBase {
   InOut(Stage* stage, const char* channel, const PortSpec& spec = {})
       : PortBase(stage, element_type<T>(), TOFGRAPH_INOUT, channel, spec) {}
   /// @returns an empty view when an optional channel is not there.
-  Array<T> operator()(const Frame& frame) const {
-    return present() ? Array<T>(frame.modify(channel())) : Array<T>();
-  }
+  Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
   Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
 };
 
@@ -321,11 +332,16 @@ class Param : public detail::ParamBase {
   void set(const tofgraph_value& value) override {
     given_ = value.given != 0;
     word_ = value.text;
-    if constexpr (std::is_same_v<T, bool>) value_ = value.integer != 0;
-    else if constexpr (std::is_same_v<T, std::int64_t>) value_ = value.integer;
-    else if constexpr (std::is_same_v<T, double>) value_ = value.number;
-    else if constexpr (std::is_same_v<T, std::vector<double>>) value_.assign(value.numbers, value.numbers + value.count);
-    else value_ = T{value.text};
+    if constexpr (std::is_same_v<T, bool>)
+      value_ = value.integer != 0;
+    else if constexpr (std::is_same_v<T, std::int64_t>)
+      value_ = value.integer;
+    else if constexpr (std::is_same_v<T, double>)
+      value_ = value.number;
+    else if constexpr (std::is_same_v<T, std::vector<double>>)
+      value_.assign(value.numbers, value.numbers + value.count);
+    else
+      value_ = T{value.text};
   }
 
  private:
@@ -335,16 +351,22 @@ class Param : public detail::ParamBase {
 
 struct Source : Stage {
   static constexpr const char* kind = "source";
-  template <class T> using Out = tofgraph::Out<T>;
-  template <class T> using Param = tofgraph::Param<T>;
+  template <class T>
+  using Out = tofgraph::Out<T>;
+  template <class T>
+  using Param = tofgraph::Param<T>;
   void prepare(Setup&) {}
 };
 struct Filter : Stage {
   static constexpr const char* kind = "filter";
-  template <class T> using In = tofgraph::In<T>;
-  template <class T> using Out = tofgraph::Out<T>;
-  template <class T> using InOut = tofgraph::InOut<T>;
-  template <class T> using Param = tofgraph::Param<T>;
+  template <class T>
+  using In = tofgraph::In<T>;
+  template <class T>
+  using Out = tofgraph::Out<T>;
+  template <class T>
+  using InOut = tofgraph::InOut<T>;
+  template <class T>
+  using Param = tofgraph::Param<T>;
   void prepare(Setup&) {}
 };
 struct Sink : Filter {

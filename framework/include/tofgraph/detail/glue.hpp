@@ -19,12 +19,15 @@
 namespace tofgraph::detail {
 
 template <class T>
-inline constexpr bool many_inputs = requires(T& stage, std::span<Frame> frames) { stage.process(frames); };
+inline constexpr bool many_inputs = requires(T& stage, std::span<Frame> frames) {
+  stage.process(frames);
+};
 
 template <class T>
-inline constexpr bool stateless =
-    requires(const T& stage, Frame& frame) { stage.process(frame); } ||
-    requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
+inline constexpr bool stateless = requires(const T& stage, Frame& frame) {
+  stage.process(frame);
+}
+|| requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
 
 /// Runs a call of a stage and turns what it throws into an error of the host.
 template <class Call>
@@ -76,8 +79,10 @@ struct Glue {
         return TOFGRAPH_OK;
       } else {
         Frame frame(stage.host, frames[0]);
-        if constexpr (std::is_base_of_v<Source, T>) return stage.process(frame) ? TOFGRAPH_OK : TOFGRAPH_END;
-        else return stage.process(frame), TOFGRAPH_OK;
+        if constexpr (std::is_base_of_v<Source, T>)
+          return stage.process(frame) ? TOFGRAPH_OK : TOFGRAPH_END;
+        else
+          return stage.process(frame), TOFGRAPH_OK;
       }
     });
   }

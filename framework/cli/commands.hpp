@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The commands: each adds itself to the command line and gives back its exit code.
+#pragma once
+
+#include "core/graph.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace tofgraph::cli {
+
+inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
+
+/// What every command knows.
+struct Common {
+  bool quiet = false;
+  bool verbose = false;
+  std::vector<std::filesystem::path> plugin_folders;
+  std::function<int()> command;  ///< the one that was chosen
+};
+
+void add_run(CLI::App& app, Common& common);
+void add_check(CLI::App& app, Common& common);
+void add_explain(CLI::App& app, Common& common);
+void add_list(CLI::App& app, Common& common);
+void add_describe(CLI::App& app, Common& common);
+
+/// Options of all commands that take a pipeline.
+struct PipelineArguments {
+  std::string pipeline;
+  std::string camera;
+  std::vector<std::string> settings;
+
+  void add_to(CLI::App& command);
+  /// The document of a file, or of the one-line form. @throws core::ConfigurationError
+  core::Value document() const;
+};
+
+/// A message on standard error.
+void say(const std::string& text);
+
+/// Builds the graph; warnings are printed. @throws core::ConfigurationError with every mistake
+std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
+                                   const Common& common, bool overwrite);
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/commands.hpp"
+
+#include "core/quantity.hpp"
+#include "io/profile.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string text_of(const json& object, const char* key) {
+  return object[key].is_string() ? object[key].get<std::string>() : "";
+}
+
+std::string bounds(const json& parameter) {
+  const std::string unit = text_of(parameter, "unit");
+  const json& low = parameter["minimum"];
+  const json& high = parameter["maximum"];
+  const auto shown = [&](const json& value) { return core::format_quantity(value.get<double>(), unit); };
+  if (low.is_null() && high.is_null()) return unit.empty() ? "" : fmt::format(", unit {}", unit);
+  if (high.is_null()) return fmt::format(", at least {}", shown(low));
+  if (low.is_null()) return fmt::format(", at most {}", shown(high));
+  return fmt::format(", {} to {}", shown(low), shown(high));
+}
+
+void print_parameter(const json& p) {
+  std::string type = text_of(p, "type");
+  if (p.contains("choices")) type += fmt::format(" ({})", text_of(p, "choices"));
+  const std::string otherwise =
+      p["required"].get<bool>() ? "required"
+      : p["default"].is_null()
+          ? "optional"
+          : fmt::format("default {}", text_of(p, "default").empty() ? "''" : text_of(p, "default"));
+  fmt::print("  {:24} {}{}; {}\n  {:24} {}\n", text_of(p, "name"), type, bounds(p), otherwise, "", text_of(p, "text"));
+}
+
+void print(const json& plugin) {
+  fmt::print("{} {} (version {}): {}\n", text_of(plugin, "kind"), text_of(plugin, "name"), text_of(plugin, "version"),
+             text_of(plugin, "summary"));
+  for (const char* direction : {"in", "inout", "out"}) {
+    static const std::map<std::string, const char*> titles = {{"in", "reads"}, {"inout", "changes"}, {"out", "makes"}};
+    bool first = true;
+    for (const json& port : plugin["ports"]) {
+      if (port["direction"] != direction) continue;
+      if (first) fmt::print("\n{}\n", titles.at(direction));
+      first = false;
+      const std::string shape = text_of(port, "shape"), unit = text_of(port, "unit");
+      fmt::print("  {:24} {}{}{}{}{}\n", text_of(port, "channel"), text_of(port, "type"),
+                 shape.empty() ? "" : " [" + shape + "]", unit.empty() ? "" : " " + unit,
+                 port["optional"].get<bool>() ? ", optional" : "",
+                 text_of(port, "text").empty() ? "" : "; " + text_of(port, "text"));
+    }
+  }
+  if (!plugin["parameters"].empty()) fmt::print("\nparameters\n");
+  for (const json& parameter : plugin["parameters"]) print_parameter(parameter);
+}
+
+int describe(const std::string& name, bool as_json, const Common& common) {
+  const core::Catalogue catalogue(common.plugin_folders);
+  const core::PluginFile* file = catalogue.find(name);
+  if (file == nullptr) {
+    std::vector<std::string> names = catalogue.names();
+    for (const core::PluginFile& other : catalogue.files()) {
+      if (other.kind == "effect") names.push_back(other.name);
+    }
+    throw core::ConfigurationError(fmt::format("error: there is no stage or effect '{}'\n         {}", name,
+                                               core::suggestion(name, names, "there are")));
+  }
+  const json plugin = catalogue.describe({*file}).at(file->path.string());
+  if (plugin.contains("error")) throw core::ConfigurationError("error: " + plugin["error"].get<std::string>());
+  if (as_json)
+    fmt::print("{}\n", plugin.dump(2));
+  else
+    print(plugin);
+  return done;
+}
+
+}  // namespace
+
+void add_describe(CLI::App& app, Common& common) {
+  auto name = std::make_shared<std::string>();
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("describe", "Say what a stage reads, makes and can be set to");
+  command->add_option("NAME", *name, "A stage or effect")->required();
+  command->add_flag("--json", *as_json, "As JSON");
+  command->callback([=, &common] { common.command = [=, &common] { return describe(*name, *as_json, common); }; });
+}
+
+}  // namespace tofgraph::cli

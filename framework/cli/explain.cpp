@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/explain.hpp"
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+
+void add_explain(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<PipelineArguments>();
+  auto drawing = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("explain", "Say what happens to the numbers, channel by channel");
+  arguments->add_to(*command);
+  command->add_flag("--dot", *drawing, "The graph in the DOT language instead");
+  command->callback([arguments, drawing, &common] {
+    common.command = [arguments, drawing, &common] {
+      const auto graph = build(arguments->document(), *arguments, common, true);
+      fmt::print("{}", *drawing ? core::dot(*graph) : core::explain(*graph));
+      return done;
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/commands.hpp"
+
+#include "io/profile.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+namespace {
+
+using nlohmann::json;
+
+json stages(const Common& common, bool effects) {
+  const core::Catalogue catalogue(common.plugin_folders);
+  std::vector<core::PluginFile> files;
+  for (const core::PluginFile& file : catalogue.files()) {
+    if ((file.kind == "effect") == effects) files.push_back(file);
+  }
+  const auto seen = catalogue.describe(files);
+  json list = json::array();
+  for (const core::PluginFile& file : files) {
+    const json& plugin = seen.at(file.path.string());
+    json entry = {{"name", file.name}, {"kind", file.kind}, {"file", file.path.string()}};
+    if (plugin.contains("error"))
+      entry["error"] = plugin["error"];
+    else
+      entry["summary"] = plugin["summary"];
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+json cameras() {
+  json list = json::array();
+  for (const std::string& name : io::profile_names()) {
+    const auto camera = io::load_profile(io::find_profile(name, {}));
+    const auto& c = camera->view();
+    list.push_back({{"name", name},
+                    {"kind", "camera"},
+                    {"summary", fmt::format("{} x {} px", c.width, c.height)},
+                    {"file", camera->file.string()}});
+  }
+  return list;
+}
+
+void print(const json& list, bool with_files) {
+  std::string kind;
+  for (const char* wanted : {"source", "filter", "sink", "effect", "camera"}) {
+    for (const json& entry : list) {
+      if (entry["kind"] != wanted) continue;
+      if (kind != wanted) fmt::print("{}{}s\n", kind.empty() ? "" : "\n", wanted);
+      kind = wanted;
+      const std::string text = entry.contains("error") ? "cannot be used" : entry["summary"].get<std::string>();
+      fmt::print("  {:28} {}\n", entry["name"].get<std::string>(),
+                 with_files ? entry["file"].get<std::string>() : text);
+      if (entry.contains("error")) say(fmt::format("warning: {}", entry["error"].get<std::string>()));
+    }
+  }
+}
+
+int list(const std::string& what, bool as_json, const Common& common) {
+  json entries;
+  if (what == "effects")
+    entries = stages(common, true);
+  else if (what == "cameras")
+    entries = cameras();
+  else
+    entries = stages(common, false);
+  if (what == "plugins") {
+    for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
+  }
+  if (as_json)
+    fmt::print("{}\n", entries.dump(2));
+  else
+    print(entries, what == "plugins");
+  return done;
+}
+
+}  // namespace
+
+void add_list(CLI::App& app, Common& common) {
+  auto what = std::make_shared<std::string>("stages");
+  auto as_json = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("list", "List stages, effects, cameras or plugin files");
+  command->add_option("WHAT", *what, "stages (default), effects, cameras or plugins")
+      ->check(CLI::IsMember({"stages", "effects", "cameras", "plugins"}));
+  command->add_flag("--json", *as_json, "As JSON");
+  command->callback([=, &common] { common.command = [=, &common] { return list(*what, *as_json, common); }; });
+}
+
+}  // namespace tofgraph::cli

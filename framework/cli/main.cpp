@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+
+namespace tofgraph::cli {
+
+void say(const std::string& text) { fmt::print(stderr, "{}{}", text, text.ends_with('\n') ? "" : "\n"); }
+
+void PipelineArguments::add_to(CLI::App& command) {
+  command
+      .add_option("PIPELINE", pipeline,
+                  "A pipeline file, or the one-line form in quotes: \"reader file=a.h5 ! decoder ! writer path=b.pcd\"")
+      ->required();
+  command.add_option("--camera", camera, "Camera profile by name or path; wins over the pipeline's");
+  command.add_option("--set", settings, "NODE.PARAMETER=VALUE: replaces a parameter of a node")
+      ->take_all()
+      ->expected(1);
+}
+
+core::Value PipelineArguments::document() const {
+  const bool file =
+      pipeline.ends_with(".yaml") || pipeline.ends_with(".yml") || std::filesystem::is_regular_file(pipeline);
+  if (!file) return core::pipeline_from_line(pipeline, camera);
+  core::Value document = core::load_document(pipeline);
+  if (camera.empty()) return document;
+  std::erase_if(document.entries, [](const core::Entry& entry) { return entry.key == "camera"; });
+  const core::Value option = core::pipeline_from_line("null", camera);  // the option as a value with its place
+  document.entries.push_back(*option.find("camera"));
+  return document;
+}
+
+std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
+                                   const Common& common, bool overwrite) {
+  core::GraphOptions options;
+  options.plugin_folders = common.plugin_folders;
+  options.overwrite = overwrite;
+  options.message = [&common](const std::string& node, const std::string& text, bool warning) {
+    if (!common.quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
+  };
+  core::Diagnostics diagnostics;
+  auto graph = core::build_graph(document, arguments.settings, options, diagnostics);
+  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
+  return graph;
+}
+
+}  // namespace tofgraph::cli
+
+int main(int argc, char** argv) {
+  using namespace tofgraph;
+  cli::Common common;
+  CLI::App app("tofgraph turns what a time-of-flight camera measures into point clouds that are right.", "tofgraph");
+  app.set_version_flag("--version", "tofgraph " TOFGRAPH_VERSION);
+  app.set_help_flag("-h,--help", "Print this help and exit");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.add_flag("--quiet", common.quiet, "Errors only");
+  app.add_flag("-v,--verbose", common.verbose, "Say more");
+  app.add_option("--plugin-path", common.plugin_folders,
+                 "Folder with plugins, searched before TOFGRAPH_PLUGIN_PATH; may be repeated")
+      ->take_all()
+      ->expected(1);
+  app.footer(
+      "Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted.\n"
+      "Example: tofgraph run pipelines/quickstart.yaml");
+  cli::add_run(app, common);
+  cli::add_check(app, common);
+  cli::add_explain(app, common);
+  cli::add_list(app, common);
+  cli::add_describe(app, common);
+  try {
+    app.parse(argc, argv);
+    return common.command();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? cli::done : cli::wrong_usage;
+  } catch (const core::ConfigurationError& error) {
+    cli::say(error.what());
+    return cli::wrong_usage;
+  } catch (const std::exception& error) {
+    cli::say(fmt::format("tofgraph: error: {}", error.what()));
+    return cli::failed;
+  }
+}

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/commands.hpp"
+
+#include "core/quantity.hpp"
+#include "core/runner.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <unistd.h>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <stop_token>
+#include <thread>
+
+namespace tofgraph::cli {
+namespace {
+
+struct RunArguments : PipelineArguments {
+  std::uint64_t frames = 0;
+  unsigned threads = 0;
+  std::string stats;
+  bool force = false;
+};
+
+volatile std::sig_atomic_t signals = 0;
+
+extern "C" void on_signal(int) {
+  if (signals != 0) _exit(interrupted);  // the second one does not wait
+  signals = 1;
+}
+
+/// Watches a run from a thread of its own: passes the interrupt on, draws progress on a terminal after two seconds.
+class Watch {
+ public:
+  Watch(core::Runner& runner, bool progress)
+      : runner_(runner), progress_(progress), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
+
+ private:
+  void watch(const std::stop_token& stop) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
+    bool drawn = false, passed_on = false;
+    while (!stop.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (signals != 0 && !passed_on) {
+        passed_on = true;
+        runner_.stop();
+      }
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      if (!progress_ || seconds < (drawn ? next_ : 2.0)) continue;
+      draw(seconds);
+      drawn = true;
+      next_ = seconds + 0.2;
+    }
+    if (drawn) fmt::print(stderr, "\r\033[K");
+  }
+
+  void draw(double seconds) const {
+    const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
+    std::string text = expected != 0 ? bar(static_cast<double>(frames) / static_cast<double>(expected)) +
+                                           fmt::format(" {} of {} frames", frames, expected)
+                                     : fmt::format("{} frames", frames);
+    text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / seconds);
+    if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
+    fmt::print(stderr, "\r\033[K{}", text);
+  }
+
+  static std::string bar(double fraction) {
+    constexpr int width = 30;
+    const int full = std::min(static_cast<int>(fraction * width), width);
+    return fmt::format("[{}{}] {:3.0f} %", std::string(static_cast<std::size_t>(full), '='),
+                       std::string(static_cast<std::size_t>(width - full), ' '), fraction * 100);
+  }
+
+  core::Runner& runner_;
+  bool progress_;
+  double next_ = 0;
+  std::jthread thread_;
+};
+
+void write_statistics(const std::string& path, const core::Graph& graph, const core::RunResult& result) {
+  const std::string temporary = path + ".part";
+  {
+    std::ofstream out(temporary);
+    out << core::statistics_json(graph, result).dump(2) << "\n";
+    if (!out.flush()) throw std::runtime_error("cannot write " + path);
+  }
+  std::filesystem::rename(temporary, path);
+}
+
+int run(const RunArguments& arguments, const Common& common) {
+  if (!arguments.stats.empty() && !arguments.force && std::filesystem::exists(arguments.stats)) {
+    throw core::ConfigurationError(
+        fmt::format("--stats {}: error: the file exists\n         --force replaces it", arguments.stats));
+  }
+  const auto graph = build(arguments.document(), arguments, common, arguments.force);
+  core::RunOptions options;
+  if (arguments.frames != 0) options.frames = arguments.frames;
+  options.threads = arguments.threads;
+  core::Runner runner(*graph, options);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  core::RunResult result;
+  {
+    const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
+    result = runner.run();
+  }
+  if (!arguments.stats.empty()) write_statistics(arguments.stats, *graph, result);
+  if (!common.quiet) {
+    say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, core::format_quantity(result.wall_s, "s"),
+                    result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
+                    result.dropped != 0 ? fmt::format(", {} frames dropped", result.dropped) : ""));
+  }
+  if (common.verbose) {
+    for (const core::NodeStatistics& node : result.nodes) {
+      say(fmt::format("  {:20} {:>8} frames, median {}, 99 % {}, longest {}", node.name, node.frames,
+                      core::format_quantity(node.median_s, "s"), core::format_quantity(node.p99_s, "s"),
+                      core::format_quantity(node.max_s, "s")));
+    }
+  }
+  if (!result.error.empty()) {
+    say("error: " + result.error);
+    return failed;
+  }
+  if (result.interrupted) {
+    say("interrupted: the frames up to here are complete");
+    return interrupted;
+  }
+  const bool loss_allowed = graph->queue().policy == core::QueuePolicy::drop_oldest;
+  return result.dropped != 0 && !loss_allowed ? failed : done;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "Run a pipeline");
+  arguments->add_to(*command);
+  command->add_option("--frames", arguments->frames, "Stop after so many frames")->check(CLI::PositiveNumber);
+  command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file");
+  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->callback(
+      [arguments, &common] { common.command = [arguments, &common] { return run(*arguments, common); }; });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A configuration as a tree in which every key and value knows file, line and column.
+#pragma once
+
+#include "core/diagnostics.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::core {
+
+struct Entry;
+
+/// One value of a document.
+struct Value {
+  enum class Kind { null, scalar, list, map };
+  Kind kind = Kind::null;
+  std::string text;  ///< of a scalar; "null" where YAML reads nothing
+  bool quoted = false;
+  Position at;
+  std::vector<Value> items;    ///< of a list
+  std::vector<Entry> entries;  ///< of a map, in the order written
+
+  bool is_map() const { return kind == Kind::map; }
+  bool is_list() const { return kind == Kind::list; }
+  bool is_scalar() const { return kind == Kind::scalar || kind == Kind::null; }
+  /// The entry of a key, or null.
+  const Entry* find(std::string_view key) const;
+  /// What kind of value it is, for messages: "the list", "the word 'x'", ...
+  std::string described() const;
+};
+
+struct Entry {
+  std::string key;
+  Position at;
+  Value value;
+};
+
+/// Reads a YAML file. @throws ConfigurationError when it cannot be read or its syntax is wrong, double keys included.
+Value load_document(const std::filesystem::path& file);
+/// The same for a text that has no file of its own.
+Value parse_document(std::string name, std::string text, std::filesystem::path base = {});
+/// A value written on the command line: YAML, but positions refer to the given place.
+Value parse_value(const std::string& text, const Position& at);
+
+/// Reads the keys of a map one by one and reports what is left over as unknown.
+class Reader {
+ public:
+  /// Reports when the value is no map.
+  Reader(const Value& map, Diagnostics& diagnostics, std::string what);
+
+  const Entry* take(std::string_view key);
+  /// The same, missing is a mistake.
+  const Entry* need(std::string_view key, std::string_view example);
+  /// A number with the dimension of `unit` in SI; fallback where the key is missing or wrong.
+  double number(std::string_view key, std::string_view unit, std::string_view example, std::optional<double> fallback);
+  std::string word(std::string_view key, std::string fallback);
+  /// A list of numbers of one unit.
+  std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example);
+  /// Every key that was not taken is an error with the nearest known one.
+  void finish();
+
+ private:
+  const Value& map_;
+  Diagnostics& diagnostics_;
+  std::string what_;
+  std::vector<std::string> known_;
+};
+
+/// Checks `kind: version` at the top. Reports another kind and a newer version.
+void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics);
+
+}  // namespace tofgraph::core

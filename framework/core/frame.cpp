@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/frame.hpp"
+
+#include <tofgraph/array.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+using tofgraph::core::BufferPool;
+using tofgraph::core::channel_bytes;
+using tofgraph::core::view_of;
+
+const tofgraph_frame::Channel* tofgraph_frame::find(std::string_view name) const {
+  for (const Channel& channel : channels) {
+    if (channel.buffer && channel.name == name) return &channel;
+  }
+  return nullptr;
+}
+
+tofgraph_frame::Channel* tofgraph_frame::find(std::string_view name) {
+  return const_cast<Channel*>(std::as_const(*this).find(name));
+}
+
+tofgraph_frame::Channel& tofgraph_frame::slot(std::string_view name) {
+  Channel* free = nullptr;
+  for (Channel& channel : channels) {
+    if (channel.name == name) return channel;
+    if (!channel.buffer) free = &channel;
+  }
+  if (free == nullptr) free = &channels.emplace_back();
+  free->name = name;
+  return *free;
+}
+
+void tofgraph_frame::clear() {
+  for (Channel& channel : channels) channel.buffer = {};
+}
+
+void tofgraph_frame::merge(const tofgraph_frame& other) {
+  for (const Channel& channel : other.channels) {
+    if (!channel.buffer || find(channel.name) != nullptr) continue;
+    Channel& mine = slot(channel.name);
+    mine = channel;
+  }
+}
+
+namespace tofgraph::core {
+namespace {
+
+/// A call of the host never throws over the border.
+template <class Call>
+int guarded(Call&& call) noexcept {
+  try {
+    return call() ? TOFGRAPH_OK : TOFGRAPH_ERROR;
+  } catch (...) {
+    return TOFGRAPH_ERROR;
+  }
+}
+
+int read(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
+  return guarded([&] {
+    const auto* channel = frame->find(name);
+    if (channel != nullptr) *view = view_of(*channel);
+    return channel != nullptr;
+  });
+}
+
+int write(tofgraph_frame* frame, const tofgraph_channel* made, tofgraph_view* view) {
+  return guarded([&] {
+    if (made->rank < 1 || made->rank > 4 || element_size(made->type) == 0) return false;
+    const std::size_t bytes = channel_bytes(made->type, made->rank, made->extent);
+    auto& channel = frame->slot(made->name);
+    if (!channel.buffer || !channel.buffer.unique() || channel.buffer.capacity() < bytes) {
+      channel.buffer = {};
+      channel.buffer = frame->pool->get(bytes);
+    }
+    channel.unit = made->unit != nullptr ? made->unit : "";
+    channel.type = made->type;
+    channel.rank = made->rank;
+    std::copy_n(made->extent, 4, channel.extent);
+    *view = view_of(channel);
+    return true;
+  });
+}
+
+int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
+  return guarded([&] {
+    auto* channel = frame->find(name);
+    if (channel == nullptr) return false;
+    if (!channel->buffer.unique()) {
+      const std::size_t bytes = channel_bytes(channel->type, channel->rank, channel->extent);
+      BufferRef own = frame->pool->get(bytes);
+      std::memcpy(own.data(), channel->buffer.data(), bytes);
+      channel->buffer = std::move(own);
+    }
+    *view = view_of(*channel);
+    return true;
+  });
+}
+
+int share(tofgraph_frame* frame, const tofgraph_view* view, void* owner, void (*release)(void*)) {
+  return guarded([&] {
+    if (view->rank < 1 || view->rank > 4 || element_size(view->type) == 0 || view->data == nullptr) return false;
+    auto stride = static_cast<std::int64_t>(element_size(view->type));
+    for (std::uint32_t i = view->rank; i-- > 0;) {
+      if (view->stride[i] != stride) return false;
+      stride *= static_cast<std::int64_t>(view->extent[i]);
+    }
+    const std::size_t bytes = channel_bytes(view->type, view->rank, view->extent);
+    auto& channel = frame->slot(view->channel);
+    channel.buffer = BufferPool::lent(view->data, bytes, owner, release);
+    channel.unit = view->unit != nullptr ? view->unit : "";
+    channel.type = view->type;
+    channel.rank = view->rank;
+    std::copy_n(view->extent, 4, channel.extent);
+    return true;
+  });
+}
+
+int drop(tofgraph_frame* frame, const char* name) {
+  return guarded([&] {
+    auto* channel = frame->find(name);
+    if (channel != nullptr) channel->buffer = {};
+    return channel != nullptr;
+  });
+}
+
+tofgraph_metadata* metadata(tofgraph_frame* frame) { return &frame->metadata; }
+
+}  // namespace
+
+std::size_t channel_bytes(std::uint32_t type, std::uint32_t rank, const std::uint64_t* extent) {
+  constexpr std::size_t most = std::size_t{64} << 30U;
+  std::size_t bytes = element_size(type);
+  for (std::uint32_t i = 0; i < rank; ++i) {
+    if (extent[i] != 0 && bytes > most / extent[i]) throw std::length_error("a channel of more than 64 GiB");
+    bytes *= extent[i];
+  }
+  return bytes;
+}
+
+tofgraph_view view_of(const tofgraph_frame::Channel& channel) {
+  tofgraph_view view{};
+  view.data = channel.buffer.data();
+  view.type = channel.type;
+  view.rank = channel.rank;
+  view.channel = channel.name.c_str();
+  view.unit = channel.unit.c_str();
+  auto stride = static_cast<std::int64_t>(element_size(channel.type));
+  for (std::uint32_t i = channel.rank; i-- > 0;) {
+    view.extent[i] = channel.extent[i];
+    view.stride[i] = stride;
+    stride *= static_cast<std::int64_t>(channel.extent[i]);
+  }
+  return view;
+}
+
+void fill_frame_calls(tofgraph_host& host) {
+  host.read = read;
+  host.write = write;
+  host.modify = modify;
+  host.share = share;
+  host.drop = drop;
+  host.metadata = metadata;
+}
+
+}  // namespace tofgraph::core

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The graph: nodes with what they read, checked as a whole before the first frame.
+#pragma once
+
+#include "core/node.hpp"
+#include "core/pipeline.hpp"
+#include "core/plugin.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::core {
+
+struct GraphOptions {
+  std::vector<std::filesystem::path> plugin_folders;  ///< before TOFGRAPH_PLUGIN_PATH and the installed folder
+  bool overwrite = false;
+  std::function<void(const std::string& node, const std::string& text, bool warning)> message;
+};
+
+class Graph {
+ public:
+  /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
+  Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnostics& diagnostics);
+  ~Graph();
+
+  /// In an order in which each node comes after those it reads; the source is first.
+  std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
+  /// Indices of the nodes that a node reads.
+  const std::vector<std::size_t>& inputs(std::size_t node) const { return inputs_[node]; }
+  const Queue& queue() const { return queue_; }
+  const std::string& name() const { return name_; }
+  NodeHost& host() { return host_; }
+  /// What was done to the frames that reach a node, as data.
+  nlohmann::json provenance(std::size_t node) const;
+
+ private:
+  struct Building;
+  void order(Building& building, Diagnostics& diagnostics);
+  void prepare(Diagnostics& diagnostics);
+  Stream joined(std::size_t node, Diagnostics& diagnostics, bool& right) const;
+
+  std::string name_;
+  NodeHost host_;
+  CameraPtr camera_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+  std::vector<std::vector<std::size_t>> inputs_;
+  std::vector<std::vector<InputSpec>> input_specs_;
+  std::vector<bool> usable_;  ///< whose parameters were right
+  Queue queue_;
+};
+
+/// Reads, builds and checks a pipeline file or line. @throws ConfigurationError with every mistake.
+std::unique_ptr<Graph> build_graph(const Value& document, const std::vector<std::string>& settings,
+                                   const GraphOptions& options, Diagnostics& diagnostics);
+
+}  // namespace tofgraph::core

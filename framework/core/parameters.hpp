@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a user wrote for a stage's parameters, checked against their declaration.
+#pragma once
+
+#include "core/document.hpp"
+
+#include <tofgraph/plugin.h>
+
+#include <nlohmann/json.hpp>
+
+#include <deque>
+#include <string>
+#include <vector>
+
+namespace tofgraph::core {
+
+/// The values of one node's parameters, in the order of the declaration; owns their texts.
+class ParameterValues {
+ public:
+  /// Every mistake goes to the diagnostics: unknown name, wrong kind, unit or range, missing value.
+  /// @param written the node's keys that are not reserved
+  /// @param at where the node is, for what is missing
+  ParameterValues(const tofgraph_descriptor& stage, const std::vector<const Entry*>& written, const Position& at,
+                  Diagnostics& diagnostics);
+
+  const tofgraph_value* data() const { return values_.data(); }
+  /// As they were written, defaults included; for the provenance and `explain`.
+  const nlohmann::json& shown() const { return shown_; }
+  /// The text of a parameter, "" when there is none of that name.
+  std::string text_of(std::string_view name) const;
+  /// Where a parameter was written; the node when it was not.
+  Position position_of(std::string_view name) const;
+
+ private:
+  void parse(const tofgraph_parameter& parameter, const Value& value, tofgraph_value& out, Diagnostics& diagnostics);
+  bool parse_number(const tofgraph_parameter& parameter, const Value& item, double& number, std::string& problem) const;
+  const char* keep(std::string text);
+
+  Position at_;
+  std::vector<tofgraph_value> values_;
+  std::deque<std::string> texts_;
+  std::deque<std::vector<double>> lists_;
+  std::vector<std::pair<std::string, Position>> positions_;
+  nlohmann::json shown_ = nlohmann::json::object();
+};
+
+}  // namespace tofgraph::core

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Where the program's own files are: relative to the library, the same in the build tree and installed.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::core {
+
+std::filesystem::path plugin_folder();   ///< lib/tofgraph/plugins
+std::filesystem::path scanner();         ///< the program that reads descriptors in a process of its own
+std::filesystem::path profile_folder();  ///< share/tofgraph/profiles
+std::filesystem::path cache_folder();    ///< $XDG_CACHE_HOME/tofgraph or ~/.cache/tofgraph
+
+/// TOFGRAPH_PLUGIN_PATH split at ':'.
+std::vector<std::filesystem::path> plugin_path_from_environment();
+
+/// SHA-256 of a file as hexadecimal digits. @throws std::runtime_error when it cannot be read.
+std::string sha256_of_file(const std::filesystem::path& file);
+
+}  // namespace tofgraph::core

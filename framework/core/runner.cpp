@@ -1,0 +1,418 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/runner.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <tbb/flow_graph.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace tofgraph::core {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// One frame on its way: a slot for what each node made of it.
+struct Token {
+  std::size_t sequence = 0;  ///< of those that were not dropped
+  std::vector<tofgraph_frame> frames;
+};
+
+/// Consecutive nodes that run as one task. A node that keeps state is alone, behind a sequencer.
+struct Segment {
+  bool ordered = false;
+  std::vector<std::size_t> nodes;
+};
+
+}  // namespace
+
+void TimeHistogram::add(double seconds) {
+  const double nanoseconds = std::max(seconds * 1e9, 1.0);
+  const auto bin = std::min(static_cast<std::size_t>(std::log(nanoseconds) / std::log(1.02)), bins_.size() - 1);
+  bins_[bin].fetch_add(1, std::memory_order_relaxed);
+  const auto whole = static_cast<std::uint64_t>(nanoseconds);
+  for (std::uint64_t seen = maximum_ns_.load(); whole > seen && !maximum_ns_.compare_exchange_weak(seen, whole);) {
+  }
+}
+
+std::uint64_t TimeHistogram::count() const {
+  std::uint64_t total = 0;
+  for (const auto& bin : bins_) total += bin.load();
+  return total;
+}
+
+double TimeHistogram::quantile(double fraction) const {
+  const auto wanted = static_cast<std::uint64_t>(std::ceil(fraction * static_cast<double>(count())));
+  std::uint64_t seen = 0;
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    seen += bins_[i].load();
+    if (seen >= wanted && seen > 0) return std::min(std::pow(1.02, static_cast<double>(i) + 0.5) * 1e-9, maximum());
+  }
+  return 0;
+}
+
+class Runner::Impl {
+ public:
+  Impl(Graph& graph, const RunOptions& options)
+      : graph_(graph),
+        options_(options),
+        threads_(options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency())),
+        last_reader_(graph.nodes().size(), 0),
+        times_(graph.nodes().size()),
+        failed_(graph.nodes().size()) {
+    for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
+      for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
+    }
+    // Enough frames in flight to keep the threads busy, and those that wait at the source's exit.
+    tokens_.resize(in_flight_limit() + graph.queue().capacity + 1);
+    for (Token& token : tokens_) {
+      token.frames.resize(graph.nodes().size());
+      for (tofgraph_frame& frame : token.frames) frame.pool = &pool_;
+      free_.push_back(&token);
+    }
+  }
+
+  RunResult run();
+  void stop();
+
+  std::atomic<std::uint64_t> done_{0}, dropped_{0};
+  std::uint64_t expected() const {
+    const std::uint64_t announced = graph_.nodes().front()->output().frames;
+    return options_.frames ? std::min(*options_.frames, announced != 0 ? announced : *options_.frames) : announced;
+  }
+
+ private:
+  using Step = tbb::flow::function_node<Token*, Token*>;
+  using Sequencer = tbb::flow::sequencer_node<Token*>;
+
+  std::size_t in_flight_limit() const { return std::size_t{2} * threads_; }
+  std::vector<Segment> segments() const;
+  void build(tbb::flow::graph& flow);
+  void produce();
+  bool fill(Token& token, std::uint64_t number);
+  void dispatch(Token* token);
+  Token* recycle(Token* token);
+  void run_segment(const Segment& segment, Token& token);
+  void run_node(std::size_t index, Token& token);
+  void fail(std::size_t node, const Token* token, const std::string& text);
+  void finish();
+
+  Graph& graph_;
+  RunOptions options_;
+  unsigned threads_;
+  BufferPool pool_;  // before the tokens: it outlives their buffers
+  std::vector<std::size_t> last_reader_;
+  std::vector<TimeHistogram> times_;
+  std::vector<std::atomic<bool>> failed_;
+  std::vector<Token> tokens_;
+
+  std::vector<Segment> segments_;
+  std::vector<std::unique_ptr<Step>> steps_;
+  std::vector<std::unique_ptr<Sequencer>> sequencers_;
+  tbb::flow::receiver<Token*>* entry_ = nullptr;
+
+  std::mutex mutex_;  // the four below
+  std::condition_variable changed_;
+  std::vector<Token*> free_;
+  std::deque<Token*> waiting_;
+  std::size_t in_flight_ = 0;
+  std::size_t next_sequence_ = 0;
+
+  std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
+  std::mutex error_mutex_;
+  std::string error_;
+};
+
+std::vector<Segment> Runner::Impl::segments() const {
+  std::vector<Segment> segments;
+  for (std::size_t i = 1; i < graph_.nodes().size(); ++i) {
+    const bool ordered = !graph_.nodes()[i]->stateless();
+    if (segments.empty() || ordered || segments.back().ordered) segments.push_back({ordered, {}});
+    segments.back().nodes.push_back(i);
+  }
+  if (segments.empty()) segments.emplace_back();
+  return segments;
+}
+
+void Runner::Impl::build(tbb::flow::graph& flow) {
+  namespace tf = tbb::flow;
+  segments_ = segments();
+  tf::sender<Token*>* previous = nullptr;
+  const auto connect = [&](tf::receiver<Token*>& next) {
+    if (previous == nullptr)
+      entry_ = &next;
+    else
+      tf::make_edge(*previous, next);
+  };
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Segment& segment = segments_[i];
+    if (segment.ordered) {
+      auto& sequencer =
+          sequencers_.emplace_back(std::make_unique<Sequencer>(flow, [](Token* token) { return token->sequence; }));
+      connect(*sequencer);
+      previous = sequencer.get();
+    }
+    const bool last = i + 1 == segments_.size();
+    auto& step = steps_.emplace_back(std::make_unique<Step>(flow, segment.ordered ? tf::serial : tf::unlimited,
+                                                            [this, &segment, last](Token* token) {
+                                                              run_segment(segment, *token);
+                                                              return last ? recycle(token) : token;
+                                                            }));
+    connect(*step);
+    previous = step.get();
+  }
+}
+
+RunResult Runner::Impl::run() {
+  const auto start = Clock::now();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
+  tbb::task_arena arena(static_cast<int>(threads_), 1);
+  arena.execute([&] {
+    tbb::flow::graph flow;
+    build(flow);
+    flow.reserve_wait();
+    std::thread source([&] {
+      produce();
+      flow.release_wait();
+    });
+    flow.wait_for_all();
+    source.join();
+    steps_.clear();
+    sequencers_.clear();
+  });
+  finish();
+  RunResult result;
+  result.frames = done_.load();
+  result.dropped = dropped_.load();
+  result.wall_s = seconds_since(start);
+  result.buffers_allocated = pool_.allocated();
+  result.interrupted = graph_.host().stopping.load() && error_.empty();
+  result.error = error_;
+  for (std::size_t i = 0; i < graph_.nodes().size(); ++i) {
+    const Node& node = *graph_.nodes()[i];
+    result.nodes.push_back({node.name, node.stage().name, times_[i].count(), times_[i].quantile(0.5),
+                            times_[i].quantile(0.99), times_[i].maximum()});
+  }
+  return result;
+}
+
+/// The source's own thread: it may wait for a device as long as it likes.
+void Runner::Impl::produce() {
+  const bool drop = graph_.queue().policy == QueuePolicy::drop_oldest;
+  for (std::uint64_t number = 0; !options_.frames || number < *options_.frames; ++number) {
+    Token* token = nullptr;
+    {
+      std::unique_lock lock(mutex_);
+      const auto stopped = [&] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; };
+      changed_.wait(
+          lock, [&] { return stopped() || (!free_.empty() && (drop || waiting_.size() < graph_.queue().capacity)); });
+      if (stopped()) break;
+      token = free_.back();
+      free_.pop_back();
+    }
+    if (!fill(*token, number)) {
+      const std::scoped_lock lock(mutex_);
+      free_.push_back(token);
+      break;
+    }
+    Token* next = nullptr;
+    {
+      const std::scoped_lock lock(mutex_);
+      waiting_.push_back(token);
+      if (in_flight_ < in_flight_limit()) {
+        next = waiting_.front();
+        waiting_.pop_front();
+        ++in_flight_;
+      } else if (drop && waiting_.size() > graph_.queue().capacity) {
+        Token* oldest = waiting_.front();
+        waiting_.pop_front();
+        for (tofgraph_frame& frame : oldest->frames) frame.clear();
+        free_.push_back(oldest);
+        dropped_.fetch_add(1);
+      }
+      if (next != nullptr) next->sequence = next_sequence_++;
+    }
+    if (next != nullptr) entry_->try_put(next);
+  }
+  // Whoever finishes a frame sends the next that waits: nothing is left to do here.
+}
+
+bool Runner::Impl::fill(Token& token, std::uint64_t number) {
+  Node& source = *graph_.nodes().front();
+  tofgraph_frame& frame = token.frames.front();
+  frame.metadata = {};
+  frame.metadata.size = sizeof frame.metadata;
+  frame.metadata.number = frame.metadata.device_number = number;
+  frame.metadata.timestamp_ns = 0;
+  frame.metadata.integration_time = frame.metadata.modulation_frequency = std::nan("");
+  frame.metadata.temperature = frame.metadata.time_since_power_on = std::nan("");
+  const auto start = Clock::now();
+  try {
+    tofgraph_frame* frames[] = {&frame};
+    const bool more = source.process(frames, 1);
+    frame.metadata.number = number;
+    if (more)
+      times_[0].add(seconds_since(start));
+    else
+      frame.clear();
+    return more;
+  } catch (const std::exception& error) {
+    fail(0, &token, error.what());
+    frame.clear();
+    return false;
+  }
+}
+
+/// The end of a frame's way: its slots are free again, and one that waits may start.
+Token* Runner::Impl::recycle(Token* token) {
+  const bool whole = token->frames.front().metadata.number < first_failed_.load();
+  for (tofgraph_frame& frame : token->frames) frame.clear();
+  if (whole) done_.fetch_add(1);
+  Token* next = nullptr;
+  {
+    const std::scoped_lock lock(mutex_);
+    free_.push_back(token);
+    if (waiting_.empty()) {
+      --in_flight_;
+    } else {
+      next = waiting_.front();
+      waiting_.pop_front();
+      next->sequence = next_sequence_++;
+    }
+  }
+  changed_.notify_one();
+  if (next != nullptr) entry_->try_put(next);
+  return nullptr;
+}
+
+void Runner::Impl::run_segment(const Segment& segment, Token& token) {
+  for (const std::size_t index : segment.nodes) {
+    if (token.frames.front().metadata.number >= first_failed_.load()) return;
+    run_node(index, token);
+  }
+}
+
+void Runner::Impl::run_node(std::size_t index, Token& token) {
+  Node& node = *graph_.nodes()[index];
+  const std::vector<std::size_t>& inputs = graph_.inputs(index);
+  tofgraph_frame& frame = token.frames[index];
+  try {
+    if (!node.many_inputs()) {
+      const std::size_t first = inputs.front();
+      tofgraph_frame& read = token.frames[first];
+      // The last reader takes the frame over, so that it may be changed in place.
+      if (last_reader_[first] == index)
+        std::swap(frame.channels, read.channels);
+      else
+        frame.channels = read.channels;
+      frame.metadata = read.metadata;
+      for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]]);
+    }
+    std::vector<tofgraph_frame*> frames = {&frame};
+    if (node.many_inputs()) {
+      frames.clear();
+      for (const std::size_t input : inputs) frames.push_back(&token.frames[input]);
+    }
+    const auto start = Clock::now();
+    node.process(frames.data(), frames.size());
+    times_[index].add(seconds_since(start));
+  } catch (const std::exception& error) {
+    fail(index, &token, error.what());
+  }
+  for (const std::size_t input : inputs) {
+    if (last_reader_[input] == index) token.frames[input].clear();
+  }
+  if (last_reader_[index] == 0) frame.clear();
+}
+
+void Runner::Impl::fail(std::size_t node, const Token* token, const std::string& text) {
+  failed_[node] = true;
+  const Node& where = *graph_.nodes()[node];
+  const std::uint64_t number = token->frames.front().metadata.number;
+  for (std::uint64_t seen = first_failed_.load();
+       number < seen && !first_failed_.compare_exchange_weak(seen, number);) {
+  }
+  {
+    const std::scoped_lock lock(error_mutex_);
+    if (error_.empty())
+      error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
+  }
+  graph_.nodes().front()->stop();
+  const std::scoped_lock lock(mutex_);
+  changed_.notify_all();
+}
+
+void Runner::Impl::finish() {
+  for (const auto& node : graph_.nodes()) {
+    if (failed_[node->index].load()) continue;
+    try {
+      node->finish();
+    } catch (const std::exception& error) {
+      if (error_.empty())
+        error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, error.what());
+    }
+  }
+}
+
+void Runner::Impl::stop() {
+  graph_.host().stopping = true;
+  graph_.nodes().front()->stop();
+  const std::scoped_lock lock(mutex_);
+  changed_.notify_all();
+}
+
+Runner::Runner(Graph& graph, const RunOptions& options) : impl_(std::make_unique<Impl>(graph, options)) {}
+Runner::~Runner() = default;
+RunResult Runner::run() { return impl_->run(); }
+void Runner::stop() { impl_->stop(); }
+std::uint64_t Runner::frames_done() const { return impl_->done_.load(); }
+std::uint64_t Runner::frames_dropped() const { return impl_->dropped_.load(); }
+std::uint64_t Runner::frames_expected() const { return impl_->expected(); }
+
+nlohmann::json statistics_json(const Graph& graph, const RunResult& result) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  nlohmann::json nodes = nlohmann::json::array();
+  for (const NodeStatistics& n : result.nodes) {
+    nodes.push_back({{"name", n.name},
+                     {"stage", n.stage},
+                     {"frames", n.frames},
+                     {"median_s", n.median_s},
+                     {"p99_s", n.p99_s},
+                     {"max_s", n.max_s}});
+  }
+  nlohmann::json edges = nlohmann::json::array();
+  for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
+    for (const std::size_t input : graph.inputs(i)) {
+      const bool exit = graph.nodes()[input]->is_source();  // frames wait and are dropped there only
+      edges.push_back({{"from", graph.nodes()[input]->name},
+                       {"to", graph.nodes()[i]->name},
+                       {"capacity", exit ? nlohmann::json(graph.queue().capacity) : nlohmann::json()},
+                       {"policy", exit && graph.queue().policy == QueuePolicy::drop_oldest ? "drop_oldest" : "block"},
+                       {"dropped", exit ? result.dropped : 0}});
+    }
+  }
+  return {{"format", "tofgraph-stats"},
+          {"version", 1},
+          {"frames", result.frames},
+          {"dropped", result.dropped},
+          {"wall_s", result.wall_s},
+          {"frames_per_s", result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0},
+          {"peak_memory_bytes", static_cast<std::uint64_t>(usage.ru_maxrss) * 1024},
+          {"buffers_allocated", result.buffers_allocated},
+          {"nodes", std::move(nodes)},
+          {"edges", std::move(edges)}};
+}
+
+}  // namespace tofgraph::core

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Tests one stage: frames in, frames out, through the very border and checks of a real run. Link libtofgraph.
+///
+///     tofgraph::Harness stage("optimized_bistatic solver=newton");
+///     stage.camera("camcube2");
+///     stage.put<float>("distance", {204, 204}, values);
+///     stage.run();
+///     std::vector<float> depth = stage.get<float>("depth");
+#pragma once
+
+#include <tofgraph/plugin.h>
+#include <tofgraph/array.hpp>
+
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph {
+
+class Harness {
+ public:
+  /// What is known of an input channel beside its content.
+  struct Meaning {
+    std::string unit;     ///< default: that of the channel's name
+    std::string of;       ///< for sigma
+    std::string applied;  ///< stages, blank-separated
+    std::string from;     ///< channels, blank-separated
+  };
+
+  /// A stage in the one-line form: its name, then parameter=value. @throws std::runtime_error with every mistake
+  explicit Harness(const std::string& stage);
+  ~Harness();
+
+  /// The camera by its profile's name or path.
+  void camera(const std::string& profile);
+  const tofgraph_camera& camera() const;
+
+  /// Gives the next frame a channel. Before the first run this also announces it.
+  template <class T>
+  void put(const std::string& channel, std::vector<std::uint64_t> extent, const std::vector<T>& values,
+           const Meaning& meaning = {}) {
+    put_bytes(channel, element_type<T>(), extent, values.data(), values.size() * sizeof(T), meaning);
+  }
+  /// Metadata of the next frame.
+  tofgraph_metadata& metadata();
+  /// Which metadata the stream announces as known; default: all.
+  void known(std::uint64_t bits);
+  /// Existing outputs may be replaced.
+  void overwrite(bool allowed);
+
+  /// Prepares without a frame. @throws std::runtime_error with the stage's message
+  void prepare();
+  /// One frame; prepares at the first call. @returns false when a source has no more. @throws std::runtime_error
+  bool run();
+  void finish();
+
+  bool has(const std::string& channel) const;
+  std::vector<std::uint64_t> extent(const std::string& channel) const;
+  /// The content of a channel of the frame that came out. @throws std::runtime_error when it is not there or of another
+  /// type
+  template <class T>
+  std::vector<T> get(const std::string& channel) const {
+    const Array<const T> view(find(channel));
+    return {view.begin(), view.end()};
+  }
+  /// What leaves, as announced: stages applied, and what sigma is of.
+  std::string applied(const std::string& channel) const;
+  std::string of(const std::string& channel) const;
+  /// Camera of the stream that leaves.
+  const tofgraph_camera& camera_out() const;
+  /// Remarks of the stage so far.
+  const std::vector<std::string>& messages() const;
+
+ private:
+  void put_bytes(const std::string& channel, std::uint32_t type, const std::vector<std::uint64_t>& extent,
+                 const void* data, std::size_t bytes, const Meaning& meaning);
+  tofgraph_view find(const std::string& channel) const;
+
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tofgraph

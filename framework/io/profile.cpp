@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/profile.hpp"
+
+#include "core/paths.hpp"
+#include "core/quantity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::io {
+namespace {
+
+using core::Diagnostics;
+using core::Entry;
+using core::Reader;
+using core::Value;
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A number that may be left out.
+double optional_number(Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
+  return reader.number(key, unit, example, unknown);
+}
+
+/// One value for both axes, or [x, y].
+void read_pair(const Entry& entry, std::string_view unit, std::string_view example, double* pair,
+               Diagnostics& diagnostics) {
+  const bool both = entry.value.is_list() && entry.value.items.size() == 2;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Value& value = both ? entry.value.items[i] : entry.value;
+    const auto parsed = core::parse_quantity(value.text, unit);
+    pair[i] = parsed.value;
+    if (value.is_scalar() && parsed.ok() && parsed.value > 0) continue;
+    const std::string problem = parsed.ok() ? "must be positive" : parsed.problem;
+    diagnostics.error(value.at, fmt::format("'{}' is {}: {}", entry.key, value.described(), problem),
+                      fmt::format("example: {}: {}", entry.key, example));
+    if (!both) return;
+  }
+}
+
+void read_sources(const Value& list, std::vector<tofgraph_light>& lights, std::vector<std::string>& names,
+                  Diagnostics& diagnostics) {
+  constexpr std::string_view example = "{name: left, position: [-50 mm, 0 mm, 0 mm], amplitude: 1}";
+  names.reserve(list.items.size());
+  for (const Value& item : list.items) {
+    Reader reader(item, diagnostics, "the source");
+    tofgraph_light light{};
+    light.name = names.emplace_back(reader.word("name", fmt::format("source{}", names.size()))).c_str();
+    light.amplitude = reader.number("amplitude", "", "1", 1.0);
+    const std::vector<double> position = reader.numbers("position", "m", "[-50 mm, 0 mm, 0 mm]");
+    if (position.size() == 3)
+      std::ranges::copy(position, light.position);
+    else if (item.is_map())
+      diagnostics.error(item.at, "a source needs a position of three lengths", fmt::format("example: {}", example));
+    if (!(light.amplitude > 0))
+      diagnostics.error(item.at, "the amplitude of a source must be positive", fmt::format("example: {}", example));
+    reader.finish();
+    lights.push_back(light);
+  }
+}
+
+void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, Diagnostics& diagnostics) {
+  camera.focal_length = camera.pitch[0] = camera.pitch[1] = unknown;
+  if (const Entry* pitch = reader.take("pixel_pitch")) read_pair(*pitch, "m", "40 um", camera.pitch, diagnostics);
+  if (const Entry* focal = reader.need("focal_length", "12.8 mm")) {
+    if (focal->value.is_list()) {
+      read_pair(*focal, "px", "[175.37 px, 175.48 px]", camera.focal_px, diagnostics);
+    } else {
+      camera.focal_length = reader.number("focal_length", "m", "12.8 mm", unknown);
+      if (!(camera.focal_length > 0)) diagnostics.error(focal->value.at, "'focal_length' must be positive");
+      if (std::isnan(camera.pitch[0])) {
+        diagnostics.error(document.at, "'focal_length' is a length, so 'pixel_pitch' is needed too",
+                          "or give the focal length in pixels: focal_length: [175.37 px, 175.48 px]");
+      }
+      for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];
+    }
+  }
+  const std::vector<double> centre = reader.numbers("principal_point", "", "[101.5, 101.5]");
+  if (centre.size() == 2)
+    std::ranges::copy(centre, camera.principal_point);
+  else if (document.is_map())
+    diagnostics.error(document.at, "'principal_point' needs two numbers", "example: principal_point: [101.5, 101.5]");
+  const std::vector<double> distortion = reader.numbers("distortion", "", "[0, 0, 0, 0, 0]");
+  if (distortion.size() > 5)
+    diagnostics.error(document.at, "'distortion' has at most five numbers: k1 k2 p1 p2 k3");
+  else
+    std::ranges::copy(distortion, camera.distortion);
+}
+
+std::uint32_t read_size(Reader& reader, std::string_view key, const Value& document, Diagnostics& diagnostics) {
+  const double size = reader.number(key, "", "204", std::nullopt);
+  if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
+  if (diagnostics.ok())
+    diagnostics.error(document.at,
+                      fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
+  return 1;
+}
+
+}  // namespace
+
+std::vector<std::string> profile_names() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(core::profile_folder(), error)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base) {
+  if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return (base / name).lexically_normal();
+  std::filesystem::path file = core::profile_folder() / (name + ".yaml");
+  return std::filesystem::exists(file) ? file : std::filesystem::path{};
+}
+
+core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
+  const std::size_t before = diagnostics.errors();
+  core::check_version(document, "profile", 1, diagnostics);
+  Reader reader(document, diagnostics, "the profile");
+  reader.take("profile");
+  tofgraph_camera camera{};
+  const std::string name = reader.word("name", "unnamed");
+  camera.name = name.c_str();
+  camera.width = read_size(reader, "width", document, diagnostics);
+  camera.height = read_size(reader, "height", document, diagnostics);
+  read_lens(reader, camera, document, diagnostics);
+  camera.modulation_frequency = optional_number(reader, "modulation_frequency", "Hz", "20 MHz");
+  std::vector<tofgraph_light> lights;
+  std::vector<std::string> light_names;
+  if (const Entry* sources = reader.take("sources")) read_sources(sources->value, lights, light_names, diagnostics);
+  camera.lights = lights.data();
+  camera.light_count = lights.size();
+  const std::vector<double> times = reader.numbers("integration_time", "s", "[0.5 ms, 50 ms]");
+  camera.integration_time[0] = times.size() == 2 ? times[0] : unknown;
+  camera.integration_time[1] = times.size() == 2 ? times[1] : unknown;
+  camera.frame_rate = optional_number(reader, "frame_rate", "Hz", "80 Hz");
+  camera.gain = optional_number(reader, "gain", "counts m^2/s", "7.0e6 counts m^2/s");
+  camera.contrast = optional_number(reader, "contrast", "", "0.5");
+  camera.read_noise = optional_number(reader, "read_noise", "counts", "3 counts");
+  camera.shot_noise = optional_number(reader, "shot_noise", "counts", "0.012 counts");
+  camera.full_well = optional_number(reader, "full_well", "counts", "30000 counts");
+  std::vector<std::string> measured;
+  if (const Entry* entry = reader.take("measured")) {
+    for (const Value& item : entry->value.items) measured.push_back(item.text);
+  }
+  reader.word("source", "");
+  reader.finish();
+  if (diagnostics.errors() != before) return nullptr;
+  camera.profile = document.at.source ? document.at.source->text.c_str() : "";
+  auto result = std::make_shared<core::Camera>(camera);
+  result->measured = std::move(measured);
+  return result;
+}
+
+core::CameraPtr load_profile(const std::filesystem::path& file) {
+  Diagnostics diagnostics;
+  const Value document = core::load_document(file);
+  auto camera = read_profile(document, diagnostics);
+  if (!camera) throw core::ConfigurationError(diagnostics);
+  std::const_pointer_cast<core::Camera>(camera)->file = file;
+  return camera;
+}
+
+}  // namespace tofgraph::io

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Camera profiles: what is known of a camera before anything is measured.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/document.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+/// Names of the profiles that came with the program.
+std::vector<std::string> profile_names();
+
+/// The file of a profile: one that came with the program, or, where it holds a / or ends in .yaml, a path relative to
+/// `base`. Empty when there is no such name.
+std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base);
+
+/// Reads a profile. Mistakes go to the diagnostics; null when there are any.
+core::CameraPtr read_profile(const core::Value& document, core::Diagnostics& diagnostics);
+
+/// Reads a profile by name or path. @throws core::ConfigurationError with every mistake.
+core::CameraPtr load_profile(const std::filesystem::path& file);
+
+}  // namespace tofgraph::io

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Distance non-linearity: from the measured distance D (half path) to the depth z from the sensor plane.
+/// Each model is a function (geometry, ray, distance) -> D_ref, in double; depth_of() makes it a depth.
+#pragma once
+
+#include "physics/geometry.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::physics {
+
+/// The least distance that the pixel can measure: of a surface at the lens centre. Anything less has no solution.
+inline double least_distance(const Geometry& geometry, Vector3 ray) { return distance_at(geometry, ray, 0); }
+
+/// Optimized bistatic model (5.111), (5.125) by bisection: D_ref with distance_at(D_ref) = D, any sources anywhere.
+/// The left side rises strictly with D_ref, so the solution is unique. To the last bit of a double; slow.
+/// @returns NaN below least_distance() and for a distance or ray that is not finite
+inline double optimized_bistatic_bisection(const Geometry& geometry, Vector3 ray, double distance) {
+  if (!(distance > least_distance(geometry, ray)) || !std::isfinite(distance)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  double low = 0;
+  // D_i >= D_ref - |L - S_i|, so that 2 D >= 2 D_ref - mean|L - S_i| + D_sen bounds D_ref.
+  double high = distance + (mean_source_path(geometry, geometry.lens_centre()) - sensor_path(geometry, ray)) / 2;
+  for (;;) {
+    const double middle = low + (high - low) / 2;
+    if (middle <= low || middle >= high) return middle;
+    (distance_at(geometry, ray, middle) < distance ? low : high) = middle;
+  }
+}
+
+/// Optimized bistatic model for one source, in closed form: with K = 2 D - D_sen and b = L - S,
+/// |b + D_ref u| = K - D_ref gives D_ref = (K^2 - |b|^2) / (2 (K + u.b)).
+/// @returns as the bisection
+inline double optimized_bistatic_closed_form(const Geometry& geometry, Vector3 ray, double distance) {
+  if (!(distance > least_distance(geometry, ray)) || !std::isfinite(distance)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const Vector3 b = geometry.lens_centre() - geometry.sources.front().position;
+  const double k = 2 * distance - sensor_path(geometry, ray);
+  return (k * k - dot(b, b)) / (2 * (k + dot(ray, b)));
+}
+
+}  // namespace tofgraph::physics

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The light that reaches a pixel, as the sum of its sources' phasors.
+#pragma once
+
+#include "physics/constants.hpp"
+#include "physics/geometry.hpp"
+
+#include <complex>
+#include <limits>
+
+namespace tofgraph::physics {
+
+/// What a pixel receives: the phasor P = amplitude e^(j Psi) of the modulated light, and the mean of a tap that this
+/// light makes, both in counts.
+struct Light {
+  std::complex<double> phasor;
+  double intensity = 0;
+};
+
+/// What the amount of light depends on, beside the path.
+struct Exposure {
+  double gain = std::numeric_limits<double>::quiet_NaN();                  ///< counts m^2/s, the profile's
+  double contrast = std::numeric_limits<double>::quiet_NaN();              ///< of the demodulation, 0..1
+  double integration_time = std::numeric_limits<double>::quiet_NaN();      ///< s
+  double modulation_frequency = std::numeric_limits<double>::quiet_NaN();  ///< Hz
+};
+
+/// The light of all sources from the ray's point at D_ref on a surface of this reflectivity, with the reference
+/// light: every source gives its weight's share of G rho t_int / D_t^2, D_t = mean path + D_ref + D_sen (5.92), no
+/// dependence on angles; the phasors are summed, Psi_i = (w/c)(D_i + D_ref + D_sen), equations (5.9)-(5.13).
+inline Light reference_light(const Geometry& geometry, Vector3 ray, double reflected, double reflectivity,
+                             const Exposure& exposure) {
+  const Vector3 point = point_on_ray(geometry, ray, reflected);
+  const double common = reflected + sensor_path(geometry, ray);
+  const double travelled = mean_source_path(geometry, point) + common;
+  const double amplitude = exposure.gain * reflectivity * exposure.integration_time / (travelled * travelled);
+  const double radians_per_metre = two_pi * exposure.modulation_frequency / speed_of_light;
+  Light light;
+  for (const WeightedSource& source : geometry.sources) {
+    const double phase = radians_per_metre * (source_path(source, point) + common);
+    light.phasor += std::polar(source.weight * amplitude, phase);
+  }
+  light.intensity = amplitude / (2 * exposure.contrast);
+  return light;
+}
+
+}  // namespace tofgraph::physics
