@@ -116,7 +116,7 @@ void Graph::order(Building& b, Diagnostics& diagnostics) {
       for (std::size_t k = i; k-- > 0 && inputs.empty();) {
         if (!b.is(k, "sink")) inputs.push_back({"", specs[k].name, node.at});
       }
-      if (inputs.empty())
+      if (inputs.empty() && b.stages[i] != nullptr)
         diagnostics.error(node.at,
                           fmt::format("node '{}' has nothing to read: no node above it gives frames", node.name),
                           "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");

@@ -127,6 +127,10 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
     text.clear();
     for (const Value& item : value.items) text += (text.empty() ? "" : " ") + item.text;
   }
+  if (value.kind == Value::Kind::null && out.given != 0) {
+    diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p));
+    return;
+  }
   const std::vector<std::string> choices = split_words(p.choices);
   const bool word = std::ranges::find(choices, text) != choices.end() && value.is_scalar();
   if (!value.is_scalar() && !list_of_words && p.kind != TOFGRAPH_NUMBERS)

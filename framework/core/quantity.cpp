@@ -89,14 +89,14 @@ Parsed parse_unit(std::string_view text) {
       const std::string_view digits = name.substr(caret + 1);
       const auto [rest, error] = std::from_chars(digits.data(), digits.data() + digits.size(), power);
       if (error != std::errc() || rest != digits.data() + digits.size() || power == 0 || std::abs(power) > 9) {
-        result.problem = fmt::format("'{}' is no power of a unit", name);
+        result.problem = fmt::format("has '{}', which is no power of a unit", name);
         return result;
       }
       name = name.substr(0, caret);
     }
     const Unit* unit = find_unit(name);
     if (unit == nullptr) {
-      result.problem = fmt::format("the unit '{}' is not known", name);
+      result.problem = fmt::format("has the unit '{}', which is not known", name);
       return result;
     }
     result.factor *= std::pow(unit->factor, sign * power);
@@ -108,7 +108,7 @@ Parsed parse_unit(std::string_view text) {
     if (!text.empty() && (text.front() == '/' || text.front() == '*')) {
       sign = text.front() == '/' ? -1 : 1;
       text.remove_prefix(1);
-      if (trimmed(text).empty()) result.problem = "the unit ends in the middle";
+      if (trimmed(text).empty()) result.problem = "has a unit that ends in the middle";
     }
   }
   if (factors != 1) result.offset = 0;  // a difference of temperatures
@@ -119,7 +119,6 @@ Parsed parse_unit(std::string_view text) {
 
 Quantity parse_quantity(std::string_view text, std::string_view wanted) {
   text = trimmed(text);
-  const std::string_view original = text;
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -137,7 +136,7 @@ Quantity parse_quantity(std::string_view text, std::string_view wanted) {
     return {0, fmt::format("has the wrong dimension: a value in {} is expected", wanted)};
   }
   const double value = number * unit.factor + unit.offset;
-  if (!std::isfinite(value)) return {0, fmt::format("'{}' is out of the range of numbers", original)};
+  if (!std::isfinite(value)) return {0, "is out of the range of numbers"};
   return {value, {}};
 }
 

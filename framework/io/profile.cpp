@@ -19,6 +19,12 @@ using core::Value;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
+/// Where a key's value stands; the document when it is not there.
+core::Position place_of(const Value& document, std::string_view key) {
+  const Entry* entry = document.find(key);
+  return entry != nullptr ? entry->value.at : document.at;
+}
+
 /// A number that may be left out.
 double optional_number(Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
   return reader.number(key, unit, example, unknown);
@@ -69,9 +75,9 @@ void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, D
       read_pair(*focal, "px", "[175.37 px, 175.48 px]", camera.focal_px, diagnostics);
     } else {
       camera.focal_length = reader.number("focal_length", "m", "12.8 mm", unknown);
-      if (!(camera.focal_length > 0)) diagnostics.error(focal->value.at, "'focal_length' must be positive");
+      if (camera.focal_length <= 0) diagnostics.error(focal->value.at, "'focal_length' must be positive");
       if (std::isnan(camera.pitch[0])) {
-        diagnostics.error(document.at, "'focal_length' is a length, so 'pixel_pitch' is needed too",
+        diagnostics.error(focal->value.at, "'focal_length' is a length, so 'pixel_pitch' is needed too",
                           "or give the focal length in pixels: focal_length: [175.37 px, 175.48 px]");
       }
       for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];
@@ -81,20 +87,21 @@ void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, D
   if (centre.size() == 2)
     std::ranges::copy(centre, camera.principal_point);
   else if (document.is_map())
-    diagnostics.error(document.at, "'principal_point' needs two numbers", "example: principal_point: [101.5, 101.5]");
+    diagnostics.error(place_of(document, "principal_point"), "'principal_point' needs two numbers", "example: principal_point: [101.5, 101.5]");
   const std::vector<double> distortion = reader.numbers("distortion", "", "[0, 0, 0, 0, 0]");
   if (distortion.size() > 5)
-    diagnostics.error(document.at, "'distortion' has at most five numbers: k1 k2 p1 p2 k3");
+    diagnostics.error(place_of(document, "distortion"), "'distortion' has at most five numbers: k1 k2 p1 p2 k3");
   else
     std::ranges::copy(distortion, camera.distortion);
 }
 
-std::uint32_t read_size(Reader& reader, std::string_view key, const Value& document, Diagnostics& diagnostics) {
+std::uint32_t read_size(Reader& reader, std::string_view key, Diagnostics& diagnostics) {
+  const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
   if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
-  if (diagnostics.ok())
-    diagnostics.error(document.at,
-                      fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
+  if (diagnostics.errors() == errors) {
+    diagnostics.error(reader.take(key)->value.at, fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
+  }
   return 1;
 }
 
@@ -124,8 +131,8 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   tofgraph_camera camera{};
   const std::string name = reader.word("name", "unnamed");
   camera.name = name.c_str();
-  camera.width = read_size(reader, "width", document, diagnostics);
-  camera.height = read_size(reader, "height", document, diagnostics);
+  camera.width = read_size(reader, "width", diagnostics);
+  camera.height = read_size(reader, "height", diagnostics);
   read_lens(reader, camera, document, diagnostics);
   camera.modulation_frequency = optional_number(reader, "modulation_frequency", "Hz", "20 MHz");
   std::vector<tofgraph_light> lights;

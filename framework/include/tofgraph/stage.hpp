@@ -201,7 +201,7 @@ class PortBase {
              .unit = either(spec.unit, known != nullptr ? known->unit : ""),
              .type = type,
              .direction = direction,
-             .flags = (spec.optional ? TOFGRAPH_OPTIONAL : 0U) | (every ? TOFGRAPH_EVERY : 0U),
+             .flags = (spec.optional ? std::uint32_t{TOFGRAPH_OPTIONAL} : 0U) | (every ? std::uint32_t{TOFGRAPH_EVERY} : 0U),
              .needs = spec.needs,
              .refuses = spec.refuses,
              .from = spec.from,
@@ -316,6 +316,26 @@ class InOut : public detail::PortBase {
   /// @returns an empty view when an optional channel is not there.
   Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
   Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
+  /// In prepare: an optional image that is not there is made by this stage, beginning with zeros.
+  void provide(const Setup& setup) {
+    if (present()) return;
+    made_ = true;
+    bound_ = first_;
+    setup.provide({.name = channel(), .type = element_type<T>(), .rank = 0, .extent = {}, .unit = port_.unit,
+                   .of = port_.of, .applied = "", .from = port_.from});
+  }
+  /// For an image that provide() may have to make.
+  Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns) const {
+    if (!made_) return (*this)(frame);
+    const Array<T> image(frame.write({.name = channel(), .type = element_type<T>(), .rank = 2,
+                                      .extent = {rows, columns, 0, 0}, .unit = port_.unit, .of = port_.of,
+                                      .applied = "", .from = ""}));
+    std::fill(image.begin(), image.end(), T{});
+    return image;
+  }
+
+ private:
+  bool made_ = false;
 };
 
 /// A parameter; * gives its value, numbers in SI.

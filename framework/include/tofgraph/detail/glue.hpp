@@ -103,8 +103,8 @@ struct Glue {
       d.size = sizeof d;
       d.api_major = TOFGRAPH_API_MAJOR;
       d.api_minor = TOFGRAPH_API_MINOR;
-      d.flags = (stateless<T> && !std::is_base_of_v<Source, T> ? TOFGRAPH_STATELESS : 0U) |
-                (many_inputs<T> ? TOFGRAPH_MANY_INPUTS : 0U);
+      d.flags = (stateless<T> && !std::is_base_of_v<Source, T> ? std::uint32_t{TOFGRAPH_STATELESS} : 0U) |
+                (many_inputs<T> ? std::uint32_t{TOFGRAPH_MANY_INPUTS} : 0U);
       d.kind = T::kind;
       d.name = TOFGRAPH_PLUGIN_NAME;
       d.summary = summary;

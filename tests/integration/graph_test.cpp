@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What a graph means: order, fan-out, joins, drops, errors, interrupts; with small stages whose results are known.
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <set>
+#include <sstream>
+
+namespace tofgraph::tests {
+namespace {
+
+Outcome run(const std::string& arguments, const TemporaryFolder& folder) { return shell("\"$TOFGRAPH\" run " + arguments, folder.path()); }
+
+TEST(Graph, FramesArriveInOrderWithSeveralInFlight) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("'ramp frames=500 ! scale factor=2 ! make_depth offset=\"500 mm\" ! collect path=a.txt' --threads 4", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(read_text(folder.path() / "a.txt"));
+  for (int i = 0; i < 500; ++i) {
+    std::string line;
+    std::getline(lines, line);
+    std::ostringstream expected;
+    expected << i << " make_depth=" << 2.0 * i + 0.5;
+    ASSERT_EQ(line, expected.str());
+  }
+}
+
+TEST(Graph, FanOutSharesTheFrameAndEverySinkRuns) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n"
+             "  - {name: grab, stage: ramp, frames: 50}\n"
+             "  - {name: twice, stage: scale, factor: 2, inputs: [grab]}\n"
+             "  - {name: half, stage: scale, factor: 0.5, inputs: [grab]}\n"
+             "  - {name: both, stage: collect, path: both.txt, inputs: [grab, twice, half]}\n"
+             "  - {name: one, stage: collect, path: one.txt, inputs: [twice]}\n");
+  const Outcome outcome = run("p.yaml --stats s.json", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string both = read_text(folder.path() / "both.txt");
+  EXPECT_EQ(both.substr(both.find("7 "), both.find("8 grab") - both.find("7 ")), "7 grab=7 twice=14 half=3.5\n");
+  EXPECT_NE(read_text(folder.path() / "one.txt").find("49 twice=98\n"), std::string::npos);
+  const auto statistics = nlohmann::json::parse(read_text(folder.path() / "s.json"));
+  EXPECT_EQ(statistics["format"], "tofgraph-stats");
+  EXPECT_EQ(statistics["frames"], 50);
+  for (const auto& node : statistics["nodes"]) EXPECT_EQ(node["frames"], 50) << node;  // a node runs once a frame
+}
+
+TEST(Graph, BranchesJoinByFrameNumber) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n"
+             "  - {name: grab, stage: ramp, frames: 200}\n"
+             "  - {name: slow, stage: make_depth, offset: 250 mm, pause: 1 ms, inputs: [grab]}\n"
+             "  - {name: joined, stage: scale, channel: depth, factor: 2, inputs: {depth: slow, depth|distance: grab}}\n"
+             "  - {stage: collect, path: a.txt}\n");
+  Outcome outcome = run("p.yaml", folder);
+  EXPECT_EQ(outcome.exit_code, 2) << "no port has that name";
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n"
+             "  - {name: grab, stage: ramp, frames: 200}\n"
+             "  - {name: slow, stage: make_depth, offset: 250 mm, pause: 1 ms, inputs: [grab]}\n"
+             "  - {name: joined, stage: scale, channel: depth, factor: 2, inputs: [grab, slow]}\n"
+             "  - {stage: collect, path: a.txt}\n");
+  outcome = run("p.yaml --threads 3", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(read_text(folder.path() / "a.txt").find("123 joined=246.5\n"), std::string::npos);
+}
+
+TEST(Graph, SteadyStateAllocatesNoBuffers) {
+  const TemporaryFolder folder;
+  std::set<int> allocated;
+  for (const char* frames : {"200", "2000"}) {
+    const Outcome outcome = run(std::string("'ramp width=300 height=300 frames=") + frames + " ! scale ! make_depth ! null' --force --stats s.json", folder);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    allocated.insert(nlohmann::json::parse(read_text(folder.path() / "s.json"))["buffers_allocated"].get<int>());
+  }
+  // Not a block more than frames can be under way, however many frames there are.
+  for (const int count : allocated) EXPECT_LE(count, 3 * 32);
+}
+
+TEST(Graph, AnErrorDrainsTheGraphAndNamesNodeAndFrame) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("'ramp frames=1000 ! make_depth fail_at=20 ! collect path=a.txt' --threads 2", folder);
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("node 'make_depth' (make_depth), frame 20: told to fail"), std::string::npos) << outcome.err;
+  const std::string text = read_text(folder.path() / "a.txt");
+  EXPECT_NE(text.find("19 make_depth=19\n"), std::string::npos) << "what came before the error is complete";
+  EXPECT_EQ(text.find("21 "), std::string::npos);
+}
+
+TEST(Graph, AnInterruptEndsInOrder) {
+  const TemporaryFolder folder;
+  const Outcome outcome = shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=a.txt' & sleep 0.7; kill -INT $!; wait $!", folder.path());
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_NE(read_text(folder.path() / "a.txt").find("\n100 ramp=100\n"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt.part"));
+}
+
+TEST(Graph, DropOldestCountsWhatItDrops) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n"
+             "  - {stage: ramp, frames: 300, queue: {capacity: 2, policy: drop_oldest}}\n"
+             "  - {stage: make_depth, pause: 5 ms}\n"
+             "  - {stage: collect, path: a.txt}\n");
+  const Outcome outcome = run("p.yaml --stats s.json", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto statistics = nlohmann::json::parse(read_text(folder.path() / "s.json"));
+  const auto frames = statistics["frames"].get<int>(), dropped = statistics["dropped"].get<int>();
+  EXPECT_EQ(frames + dropped, 300);
+  EXPECT_GT(dropped, 0);
+  EXPECT_EQ(statistics["edges"][0]["dropped"], dropped);
+  EXPECT_EQ(statistics["edges"][0]["policy"], "drop_oldest");
+  EXPECT_NE(outcome.err.find("frames dropped"), std::string::npos) << "drops are told";
+  const std::string text = read_text(folder.path() / "a.txt");
+  EXPECT_NE(text.find("299 make_depth=299"), std::string::npos) << "the newest frame is kept";
+  EXPECT_EQ(static_cast<int>(std::count(text.begin(), text.end(), '\n')), frames);
+}
+
+TEST(Graph, BlockLosesNothing) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("'ramp frames=300 ! make_depth pause=\"1 ms\" ! collect path=a.txt' --threads 2", folder);
+  ASSERT_EQ(outcome.exit_code, 0);
+  const std::string text = read_text(folder.path() / "a.txt");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 300);
+}
+
+TEST(Graph, FramesAndSettingsOfTheCommandLineWin) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("'ramp frames=100 ! scale ! collect path=a.txt' --frames 3 --set scale.factor=2", folder);
+  ASSERT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 scale=0\n1 scale=2\n2 scale=4\n");
+}
+
+TEST(Graph, QuietSaysNothing) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("--quiet 'ramp ! null'", folder);
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST(Explain, TellsWhatWasDoneAndDrawsTheGraph) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "t.txt", "abc");
+  const std::string line = " 'ramp ! make_depth table=t.txt offset=\"3 mm\" ! collect path=a.txt'";
+  const Outcome text = shell("\"$TOFGRAPH\" explain" + line, folder.path());
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_NE(text.out.find("makes   depth (float32 4 x 8, m): along z from the sensor plane; applied so far: make_depth, linearised"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("offset=3 mm"), std::string::npos);
+  // The published SHA-256 of "abc" (FIPS 180-2, B.1).
+  EXPECT_NE(text.out.find("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"), std::string::npos);
+  const Outcome dot = shell("\"$TOFGRAPH\" explain --dot" + line, folder.path());
+  EXPECT_NE(dot.out.find("\"ramp\" -> \"make_depth\" [label=\"distance\"];"), std::string::npos) << dot.out;
+}
+
+TEST(CommandLine, HelpAndVersion) {
+  const Outcome help = shell("\"$TOFGRAPH\" --help && \"$TOFGRAPH\" run --help", "/tmp");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted"), std::string::npos);
+  EXPECT_NE(help.out.find("--stats"), std::string::npos);
+  EXPECT_EQ(shell("\"$TOFGRAPH\" --version", "/tmp").out, "tofgraph " TOFGRAPH_VERSION "\n");
+  EXPECT_EQ(shell("\"$TOFGRAPH\"", "/tmp").exit_code, 2);
+  EXPECT_EQ(shell("\"$TOFGRAPH\" rnu", "/tmp").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace tofgraph::tests

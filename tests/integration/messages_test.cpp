@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The catalogue of mistakes: each file in tests/fixtures/errors is wrong in one way (NAME.yaml is checked, NAME.args
+// are arguments of `run`), NAME.expected is what the user is told, to the letter.
+#include "tests/program.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace tofgraph::tests {
+namespace {
+
+const std::filesystem::path folder = TOFGRAPH_SOURCE_DIR "/tests/fixtures/errors";
+
+std::vector<std::string> cases() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".expected") names.push_back(entry.path().filename().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+class Message : public testing::TestWithParam<std::string> {};
+
+TEST_P(Message, IsAsWritten) {
+  const std::filesystem::path file = folder / GetParam();
+  std::string arguments = "check " + GetParam();
+  if (file.extension() == ".args") arguments = "run " + read_text(file);
+  if (!arguments.empty() && arguments.back() == '\n') arguments.pop_back();
+  const Outcome outcome = shell("\"$TOFGRAPH\" " + arguments, folder);
+  std::string said = outcome.err;
+  for (std::size_t at = 0; (at = said.find(TOFGRAPH_SOURCE_DIR)) != std::string::npos;) {
+    said.replace(at, std::string(TOFGRAPH_SOURCE_DIR).size(), "SOURCE");
+  }
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(said, read_text(std::filesystem::path(file).replace_extension(".expected")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.txt")) << "an output was touched";
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, Message, testing::ValuesIn(cases()), [](const auto& info) {
+  std::string name = info.param;
+  std::ranges::replace(name, '.', '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace tofgraph::tests

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Runs the program as a user does, and gives what came out; a folder of its own for each test.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <unistd.h>
+
+namespace tofgraph::tests {
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+/// A folder that is there as long as the object.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(const std::filesystem::path& where = std::filesystem::temp_directory_path()) {
+    std::string pattern = (where / "tofgraph-test-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = pattern;
+  }
+  ~TemporaryFolder() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Runs a shell command line in which $TOFGRAPH is the program; the fixtures' stages can be used.
+inline Outcome shell(const std::string& command, const std::filesystem::path& folder) {
+  const TemporaryFolder scratch;
+  const std::string out = (scratch.path() / "out").string(), err = (scratch.path() / "err").string();
+  const std::string line = "cd '" + folder.string() + "' && export TOFGRAPH='" TOFGRAPH_PROGRAM "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR
+                           "/tests/plugins' XDG_CACHE_HOME='" TOFGRAPH_BINARY_DIR "/tests/cache'; (" + command + ") >'" + out + "' 2>'" + err + "' </dev/null";
+  const int status = std::system(line.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
+}
+
+}  // namespace tofgraph::tests
