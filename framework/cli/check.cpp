@@ -5,6 +5,7 @@
 #include "io/profile.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace tofgraph::cli {
 namespace {

@@ -5,6 +5,7 @@
 #include "cli/commands.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace tofgraph::cli {
 

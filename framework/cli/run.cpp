@@ -6,6 +6,7 @@
 #include "core/runner.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <unistd.h>
 #include <csignal>

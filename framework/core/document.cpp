@@ -80,7 +80,8 @@ class Converter {
   std::size_t count_ = 0;
 };
 
-Value parse(const std::shared_ptr<const SourceText>& source, const std::string& text, std::optional<Position> fixed) {
+Value parse(const std::shared_ptr<const SourceText>& source, const std::string& text,
+            const std::optional<Position>& fixed) {
   Diagnostics diagnostics;
   try {
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);

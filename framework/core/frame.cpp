@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 using tofgraph::core::BufferPool;
 using tofgraph::core::channel_bytes;

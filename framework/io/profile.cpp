@@ -5,6 +5,8 @@
 #include "core/paths.hpp"
 #include "core/quantity.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

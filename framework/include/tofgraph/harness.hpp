@@ -40,7 +40,7 @@ class Harness {
 
   /// Gives the next frame a channel. Before the first run this also announces it.
   template <class T>
-  void put(const std::string& channel, std::vector<std::uint64_t> extent, const std::vector<T>& values,
+  void put(const std::string& channel, const std::vector<std::uint64_t>& extent, const std::vector<T>& values,
            const Meaning& meaning = {}) {
     put_bytes(channel, element_type<T>(), extent, values.data(), values.size() * sizeof(T), meaning);
   }
