@@ -44,4 +44,14 @@ inline double optimized_bistatic_closed_form(const Geometry& geometry, Vector3 r
   return (k * k - dot(b, b)) / (2 * (k + dot(ray, b)));
 }
 
+/// dz/dD of the optimized bistatic model: what a small error of the distance becomes in the depth.
+inline double optimized_bistatic_slope(const Geometry& geometry, Vector3 ray, double reflected) {
+  const Vector3 point = point_on_ray(geometry, ray, reflected);
+  double rise = 1;  // d (2 D) / d D_ref
+  for (const WeightedSource& source : geometry.sources) {
+    rise += source.weight * dot(ray, point - source.position) / source_path(source, point);
+  }
+  return 2 * ray.z / rise;
+}
+
 }  // namespace tofgraph::physics

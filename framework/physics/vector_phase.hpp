@@ -21,9 +21,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// the rounding of float arithmetic below 7e-8 rad.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V AtanToOne(D d, V t) {
-  constexpr float c[] = {9.999998863996528e-1F, -3.333259711351035e-1F, 1.998590809910602e-1F,
-                         -1.416123822917055e-1F, 1.049897784962195e-1F, -7.234919899058867e-2F,
-                         3.978191852464163e-2F, -1.440176541188778e-2F, 2.456822569653995e-3F};
+  constexpr float c[] = {9.999998863996528e-1F,  -3.333259711351035e-1F, 1.998590809910602e-1F,
+                         -1.416123822917055e-1F, 1.049897784962195e-1F,  -7.234919899058867e-2F,
+                         3.978191852464163e-2F,  -1.440176541188778e-2F, 2.456822569653995e-3F};
   const V s = hn::Mul(t, t);
   V p = hn::Set(d, c[8]);
   for (int i = 7; i >= 1; --i) p = hn::MulAdd(p, s, hn::Set(d, c[i]));
