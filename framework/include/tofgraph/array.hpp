@@ -14,16 +14,18 @@
 namespace tofgraph {
 
 /// The border's code of an element type; TOFGRAPH_ANY for void.
-template <class T>
-constexpr std::uint32_t element_type() {
+template <class T> constexpr std::uint32_t element_type() {
   using V = std::remove_const_t<T>;
-  if constexpr (std::is_void_v<V>) return TOFGRAPH_ANY;
-  if constexpr (std::is_same_v<V, float>) return TOFGRAPH_F32;
-  if constexpr (std::is_same_v<V, double>) return TOFGRAPH_F64;
-  if constexpr (std::is_same_v<V, std::uint8_t>) return TOFGRAPH_U8;
-  if constexpr (std::is_same_v<V, std::uint16_t>) return TOFGRAPH_U16;
-  if constexpr (std::is_same_v<V, std::int16_t>) return TOFGRAPH_I16;
-  if constexpr (std::is_same_v<V, std::int32_t>) return TOFGRAPH_I32;
+  if constexpr (std::is_void_v<V>)
+    return TOFGRAPH_ANY;
+  else if constexpr (std::is_floating_point_v<V>)
+    return sizeof(V) == 4 ? TOFGRAPH_F32 : TOFGRAPH_F64;
+  else if constexpr (sizeof(V) == 1)
+    return TOFGRAPH_U8;
+  else if constexpr (sizeof(V) == 2)
+    return std::is_signed_v<V> ? TOFGRAPH_I16 : TOFGRAPH_U16;
+  else
+    return TOFGRAPH_I32;
 }
 
 /// Bytes of one element; 0 for TOFGRAPH_ANY.
@@ -39,8 +41,7 @@ constexpr const char* element_name(std::uint32_t type) {
 }
 
 /// A view of up to four dimensions, row-major without gaps; it owns nothing.
-template <class T>
-class Array {
+template <class T> class Array {
  public:
   Array() = default;
 

@@ -39,9 +39,8 @@ class Harness {
   const tofgraph_camera& camera() const;
 
   /// Gives the next frame a channel. Before the first run this also announces it.
-  template <class T>
-  void put(const std::string& channel, const std::vector<std::uint64_t>& extent, const std::vector<T>& values,
-           const Meaning& meaning = {}) {
+  template <class T> void put(const std::string& channel, const std::vector<std::uint64_t>& extent,
+                              const std::vector<T>& values, const Meaning& meaning = {}) {
     put_bytes(channel, element_type<T>(), extent, values.data(), values.size() * sizeof(T), meaning);
   }
   /// Metadata of the next frame.
@@ -61,8 +60,7 @@ class Harness {
   std::vector<std::uint64_t> extent(const std::string& channel) const;
   /// The content of a channel of the frame that came out. @throws std::runtime_error when it is not there or of another
   /// type
-  template <class T>
-  std::vector<T> get(const std::string& channel) const {
+  template <class T> std::vector<T> get(const std::string& channel) const {
     const Array<const T> view(find(channel));
     return {view.begin(), view.end()};
   }

@@ -37,16 +37,12 @@ enum { TOFGRAPH_OPTIONAL = 1, TOFGRAPH_EVERY = 2 };
 enum { TOFGRAPH_STATELESS = 1, TOFGRAPH_MANY_INPUTS = 2 };
 
 /** Kinds of parameters. NUMBER(S) have the unit of the parameter; PATHs come absolute. */
-enum {
-  TOFGRAPH_BOOL = 1, TOFGRAPH_INTEGER, TOFGRAPH_NUMBER, TOFGRAPH_TEXT, TOFGRAPH_CHOICE, TOFGRAPH_NUMBERS,
-  TOFGRAPH_INPUT_FILE, TOFGRAPH_OUTPUT_FILE
-};
+enum { TOFGRAPH_BOOL = 1, TOFGRAPH_INTEGER, TOFGRAPH_NUMBER, TOFGRAPH_TEXT, TOFGRAPH_CHOICE, TOFGRAPH_NUMBERS };
+enum { TOFGRAPH_INPUT_FILE = 7, TOFGRAPH_OUTPUT_FILE };
 
 /** Metadata bits: what is known of every frame of a stream. */
-enum {
-  TOFGRAPH_KNOWS_TIMESTAMP = 1, TOFGRAPH_KNOWS_INTEGRATION_TIME = 2, TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4,
-  TOFGRAPH_KNOWS_TEMPERATURE = 8, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16
-};
+enum { TOFGRAPH_KNOWS_TIMESTAMP = 1, TOFGRAPH_KNOWS_INTEGRATION_TIME = 2, TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4 };
+enum { TOFGRAPH_KNOWS_TEMPERATURE = 8, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16 };
 
 /** A plain view of one channel of one frame: the element at (i, j, ..) is at data + i stride[0] + j stride[1] + .. */
 typedef struct tofgraph_view {
@@ -55,8 +51,7 @@ typedef struct tofgraph_view {
   uint32_t rank;      /* 1 .. 4 */
   uint64_t extent[4]; /* slowest first; for an image rows, columns */
   int64_t stride[4];  /* bytes */
-  const char* channel;
-  const char* unit;
+  const char *channel, *unit;
 } tofgraph_view;
 
 /** What a stream carries under one name, known before the first frame. */
@@ -64,10 +59,8 @@ typedef struct tofgraph_channel {
   const char* name;
   uint32_t type, rank;
   uint64_t extent[4];  /* 0: known only with the frame */
-  const char* unit;    /* SI: "m", "counts", "" */
-  const char* of;      /* for sigma: the channel whose standard deviation it is; else "" */
-  const char* applied; /* stages applied so far, blank-separated, oldest first */
-  const char* from;    /* channels that it was computed from, directly or not, blank-separated */
+  const char *unit, *of;       /* SI: "m", "counts", ""; of: for sigma, the channel whose standard deviation it is */
+  const char *applied, *from;  /* stages so far, oldest first, and channels it was computed from; blank-separated */
 } tofgraph_channel;
 
 typedef struct tofgraph_light {
@@ -89,8 +82,7 @@ typedef struct tofgraph_camera {
   double modulation_frequency; /* Hz, nominal */
   double integration_time[2];  /* s, valid range */
   double frame_rate;           /* Hz */
-  double gain;                 /* counts m^2/s */
-  double contrast;
+  double gain, contrast;       /* amplitude = gain reflectivity t_int / D_t^2, in counts m^2/s; contrast of the taps */
   double read_noise;           /* counts, standard deviation of a tap */
   double shot_noise;           /* variance per count */
   double full_well;            /* counts of a tap */
@@ -115,8 +107,7 @@ typedef struct tofgraph_stream {
 
 /** Metadata of one frame. */
 typedef struct tofgraph_metadata {
-  uint32_t size;
-  uint32_t reserved;
+  uint32_t size, reserved;
   uint64_t number;             /* place in the run, from 0; set by the host */
   uint64_t device_number;      /* the device's own counter: gaps are lost frames */
   int64_t timestamp_ns;        /* start of the exposure, since 1970 */
@@ -162,29 +153,23 @@ typedef struct tofgraph_host {
 
 /** A port: what a stage reads or makes, with its meaning. Words are blank-separated. */
 typedef struct tofgraph_port {
-  const char* name;
-  const char* channel; /* id, or alternatives "depth|range|distance": the first that is there, or the one
-                          named by a parameter called `channel` */
-  const char* shape;   /* "H W", "4 H W", "H W 3", ..; "" any */
-  const char* unit;
+  const char *name, *channel; /* channel: an id, or alternatives "depth|range|distance": the first that is there, or the
+                                 one named by a parameter called `channel` */
+  const char *shape, *unit;   /* "H W", "4 H W", "H W 3", ..; "" any */
   uint32_t type, direction, flags;
-  const char* needs;   /* stages one of which must have been applied to it */
-  const char* refuses; /* stages that must not have been applied to it */
-  const char* from;    /* outputs: channels it is computed from */
-  const char* adds;    /* outputs: words added to `applied` besides the stage's name (a class of corrections) */
-  const char* of;      /* sigma: the channel it belongs to */
+  const char *needs, *refuses; /* stages one of which must have been applied to it; that must not have been */
+  const char *from, *adds, *of; /* outputs: channels it is computed from; words added to `applied` besides the stage's
+                                   name (a class of corrections); for sigma the channel it belongs to */
   const char* text;
 } tofgraph_port;
 
 typedef struct tofgraph_parameter {
   const char* name;
   uint32_t kind, required;
-  const char* unit;       /* SI, "" for a pure number */
-  const char* fallback;   /* the default, written as in a pipeline: "3.91 mm"; null: none */
-  double minimum, maximum; /* SI; NaN: no bound */
-  const char* choices;    /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto" */
-  const char* text;
-  double off, typical;    /* effects: the value that changes nothing, and a usual size */
+  const char *unit, *fallback; /* SI, "" for a pure number; the default, written as in a pipeline: "3.91 mm", or null */
+  double minimum, maximum;     /* SI; NaN: no bound */
+  const char *choices, *text;  /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto" */
+  double off, typical;         /* effects: the value that changes nothing, and a usual size */
 } tofgraph_parameter;
 
 /** The value of a parameter, in the order of the declaration. */
@@ -192,9 +177,8 @@ typedef struct tofgraph_value {
   int64_t integer;       /* BOOL, INTEGER */
   double number;         /* NUMBER, SI; NaN when a word was given */
   const char* text;      /* TEXT, CHOICE, files, the word of a NUMBER; else "" */
-  const double* numbers; /* NUMBERS */
-  uint64_t count;
-  uint64_t given;        /* not 0 when the user wrote it */
+  const double* numbers; /* NUMBERS, so many: */
+  uint64_t count, given; /* given: not 0 when the user wrote it */
 } tofgraph_value;
 
 /** A named struct beyond the plain stage; data begins with its own size. */
@@ -209,18 +193,15 @@ enum { TOFGRAPH_GEOMETRY = 1, TOFGRAPH_PHASOR, TOFGRAPH_SAMPLES, TOFGRAPH_TAPS }
 typedef struct tofgraph_light_state tofgraph_light_state; /* the pixels of one condition, at the effect's level */
 typedef struct tofgraph_effect {
   uint32_t size, level;
-  const char* touches;       /* observables: distance amplitude intensity null1 null2 variance */
-  const char* confused_with; /* effects that ordinary data cannot tell from it */
-  const char* experiment;    /* what tells them apart */
+  const char* touches;                     /* observables: distance amplitude intensity null1 null2 variance */
+  const char *confused_with, *experiment; /* effects that ordinary data cannot tell from it, and what can */
   int (*apply)(void* self, tofgraph_light_state* state);
 } tofgraph_effect;
 
 typedef struct tofgraph_descriptor {
   uint32_t size, api_major, api_minor, flags;
-  const char* kind; /* source, filter, sink, effect */
-  const char* name;
-  const char* summary; /* one line */
-  const char* version;
+  const char *kind, *name;       /* source, filter, sink, effect */
+  const char *summary, *version; /* summary: one line */
   uint32_t port_size, parameter_size, extension_size, reserved;
   const tofgraph_port* ports;
   uint64_t port_count;

@@ -79,19 +79,29 @@ class Frame {
   tofgraph_frame* frame_;
 };
 
+class Setup;
 namespace detail {
 class PortBase;
 class ParamBase;
 }  // namespace detail
+template <class T> class In;
+template <class T> class Out;
+template <class T> class InOut;
+template <class T> class Param;
 
 /// What every stage has: its contract and its host. Derive from Source, Filter or Sink.
 class Stage {
  public:
   using Frame = tofgraph::Frame;
+  template <class T> using In = tofgraph::In<T>;
+  template <class T> using Out = tofgraph::Out<T>;
+  template <class T> using InOut = tofgraph::InOut<T>;
+  template <class T> using Param = tofgraph::Param<T>;
   Stage() = default;
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
+  void prepare(Setup&) {}
   void finish() {}
   void stop() {}
 
@@ -155,244 +165,17 @@ class Setup {
   std::span<const tofgraph_stream* const> streams_;
 };
 
-/// The fields of a port beside its channel; see tofgraph_port. What is left out comes from the table of channels.
-struct PortSpec {
-  const char* text = nullptr;
-  bool optional = false;
-  const char* name = nullptr;  ///< default: the first channel
-  const char* shape = nullptr;
-  const char* unit = nullptr;
-  const char* needs = "";
-  const char* refuses = "";
-  const char* from = "";
-  const char* adds = "";
-  const char* of = "";
-};
-
-/// The fields of a parameter; see tofgraph_parameter. Bounds are SI, the default is written as in a pipeline.
-struct ParamSpec {
-  const char* unit = "";
-  const char* fallback = nullptr;
-  bool required = false;
-  double min = std::numeric_limits<double>::quiet_NaN();
-  double max = std::numeric_limits<double>::quiet_NaN();
-  const char* choices = "";
-  const char* text = "";
-  double off = std::numeric_limits<double>::quiet_NaN();
-  double typical = std::numeric_limits<double>::quiet_NaN();
-};
-
-struct Choice : std::string {};      ///< one of the words in `choices`
-struct InputFile : std::string {};   ///< absolute path of a file to read, or empty
-struct OutputFile : std::string {};  ///< absolute path (or pattern) of a file to write
-
-namespace detail {
-
-class PortBase {
- public:
-  PortBase(Stage* stage, std::uint32_t type, std::uint32_t direction, const char* channel, const PortSpec& spec)
-      : first_(std::string_view(channel).substr(0, std::string_view(channel).find('|'))) {
-    const ChannelInfo* known = known_channel(first_);
-    const auto either = [](const char* given, const char* other) { return given != nullptr ? given : other; };
-    const bool every = first_ == "*";
-    port_ = {.name = either(spec.name, every ? "every" : first_.c_str()),
-             .channel = channel,
-             .shape = either(spec.shape, known != nullptr ? known->shape : ""),
-             .unit = either(spec.unit, known != nullptr ? known->unit : ""),
-             .type = type,
-             .direction = direction,
-             .flags = (spec.optional ? std::uint32_t{TOFGRAPH_OPTIONAL} : 0U) | (every ? std::uint32_t{TOFGRAPH_EVERY} : 0U),
-             .needs = spec.needs,
-             .refuses = spec.refuses,
-             .from = spec.from,
-             .adds = spec.adds,
-             .of = spec.of,
-             .text = either(spec.text, known != nullptr ? known->text : "")};
-    stage->ports.push_back(this);
-  }
-  PortBase(const PortBase&) = delete;
-  PortBase& operator=(const PortBase&) = delete;
-
-  const tofgraph_port& port() const { return port_; }
-  /// The channel that the port reads or makes; empty for an optional input that is not there. Known in prepare.
-  const char* channel() const { return bound_.c_str(); }
-  bool present() const { return !bound_.empty(); }
-  void bind(const char* channel) { bound_ = channel != nullptr ? channel : ""; }
-
- protected:
-  std::string first_, bound_;
-  tofgraph_port port_{};
-};
-
-class ParamBase {
- public:
-  ParamBase(Stage* stage, std::uint32_t kind, const char* name, const ParamSpec& spec)
-      : parameter_{name,     kind,         spec.required, spec.unit, spec.fallback, spec.min,
-                   spec.max, spec.choices, spec.text,     spec.off,  spec.typical} {
-    stage->parameters.push_back(this);
-  }
-  ParamBase(const ParamBase&) = delete;
-  ParamBase& operator=(const ParamBase&) = delete;
-  virtual ~ParamBase() = default;
-  virtual void set(const tofgraph_value& value) = 0;
-
-  const tofgraph_parameter& parameter() const { return parameter_; }
-  /// True when the user wrote the parameter, false for the default.
-  bool given() const { return given_; }
-
- protected:
-  tofgraph_parameter parameter_;
-  bool given_ = false;
-};
-
-template <class T>
-constexpr std::uint32_t parameter_kind() {
-  if constexpr (std::is_same_v<T, bool>) return TOFGRAPH_BOOL;
-  if constexpr (std::is_same_v<T, std::int64_t>) return TOFGRAPH_INTEGER;
-  if constexpr (std::is_same_v<T, double>) return TOFGRAPH_NUMBER;
-  if constexpr (std::is_same_v<T, std::string>) return TOFGRAPH_TEXT;
-  if constexpr (std::is_same_v<T, Choice>) return TOFGRAPH_CHOICE;
-  if constexpr (std::is_same_v<T, std::vector<double>>) return TOFGRAPH_NUMBERS;
-  if constexpr (std::is_same_v<T, InputFile>) return TOFGRAPH_INPUT_FILE;
-  if constexpr (std::is_same_v<T, OutputFile>) return TOFGRAPH_OUTPUT_FILE;
-}
-
-}  // namespace detail
-
-/// An input port: call it with the frame to get a read-only view. T void: any element type, gives a tofgraph_view.
-template <class T>
-class In : public detail::PortBase {
- public:
-  In(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_IN, channel, spec) {}
-  /// @returns an empty view when an optional input is not there.
-  auto operator()(const Frame& frame) const {
-    const tofgraph_view view = present() ? frame.find(channel()) : tofgraph_view{};
-    if constexpr (std::is_void_v<T>)
-      return view;
-    else
-      return view.data != nullptr ? Array<const T>(view) : Array<const T>();
-  }
-};
-
-/// An output port: call it with the frame and the extents to get a new buffer.
-template <class T>
-class Out : public detail::PortBase {
- public:
-  Out(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_OUT, channel, spec) {
-    bound_ = (port_.flags & TOFGRAPH_OPTIONAL) == 0 ? first_ : "";
-  }
-  Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns, std::size_t depth = 0) const {
-    return Array<T>(frame.write({.name = channel(),
-                                 .type = element_type<T>(),
-                                 .rank = depth != 0 ? 3U : 2U,
-                                 .extent = {rows, columns, depth, 0},
-                                 .unit = port_.unit,
-                                 .of = port_.of,
-                                 .applied = "",
-                                 .from = ""}));
-  }
-  /// In prepare: announces an optional output; of: for sigma, the channel it belongs to.
-  void provide(const Setup& setup, const char* of = nullptr) {
-    bound_ = first_;
-    setup.provide({.name = channel(),
-                   .type = element_type<T>(),
-                   .rank = 0,
-                   .extent = {},
-                   .unit = port_.unit,
-                   .of = of != nullptr ? of : port_.of,
-                   .applied = "",
-                   .from = port_.from});
-  }
-};
-
-/// A port that changes a channel in place.
-template <class T>
-class InOut : public detail::PortBase {
- public:
-  InOut(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_INOUT, channel, spec) {}
-  /// @returns an empty view when an optional channel is not there.
-  Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
-  Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
-  /// In prepare: an optional image that is not there is made by this stage, beginning with zeros.
-  void provide(const Setup& setup) {
-    if (present()) return;
-    made_ = true;
-    bound_ = first_;
-    setup.provide({.name = channel(), .type = element_type<T>(), .rank = 0, .extent = {}, .unit = port_.unit,
-                   .of = port_.of, .applied = "", .from = port_.from});
-  }
-  /// For an image that provide() may have to make.
-  Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns) const {
-    if (!made_) return (*this)(frame);
-    const Array<T> image(frame.write({.name = channel(), .type = element_type<T>(), .rank = 2,
-                                      .extent = {rows, columns, 0, 0}, .unit = port_.unit, .of = port_.of,
-                                      .applied = "", .from = ""}));
-    std::fill(image.begin(), image.end(), T{});
-    return image;
-  }
-
- private:
-  bool made_ = false;
-};
-
-/// A parameter; * gives its value, numbers in SI.
-template <class T>
-class Param : public detail::ParamBase {
- public:
-  Param(Stage* stage, const char* name, const ParamSpec& spec)
-      : ParamBase(stage, detail::parameter_kind<T>(), name, spec) {}
-  const T& operator*() const { return value_; }
-  const T* operator->() const { return &value_; }
-  /// For a number that may be a word ("auto"): the word, or empty.
-  const std::string& word() const { return word_; }
-
-  void set(const tofgraph_value& value) override {
-    given_ = value.given != 0;
-    word_ = value.text;
-    if constexpr (std::is_same_v<T, bool>)
-      value_ = value.integer != 0;
-    else if constexpr (std::is_same_v<T, std::int64_t>)
-      value_ = value.integer;
-    else if constexpr (std::is_same_v<T, double>)
-      value_ = value.number;
-    else if constexpr (std::is_same_v<T, std::vector<double>>)
-      value_.assign(value.numbers, value.numbers + value.count);
-    else
-      value_ = T{value.text};
-  }
-
- private:
-  T value_{};
-  std::string word_;
-};
-
 struct Source : Stage {
   static constexpr const char* kind = "source";
-  template <class T>
-  using Out = tofgraph::Out<T>;
-  template <class T>
-  using Param = tofgraph::Param<T>;
-  void prepare(Setup&) {}
 };
 struct Filter : Stage {
   static constexpr const char* kind = "filter";
-  template <class T>
-  using In = tofgraph::In<T>;
-  template <class T>
-  using Out = tofgraph::Out<T>;
-  template <class T>
-  using InOut = tofgraph::InOut<T>;
-  template <class T>
-  using Param = tofgraph::Param<T>;
-  void prepare(Setup&) {}
 };
-struct Sink : Filter {
+struct Sink : Stage {
   static constexpr const char* kind = "sink";
 };
 
 }  // namespace tofgraph
 
 #include <tofgraph/detail/glue.hpp>  // IWYU pragma: export
+#include <tofgraph/ports.hpp>        // IWYU pragma: export

@@ -3,7 +3,7 @@
 /// @file The one place where a C++ stage becomes a C descriptor; no exception passes it.
 #pragma once
 
-#include <tofgraph/stage.hpp>
+#include <tofgraph/ports.hpp>
 
 #include <exception>
 #include <memory>
@@ -18,20 +18,15 @@
 
 namespace tofgraph::detail {
 
-template <class T>
-inline constexpr bool many_inputs = requires(T& stage, std::span<Frame> frames) {
+template <class T> inline constexpr bool many_inputs = requires(T& stage, std::span<Frame> frames) {
   stage.process(frames);
 };
 
-template <class T>
-inline constexpr bool stateless = requires(const T& stage, Frame& frame) {
-  stage.process(frame);
-}
+template <class T> inline constexpr bool stateless = requires(const T& stage, Frame& frame) { stage.process(frame); }
 || requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
 
 /// Runs a call of a stage and turns what it throws into an error of the host.
-template <class Call>
-int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
+template <class Call> int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
   try {
     return call();
   } catch (const ConfigError& error) {
@@ -44,8 +39,7 @@ int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
   return TOFGRAPH_ERROR;
 }
 
-template <class T>
-struct Glue {
+template <class T> struct Glue {
   static int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
     return guarded(host, context, [&] {
       auto stage = std::make_unique<T>();
@@ -99,22 +93,6 @@ struct Glue {
     static std::vector<tofgraph_port> ports;
     static std::vector<tofgraph_parameter> parameters;
     static const tofgraph_descriptor result = [&] {
-      tofgraph_descriptor d{};
-      d.size = sizeof d;
-      d.api_major = TOFGRAPH_API_MAJOR;
-      d.api_minor = TOFGRAPH_API_MINOR;
-      d.flags = (stateless<T> && !std::is_base_of_v<Source, T> ? std::uint32_t{TOFGRAPH_STATELESS} : 0U) |
-                (many_inputs<T> ? std::uint32_t{TOFGRAPH_MANY_INPUTS} : 0U);
-      d.kind = T::kind;
-      d.name = TOFGRAPH_PLUGIN_NAME;
-      d.summary = summary;
-      d.version = TOFGRAPH_PLUGIN_VERSION;
-      d.create = create;
-      d.prepare = prepare;
-      d.process = process;
-      d.finish = finish;
-      d.stop = stop;
-      d.destroy = destroy;
       try {
         static const T contract;
         for (const PortBase* port : contract.ports) ports.push_back(port->port());
@@ -123,14 +101,34 @@ struct Glue {
         ports.clear();
         parameters.clear();
       }
-      d.port_size = sizeof(tofgraph_port);
-      d.ports = ports.data();
-      d.port_count = ports.size();
-      d.parameter_size = sizeof(tofgraph_parameter);
-      d.parameters = parameters.data();
-      d.parameter_count = parameters.size();
-      d.extension_size = sizeof(tofgraph_extension);
-      return d;
+      constexpr bool parallel = stateless<T> && !std::is_base_of_v<Source, T>;
+      constexpr std::uint32_t flags =
+          (parallel ? TOFGRAPH_STATELESS + 0U : 0U) | (many_inputs<T> ? TOFGRAPH_MANY_INPUTS + 0U : 0U);
+      constexpr std::uint32_t port_size = sizeof(tofgraph_port), parameter_size = sizeof(tofgraph_parameter);
+      return tofgraph_descriptor{sizeof(tofgraph_descriptor),
+                                 TOFGRAPH_API_MAJOR,
+                                 TOFGRAPH_API_MINOR,
+                                 flags,
+                                 T::kind,
+                                 TOFGRAPH_PLUGIN_NAME,
+                                 summary,
+                                 TOFGRAPH_PLUGIN_VERSION,
+                                 port_size,
+                                 parameter_size,
+                                 sizeof(tofgraph_extension),
+                                 0,
+                                 ports.data(),
+                                 ports.size(),
+                                 parameters.data(),
+                                 parameters.size(),
+                                 nullptr,
+                                 0,
+                                 create,
+                                 prepare,
+                                 process,
+                                 finish,
+                                 stop,
+                                 destroy};
     }();
     return &result;
   }

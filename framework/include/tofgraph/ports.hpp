@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The members that make up a stage's contract: ports and parameters. Included by stage.hpp.
+#pragma once
+
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+
+namespace tofgraph {
+
+/// The fields of a port beside its channel; see tofgraph_port. What is left out comes from the table of channels.
+struct PortSpec {
+  const char* text = nullptr;
+  bool optional = false;
+  const char* name = nullptr;  ///< default: the first channel
+  const char* shape = nullptr;
+  const char* unit = nullptr;
+  const char* needs = "";
+  const char* refuses = "";
+  const char* from = "";
+  const char* adds = "";
+  const char* of = "";
+};
+
+/// The fields of a parameter; see tofgraph_parameter. Bounds are SI, the default is written as in a pipeline.
+struct ParamSpec {
+  const char* unit = "";
+  const char* fallback = nullptr;
+  bool required = false;
+  double min = std::numeric_limits<double>::quiet_NaN();
+  double max = std::numeric_limits<double>::quiet_NaN();
+  const char* choices = "";
+  const char* text = "";
+  double off = std::numeric_limits<double>::quiet_NaN();
+  double typical = std::numeric_limits<double>::quiet_NaN();
+};
+
+struct Choice : std::string {};      ///< one of the words in `choices`
+struct InputFile : std::string {};   ///< absolute path of a file to read, or empty
+struct OutputFile : std::string {};  ///< absolute path (or pattern) of a file to write
+
+namespace detail {
+
+class PortBase {
+ public:
+  PortBase(Stage* stage, std::uint32_t type, std::uint32_t direction, const char* channel, const PortSpec& spec)
+      : first_(std::string_view(channel).substr(0, std::string_view(channel).find('|'))) {
+    const bool every = first_ == "*";
+    const ChannelInfo unknown{every ? "every" : first_.c_str(), "", TOFGRAPH_ANY, "", ""};
+    const ChannelInfo& known = known_channel(first_) != nullptr ? *known_channel(first_) : unknown;
+    const auto either = [](const char* given, const char* other) { return given != nullptr ? given : other; };
+    const std::uint32_t flags = (spec.optional ? TOFGRAPH_OPTIONAL + 0U : 0U) | (every ? TOFGRAPH_EVERY + 0U : 0U);
+    port_ = {either(spec.name, known.name),
+             channel,
+             either(spec.shape, known.shape),
+             either(spec.unit, known.unit),
+             type,
+             direction,
+             flags,
+             spec.needs,
+             spec.refuses,
+             spec.from,
+             spec.adds,
+             spec.of,
+             either(spec.text, known.text)};
+    stage->ports.push_back(this);
+  }
+  PortBase(const PortBase&) = delete;
+  PortBase& operator=(const PortBase&) = delete;
+
+  const tofgraph_port& port() const { return port_; }
+  /// The channel that the port reads or makes; empty for an optional input that is not there. Known in prepare.
+  const char* channel() const { return bound_.c_str(); }
+  bool present() const { return !bound_.empty(); }
+  void bind(const char* channel) { bound_ = channel != nullptr ? channel : ""; }
+
+ protected:
+  /// The channel as the border describes it; rank 0: with the extents that the port declares.
+  tofgraph_channel made(std::uint32_t rank, std::size_t rows, std::size_t columns, std::size_t depth) const {
+    return {channel(), port_.type, rank, {rows, columns, depth, 0}, port_.unit, port_.of, "", port_.from};
+  }
+  void announce(const Setup& setup, const char* of) {
+    bound_ = first_;
+    tofgraph_channel channel = made(0, 0, 0, 0);
+    if (of != nullptr) channel.of = of;
+    setup.provide(channel);
+  }
+  std::string first_, bound_;
+  tofgraph_port port_{};
+};
+
+class ParamBase {
+ public:
+  ParamBase(Stage* stage, std::uint32_t kind, const char* name, const ParamSpec& spec)
+      : parameter_{name,     kind,         spec.required, spec.unit, spec.fallback, spec.min,
+                   spec.max, spec.choices, spec.text,     spec.off,  spec.typical} {
+    stage->parameters.push_back(this);
+  }
+  ParamBase(const ParamBase&) = delete;
+  ParamBase& operator=(const ParamBase&) = delete;
+  virtual ~ParamBase() = default;
+  virtual void set(const tofgraph_value& value) = 0;
+
+  const tofgraph_parameter& parameter() const { return parameter_; }
+  /// True when the user wrote the parameter, false for the default.
+  bool given() const { return given_; }
+
+ protected:
+  tofgraph_parameter parameter_;
+  bool given_ = false;
+};
+
+constexpr std::uint32_t kind_of(const bool*) { return TOFGRAPH_BOOL; }
+constexpr std::uint32_t kind_of(const std::int64_t*) { return TOFGRAPH_INTEGER; }
+constexpr std::uint32_t kind_of(const double*) { return TOFGRAPH_NUMBER; }
+constexpr std::uint32_t kind_of(const std::string*) { return TOFGRAPH_TEXT; }
+constexpr std::uint32_t kind_of(const Choice*) { return TOFGRAPH_CHOICE; }
+constexpr std::uint32_t kind_of(const std::vector<double>*) { return TOFGRAPH_NUMBERS; }
+constexpr std::uint32_t kind_of(const InputFile*) { return TOFGRAPH_INPUT_FILE; }
+constexpr std::uint32_t kind_of(const OutputFile*) { return TOFGRAPH_OUTPUT_FILE; }
+
+}  // namespace detail
+
+/// An input port: call it with the frame to get a read-only view. T void: any element type, gives a tofgraph_view.
+template <class T> class In : public detail::PortBase {
+ public:
+  In(Stage* stage, const char* channel, const PortSpec& spec = {})
+      : PortBase(stage, element_type<T>(), TOFGRAPH_IN, channel, spec) {}
+  /// @returns an empty view when an optional input is not there.
+  auto operator()(const Frame& frame) const {
+    const tofgraph_view view = present() ? frame.find(channel()) : tofgraph_view{};
+    if constexpr (std::is_void_v<T>)
+      return view;
+    else
+      return view.data != nullptr ? Array<const T>(view) : Array<const T>();
+  }
+};
+
+/// An output port: call it with the frame and the extents to get a new buffer.
+template <class T> class Out : public detail::PortBase {
+ public:
+  Out(Stage* stage, const char* channel, const PortSpec& spec = {})
+      : PortBase(stage, element_type<T>(), TOFGRAPH_OUT, channel, spec) {
+    bound_ = (port_.flags & TOFGRAPH_OPTIONAL) == 0 ? first_ : "";
+  }
+  Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns, std::size_t depth = 0) const {
+    return Array<T>(frame.write(made(depth != 0 ? 3 : 2, rows, columns, depth)));
+  }
+  /// In prepare: announces an optional output; of: for sigma, the channel it belongs to.
+  void provide(const Setup& setup, const char* of = nullptr) { announce(setup, of); }
+};
+
+/// A port that changes a channel in place.
+template <class T> class InOut : public detail::PortBase {
+ public:
+  InOut(Stage* stage, const char* channel, const PortSpec& spec = {})
+      : PortBase(stage, element_type<T>(), TOFGRAPH_INOUT, channel, spec) {}
+  /// @returns an empty view when an optional channel is not there.
+  Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
+  Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
+  /// In prepare: an optional image that is not there is made by this stage, beginning with zeros.
+  void provide(const Setup& setup) {
+    made_here_ = !present();
+    if (made_here_) announce(setup, nullptr);
+  }
+  /// For an image that provide() may have to make.
+  Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns) const {
+    if (!made_here_) return (*this)(frame);
+    const Array<T> image(frame.write(made(2, rows, columns, 0)));
+    std::fill(image.begin(), image.end(), T{});
+    return image;
+  }
+
+ private:
+  bool made_here_ = false;
+};
+
+/// A parameter; * gives its value, numbers in SI.
+template <class T> class Param : public detail::ParamBase {
+ public:
+  Param(Stage* stage, const char* name, const ParamSpec& spec)
+      : ParamBase(stage, detail::kind_of(static_cast<const T*>(nullptr)), name, spec) {}
+  const T& operator*() const { return value_; }
+  const T* operator->() const { return &value_; }
+  /// For a number that may be a word ("auto"): the word, or empty.
+  const std::string& word() const { return word_; }
+
+  void set(const tofgraph_value& value) override {
+    given_ = value.given != 0;
+    word_ = value.text;
+    if constexpr (std::is_integral_v<T>)
+      value_ = static_cast<T>(value.integer);
+    else if constexpr (std::is_same_v<T, double>)
+      value_ = value.number;
+    else if constexpr (std::is_base_of_v<std::string, T>)
+      value_ = T{value.text};
+    else
+      value_.assign(value.numbers, value.numbers + value.count);
+  }
+
+ private:
+  T value_{};
+  std::string word_;
+};
+
+}  // namespace tofgraph
