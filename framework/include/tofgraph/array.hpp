@@ -16,16 +16,10 @@ namespace tofgraph {
 /// The border's code of an element type; TOFGRAPH_ANY for void.
 template <class T> constexpr std::uint32_t element_type() {
   using V = std::remove_const_t<T>;
-  if constexpr (std::is_void_v<V>)
-    return TOFGRAPH_ANY;
-  else if constexpr (std::is_floating_point_v<V>)
-    return sizeof(V) == 4 ? TOFGRAPH_F32 : TOFGRAPH_F64;
-  else if constexpr (sizeof(V) == 1)
-    return TOFGRAPH_U8;
-  else if constexpr (sizeof(V) == 2)
-    return std::is_signed_v<V> ? TOFGRAPH_I16 : TOFGRAPH_U16;
-  else
-    return TOFGRAPH_I32;
+  if constexpr (std::is_void_v<V>) return TOFGRAPH_ANY;
+  constexpr std::size_t size = sizeof(std::conditional_t<std::is_void_v<V>, char, V>);
+  if constexpr (std::is_floating_point_v<V>) return size == 4 ? TOFGRAPH_F32 : TOFGRAPH_F64;
+  return size == 1 ? TOFGRAPH_U8 : size == 4 ? TOFGRAPH_I32 : std::is_signed_v<V> ? TOFGRAPH_I16 : TOFGRAPH_U16;
 }
 
 /// Bytes of one element; 0 for TOFGRAPH_ANY.
@@ -47,13 +41,12 @@ template <class T> class Array {
 
   /// @throws std::runtime_error when the view's elements are of another type or not without gaps.
   explicit Array(const tofgraph_view& view) : view_(view) {
-    if (view.type != element_type<T>()) {
-      throw std::runtime_error(std::string(view.channel) + " is " + element_name(view.type) + ", expected " +
-                               element_name(element_type<T>()));
-    }
+    const std::string name = view.channel;
+    const std::string wanted = element_name(element_type<T>());
+    if (view.type != element_type<T>()) throw std::runtime_error(name + " is no " + wanted);
     auto stride = static_cast<std::int64_t>(sizeof(T));
     for (std::uint32_t i = view.rank; i-- > 0;) {
-      if (view.stride[i] != stride) throw std::runtime_error(std::string(view.channel) + " has gaps");
+      if (view.stride[i] != stride) throw std::runtime_error(name + " has gaps");
       stride *= static_cast<std::int64_t>(view.extent[i]);
       size_ *= view.extent[i];
     }

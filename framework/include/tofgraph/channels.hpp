@@ -35,9 +35,8 @@ inline constexpr ChannelInfo known_channels[] = {
 
 /// The entry of a channel, or null for one that only its stages know.
 constexpr const ChannelInfo* known_channel(std::string_view name) {
-  for (const auto& channel : known_channels) {
+  for (const auto& channel : known_channels)
     if (name == channel.name) return &channel;
-  }
   return nullptr;
 }
 

@@ -74,8 +74,7 @@ typedef struct tofgraph_camera {
   uint32_t size, light_size;
   const char* name;
   uint32_t width, height;      /* px */
-  double focal_length;         /* m; NaN when only known in pixels */
-  double pitch[2];             /* m, x and y */
+  double focal_length, pitch[2]; /* m, pitch in x and y; NaN when only known in pixels */
   double focal_px[2];          /* px */
   double principal_point[2];   /* px, 0-based */
   double distortion[5];        /* k1 k2 p1 p2 k3 */
@@ -99,8 +98,7 @@ typedef struct tofgraph_stream {
   const tofgraph_camera* camera;
   const tofgraph_channel* channels;
   uint64_t channel_count;
-  uint64_t frames;          /* how many will come; 0: unknown or endless */
-  uint64_t known;           /* TOFGRAPH_KNOWS_.. */
+  uint64_t frames, known;   /* how many will come, 0: unknown or endless; TOFGRAPH_KNOWS_.. */
   const char* const* bound; /* for each port of the stage the channel that it reads; null: not there */
   uint64_t bound_count;
 } tofgraph_stream;
@@ -111,10 +109,8 @@ typedef struct tofgraph_metadata {
   uint64_t number;             /* place in the run, from 0; set by the host */
   uint64_t device_number;      /* the device's own counter: gaps are lost frames */
   int64_t timestamp_ns;        /* start of the exposure, since 1970 */
-  double integration_time;     /* s */
-  double modulation_frequency; /* Hz */
-  double temperature;          /* K */
-  double time_since_power_on;  /* s */
+  double integration_time, modulation_frequency; /* s, Hz */
+  double temperature, time_since_power_on;       /* K, s */
 } tofgraph_metadata;
 
 typedef struct tofgraph_frame tofgraph_frame; /* the host's */

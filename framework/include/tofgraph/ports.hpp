@@ -13,27 +13,18 @@ namespace tofgraph {
 struct PortSpec {
   const char* text = nullptr;
   bool optional = false;
-  const char* name = nullptr;  ///< default: the first channel
-  const char* shape = nullptr;
-  const char* unit = nullptr;
-  const char* needs = "";
-  const char* refuses = "";
-  const char* from = "";
-  const char* adds = "";
-  const char* of = "";
+  const char *name = nullptr, *shape = nullptr, *unit = nullptr;  ///< name: default the first channel
+  const char *needs = "", *refuses = "", *from = "", *adds = "", *of = "";
 };
 
 /// The fields of a parameter; see tofgraph_parameter. Bounds are SI, the default is written as in a pipeline.
 struct ParamSpec {
-  const char* unit = "";
-  const char* fallback = nullptr;
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const char *unit = "", *fallback = nullptr;
   bool required = false;
-  double min = std::numeric_limits<double>::quiet_NaN();
-  double max = std::numeric_limits<double>::quiet_NaN();
-  const char* choices = "";
-  const char* text = "";
-  double off = std::numeric_limits<double>::quiet_NaN();
-  double typical = std::numeric_limits<double>::quiet_NaN();
+  double min = none, max = none;
+  const char *choices = "", *text = "";
+  double off = none, typical = none;
 };
 
 struct Choice : std::string {};      ///< one of the words in `choices`
@@ -51,24 +42,12 @@ class PortBase {
     const ChannelInfo& known = known_channel(first_) != nullptr ? *known_channel(first_) : unknown;
     const auto either = [](const char* given, const char* other) { return given != nullptr ? given : other; };
     const std::uint32_t flags = (spec.optional ? TOFGRAPH_OPTIONAL + 0U : 0U) | (every ? TOFGRAPH_EVERY + 0U : 0U);
-    port_ = {either(spec.name, known.name),
-             channel,
-             either(spec.shape, known.shape),
-             either(spec.unit, known.unit),
-             type,
-             direction,
-             flags,
-             spec.needs,
-             spec.refuses,
-             spec.from,
-             spec.adds,
-             spec.of,
-             either(spec.text, known.text)};
+    // clang-format off
+    port_ = {either(spec.name, known.name), channel, either(spec.shape, known.shape), either(spec.unit, known.unit), type,
+             direction, flags, spec.needs, spec.refuses, spec.from, spec.adds, spec.of, either(spec.text, known.text)};
+    // clang-format on
     stage->ports.push_back(this);
   }
-  PortBase(const PortBase&) = delete;
-  PortBase& operator=(const PortBase&) = delete;
-
   const tofgraph_port& port() const { return port_; }
   /// The channel that the port reads or makes; empty for an optional input that is not there. Known in prepare.
   const char* channel() const { return bound_.c_str(); }
@@ -97,8 +76,6 @@ class ParamBase {
                    spec.max, spec.choices, spec.text,     spec.off,  spec.typical} {
     stage->parameters.push_back(this);
   }
-  ParamBase(const ParamBase&) = delete;
-  ParamBase& operator=(const ParamBase&) = delete;
   virtual ~ParamBase() = default;
   virtual void set(const tofgraph_value& value) = 0;
 
@@ -130,10 +107,8 @@ template <class T> class In : public detail::PortBase {
   /// @returns an empty view when an optional input is not there.
   auto operator()(const Frame& frame) const {
     const tofgraph_view view = present() ? frame.find(channel()) : tofgraph_view{};
-    if constexpr (std::is_void_v<T>)
-      return view;
-    else
-      return view.data != nullptr ? Array<const T>(view) : Array<const T>();
+    using View = std::conditional_t<std::is_void_v<T>, tofgraph_view, Array<const T>>;
+    return view.data != nullptr ? View(view) : View{};
   }
 };
 

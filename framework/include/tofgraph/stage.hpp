@@ -121,47 +121,44 @@ class Stage {
 /// What a stage learns and says before the first frame.
 class Setup {
  public:
-  Setup(const Stage& stage, std::span<const tofgraph_stream* const> streams) : stage_(stage), streams_(streams) {}
+  Setup(const Stage& stage, std::span<const tofgraph_stream* const> streams)
+      : host_(stage.host), context_(stage.context), streams_(streams) {}
 
   std::span<const tofgraph_stream* const> streams() const { return streams_; }
   /// The stream that arrives (of several, the first).
   const tofgraph_stream& stream() const { return *streams_.front(); }
   /// The camera of the stream; for sources, the pipeline's. @throws std::runtime_error when there is none.
   const tofgraph_camera& camera() const {
-    if (stream().camera == nullptr) {
-      throw std::runtime_error("needs to know the camera: write camera: NAME at the top of the pipeline");
-    }
-    return *stream().camera;
+    if (stream().camera != nullptr) return *stream().camera;
+    throw std::runtime_error("needs to know the camera: write camera: NAME at the top of the pipeline");
   }
   bool knows(std::uint64_t metadata) const { return (stream().known & metadata) == metadata; }
   /// A channel of the stream, or null.
   const tofgraph_channel* find(std::string_view name) const {
-    for (const tofgraph_channel& channel : channels()) {
+    for (const tofgraph_channel& channel : channels())
       if (channel.name == name) return &channel;
-    }
     return nullptr;
   }
   std::span<const tofgraph_channel> channels() const { return {stream().channels, stream().channel_count}; }
 
   /// Announces a channel that no port declares, or an optional output.
-  void provide(const tofgraph_channel& channel) const { stage_.host->provide(stage_.context, &channel); }
-  void withdraw(const char* channel) const { stage_.host->withdraw(stage_.context, channel); }
+  void provide(const tofgraph_channel& channel) const { host_->provide(context_, &channel); }
+  void withdraw(const char* channel) const { host_->withdraw(context_, channel); }
   /// Another camera leaves than came: other rays, another size. Copied; rays null: made from its lens model.
-  void set_camera(const tofgraph_camera& camera) const { stage_.host->set_camera(stage_.context, &camera); }
+  void set_camera(const tofgraph_camera& camera) const { host_->set_camera(context_, &camera); }
   /// For sources: the camera by its profile's name, or by the profile's text. @returns false when there is none.
   bool use_profile(const std::string& name, const std::string& text = {}) const {
-    return stage_.host->use_profile(stage_.context, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_OK;
+    return host_->use_profile(context_, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_OK;
   }
-  void set_frames(std::uint64_t frames, std::uint64_t known) const {
-    stage_.host->set_frames(stage_.context, frames, known);
-  }
+  void set_frames(std::uint64_t frames, std::uint64_t known) const { host_->set_frames(context_, frames, known); }
   /// A file whose content shapes the result: its hash goes into the provenance.
-  void uses_file(const std::string& path) const { stage_.host->uses_file(stage_.context, path.c_str()); }
+  void uses_file(const std::string& path) const { host_->uses_file(context_, path.c_str()); }
   /// True when existing files may be replaced.
-  bool overwrite() const { return stage_.host->overwrite(stage_.context) != 0; }
+  bool overwrite() const { return host_->overwrite(context_) != 0; }
 
  private:
-  const Stage& stage_;
+  const tofgraph_host* host_;
+  void* context_;
   std::span<const tofgraph_stream* const> streams_;
 };
 

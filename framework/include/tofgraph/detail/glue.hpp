@@ -9,11 +9,8 @@
 #include <memory>
 #include <type_traits>
 
-#ifndef TOFGRAPH_PLUGIN_NAME
-#error "TOFGRAPH_PLUGIN_NAME is not defined: build the file with tofgraph_add_plugin() of tofgraph's CMake package"
-#endif
-#ifndef TOFGRAPH_PLUGIN_VERSION
-#define TOFGRAPH_PLUGIN_VERSION "0"
+#if !defined(TOFGRAPH_PLUGIN_NAME) || !defined(TOFGRAPH_PLUGIN_VERSION)
+#error "TOFGRAPH_PLUGIN_NAME or _VERSION is not defined: build the file with tofgraph_add_plugin() of the CMake package"
 #endif
 
 namespace tofgraph::detail {
@@ -66,18 +63,16 @@ template <class T> struct Glue {
   static int process(void* self, tofgraph_frame* const* frames, std::uint64_t count) {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] {
-      if constexpr (many_inputs<T>) {
-        std::vector<Frame> all;
-        for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
+      std::vector<Frame> all;
+      for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
+      bool more = true;
+      if constexpr (std::is_base_of_v<Source, T>)
+        more = stage.process(all.front());
+      else if constexpr (many_inputs<T>)
         stage.process(std::span<Frame>(all));
-        return TOFGRAPH_OK;
-      } else {
-        Frame frame(stage.host, frames[0]);
-        if constexpr (std::is_base_of_v<Source, T>)
-          return stage.process(frame) ? TOFGRAPH_OK : TOFGRAPH_END;
-        else
-          return stage.process(frame), TOFGRAPH_OK;
-      }
+      else
+        stage.process(all.front());
+      return more ? TOFGRAPH_OK : TOFGRAPH_END;
     });
   }
 
@@ -105,30 +100,12 @@ template <class T> struct Glue {
       constexpr std::uint32_t flags =
           (parallel ? TOFGRAPH_STATELESS + 0U : 0U) | (many_inputs<T> ? TOFGRAPH_MANY_INPUTS + 0U : 0U);
       constexpr std::uint32_t port_size = sizeof(tofgraph_port), parameter_size = sizeof(tofgraph_parameter);
-      return tofgraph_descriptor{sizeof(tofgraph_descriptor),
-                                 TOFGRAPH_API_MAJOR,
-                                 TOFGRAPH_API_MINOR,
-                                 flags,
-                                 T::kind,
-                                 TOFGRAPH_PLUGIN_NAME,
-                                 summary,
-                                 TOFGRAPH_PLUGIN_VERSION,
-                                 port_size,
-                                 parameter_size,
-                                 sizeof(tofgraph_extension),
-                                 0,
-                                 ports.data(),
-                                 ports.size(),
-                                 parameters.data(),
-                                 parameters.size(),
-                                 nullptr,
-                                 0,
-                                 create,
-                                 prepare,
-                                 process,
-                                 finish,
-                                 stop,
-                                 destroy};
+      // clang-format off
+      return tofgraph_descriptor{
+          sizeof(tofgraph_descriptor), TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR, flags, T::kind, TOFGRAPH_PLUGIN_NAME,
+          summary, TOFGRAPH_PLUGIN_VERSION, port_size, parameter_size, sizeof(tofgraph_extension), 0, ports.data(),
+          ports.size(), parameters.data(), parameters.size(), nullptr, 0, create, prepare, process, finish, stop, destroy};
+      // clang-format on
     }();
     return &result;
   }
