@@ -48,6 +48,8 @@ function(tofgraph_add_plugin kind file)
     target_include_directories(${target} SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   endif()
   target_include_directories(${target} SYSTEM PRIVATE /usr/include/opencv4)
+  # Highway's foreach_target includes the plugin's own file again, by its path in the project.
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_definitions(${target} PRIVATE TOFGRAPH_PLUGIN_NAME="${name}"
                                                TOFGRAPH_PLUGIN_VERSION="${PROJECT_VERSION}")
   set(output ${TOFGRAPH_PLUGIN_DIR})

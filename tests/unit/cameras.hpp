@@ -7,7 +7,13 @@
 
 #include "physics/lens.hpp"
 
-#include <limits>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <string>
 #include <vector>
 
 namespace test {
@@ -35,6 +41,14 @@ struct Camera {
     view.principal_point[0] = (width - 1) / 2.0;
     view.principal_point[1] = (height - 1) / 2.0;
     view.modulation_frequency = 20e6;
+    view.frame_rate = 80;
+    view.integration_time[0] = 0.5e-3;
+    view.integration_time[1] = 50e-3;
+    view.gain = 7e6;
+    view.contrast = 0.5;
+    view.read_noise = 3;
+    view.shot_noise = 0.012;
+    view.full_well = 30000;
     view.lights = lights.data();
     view.light_count = lights.size();
     view.profile = "";
@@ -50,6 +64,41 @@ struct Camera {
 /// The nominal PMD CamCube 2.0.
 inline Camera camcube2(std::vector<tofgraph_light> sources = {{"left", {-0.05, 0, 0}, 1}, {"right", {0.05, 0, 0}, 1}}) {
   return {204, 204, 12.8e-3, 40e-6, std::move(sources)};
+}
+
+/// Writes the camera's profile to a new file and tells its path: for stages, which know cameras by their profiles.
+/// What is NaN is left out.
+inline std::string profile_of(const tofgraph_camera& camera) {
+  static int number = 0;
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("tofgraph_test_" + std::to_string(getpid()) + "_" + std::to_string(++number) + ".yaml");
+  std::ofstream file(path);
+  file << std::setprecision(17);
+  const auto line = [&file](const char* key, double value, const char* unit) {
+    if (!std::isnan(value)) file << key << ": " << value << " " << unit << "\n";
+  };
+  file << "profile: 1\nname: " << camera.name << "\nwidth: " << camera.width << "\nheight: " << camera.height << "\n";
+  line("pixel_pitch", camera.pitch[0], "m");
+  if (std::isnan(camera.focal_length))
+    file << "focal_length: [" << camera.focal_px[0] << " px, " << camera.focal_px[1] << " px]\n";
+  line("focal_length", camera.focal_length, "m");
+  file << "principal_point: [" << camera.principal_point[0] << ", " << camera.principal_point[1] << "]\ndistortion: [";
+  for (int i = 0; i < 5; ++i) file << camera.distortion[i] << (i < 4 ? ", " : "]\n");
+  line("modulation_frequency", camera.modulation_frequency, "Hz");
+  line("frame_rate", camera.frame_rate, "Hz");
+  line("gain", camera.gain, "counts m^2/s");
+  line("contrast", camera.contrast, "");
+  line("read_noise", camera.read_noise, "counts");
+  line("shot_noise", camera.shot_noise, "counts");
+  line("full_well", camera.full_well, "counts");
+  file << "integration_time: [" << camera.integration_time[0] << " s, " << camera.integration_time[1]
+       << " s]\nsources:\n";
+  for (std::uint64_t i = 0; i < camera.light_count; ++i) {
+    const tofgraph_light& light = camera.lights[i];
+    file << "  - {name: " << light.name << ", position: [" << light.position[0] << " m, " << light.position[1] << " m, "
+         << light.position[2] << " m], amplitude: " << light.amplitude << "}\n";
+  }
+  return path;
 }
 
 }  // namespace test

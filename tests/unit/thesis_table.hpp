@@ -48,8 +48,7 @@ struct Statistics {
 };
 
 /// Mean and deviation of value(row, column) over columns 102-hw .. 102+hw-1, rows 102-hh .. 102+hh-1.
-template <class Value>
-Statistics over_window(int half_width, int half_height, Value&& value) {
+template <class Value> Statistics over_window(int half_width, int half_height, Value&& value) {
   std::vector<double> all;
   for (int row = 102 - half_height; row < 102 + half_height; ++row) {
     for (int column = 102 - half_width; column < 102 + half_width; ++column) {

@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Four-phase decoding: distance, amplitude, intensity, sigma and flags from the samples of one modulation period.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/four_phase_decoder.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
+#include <tofgraph/stage.hpp>
+
+#include "physics/four_phase.hpp"
+#include "physics/vector_phase.hpp"
+
+#ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
+#define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
+namespace tofgraph {
+
+/// What is the same for all pixels of a frame.
+struct DecoderSettings {
+  float metres_per_radian, range;          // m/rad, m
+  float full_well;                         // counts; infinity: not known
+  float min_amplitude;                     // counts
+  float read_variance, shot_noise;         // of a sample: variance = read_variance + 2 shot_noise intensity
+  float intensity_per_amplitude;           // for phases, which do not show the light: 1 / (2 contrast)
+  float null2_square, null2_per_variance;  // inconsistent: N2^2 > null2_square + null2_per_variance * variance
+  std::int32_t invalid_flags;              // bits that make a pixel invalid
+};
+
+/// Where a frame's channels are; null: not wanted.
+struct DecoderImages {
+  const void* samples;  // 4 phases, or 4 x 2 taps
+  std::uint32_t type;   // of the samples
+  std::size_t pixels;
+  float* distance;
+  float* amplitude;
+  float* intensity;  // with taps only
+  float* sigma;
+  std::uint16_t* flags;  // read and combined
+};
+
+}  // namespace tofgraph
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace tofgraph::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A vector of samples as float.
+template <class D>
+HWY_INLINE hn::Vec<D> LoadFloat(D d, const float* from) {
+  return hn::LoadU(d, from);
+}
+template <class D>
+HWY_INLINE hn::Vec<D> LoadFloat(D d, const std::int32_t* from) {
+  return hn::ConvertTo(d, hn::LoadU(hn::RebindToSigned<D>(), from));
+}
+template <class D, class T>  // 16 bits
+HWY_INLINE hn::Vec<D> LoadFloat(D d, const T* from) {
+  return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<T, D>(), from)));
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> FlagWhere(D d, hn::Mask<D> where, std::uint16_t flag) {
+  return hn::IfThenElseZero(where, hn::BitCast(d, hn::Set(hn::RebindToSigned<D>(), flag)));
+}
+
+/// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
+template <bool Taps, class T, class D>
+HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& images, std::size_t i) {
+  using V = hn::Vec<D>;
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<std::uint16_t, D> du16;
+  const T* samples = static_cast<const T*>(images.samples) + i;
+  const auto load = [&](std::size_t plane) { return LoadFloat(d, samples + plane * images.pixels); };
+  V c[4], sum = hn::Zero(d), greatest = hn::Zero(d);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if constexpr (Taps) {
+      const V a = load(2 * k), b = load(2 * k + 1);
+      c[k] = hn::Sub(a, b);
+      sum = hn::Add(sum, hn::Add(a, b));
+      greatest = hn::Max(greatest, hn::Max(a, b));
+    } else {
+      c[k] = load(k);
+    }
+  }
+  const V sine = hn::Sub(c[3], c[1]), cosine = hn::Sub(c[0], c[2]);
+  const V amplitude = hn::Mul(hn::Set(d, 0.5F), hn::Sqrt(hn::MulAdd(sine, sine, hn::Mul(cosine, cosine))));
+  const V intensity =
+      Taps ? hn::Mul(sum, hn::Set(d, 0.125F)) : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
+  const V variance = hn::MulAdd(hn::Set(d, 2 * s.shot_noise), intensity, hn::Set(d, s.read_variance));
+  const V null2 = hn::Mul(hn::Set(d, 0.25F), hn::Sub(hn::Add(c[0], c[2]), hn::Add(c[1], c[3])));
+  const V limit = hn::MulAdd(hn::Set(d, s.null2_per_variance), variance, hn::Set(d, s.null2_square));
+
+  auto flags = hn::PromoteTo(di, hn::LoadU(du16, images.flags + i));
+  const auto raise = [&](hn::Mask<D> where, std::uint16_t flag) {
+    flags = hn::Or(flags, hn::BitCast(di, FlagWhere(d, where, flag)));
+  };
+  if constexpr (Taps) raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
+  raise(hn::Lt(amplitude, hn::Set(d, s.min_amplitude)), flag::low_signal);
+  raise(hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
+  const auto bad = hn::And(flags, hn::Set(di, s.invalid_flags));
+  // Without light, or with samples that are no numbers, there is no phase.
+  const auto measured =
+      hn::And(hn::Gt(amplitude, hn::Zero(d)), hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>())));
+  const auto valid = hn::And(measured, hn::RebindMask(d, hn::Eq(bad, hn::Zero(di))));
+  raise(hn::Not(valid), flag::invalid);
+  hn::StoreU(hn::DemoteTo(du16, flags), du16, images.flags + i);
+
+  const V nan = hn::NaN(d);
+  const V distance =
+      physics::HWY_NAMESPACE::WrappedDistance(d, sine, cosine, hn::Set(d, s.metres_per_radian), hn::Set(d, s.range));
+  hn::StoreU(hn::IfThenElse(valid, distance, nan), d, images.distance + i);
+  hn::StoreU(amplitude, d, images.amplitude + i);
+  if (Taps) hn::StoreU(intensity, d, images.intensity + i);
+  if (images.sigma != nullptr) {
+    const V phase_sigma = hn::Div(hn::Sqrt(hn::Mul(variance, hn::Set(d, 0.5F))), amplitude);
+    hn::StoreU(hn::IfThenElse(valid, hn::Mul(hn::Set(d, s.metres_per_radian), phase_sigma), nan), d, images.sigma + i);
+  }
+}
+
+template <bool Taps, class T>
+void DecodeAll(const DecoderSettings settings, const DecoderImages images) {  // copies: no store can change them
+  const hn::ScalableTag<float> d;
+  const hn::CappedTag<float, 1> one;
+  std::size_t i = 0;
+  for (; i + hn::Lanes(d) <= images.pixels; i += hn::Lanes(d)) DecodeAt<Taps, T>(d, settings, images, i);
+  for (; i < images.pixels; ++i) DecodeAt<Taps, T>(one, settings, images, i);
+}
+
+void Decode(const DecoderSettings& settings, const DecoderImages& images) {
+  switch (images.type) {
+    case TOFGRAPH_U16:
+      return DecodeAll<true, std::uint16_t>(settings, images);
+    case TOFGRAPH_I16:
+      return DecodeAll<false, std::int16_t>(settings, images);
+    case TOFGRAPH_I32:
+      return DecodeAll<false, std::int32_t>(settings, images);
+    default:
+      return DecodeAll<false, float>(settings, images);
+  }
+}
+
+}  // namespace tofgraph::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tofgraph {
+
+HWY_EXPORT(Decode);
+
+/// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts, a sample c_k is the difference of two
+/// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
+/// light. sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
+struct FourPhaseDecoder final : Filter {
+  In<std::uint16_t> taps{this, "taps", {.text = "read first: they show saturation and light", .optional = true}};
+  In<void> phases{this, "phases", {.text = "read where there are no taps; float32, int16 or int32", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  Out<float> distance{this, "distance", {.from = "taps phases"}};
+  Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
+  Out<float> intensity{
+      this, "intensity", {.text = "mean of the eight tap samples; not from phases", .optional = true, .from = "taps"}};
+  Out<float> sigma{
+      this, "sigma", {.text = "where the noise is known", .optional = true, .from = "taps phases", .of = "distance"}};
+
+  Param<double> modulation_frequency{
+      this,
+      "modulation_frequency",
+      {.unit = "Hz", .min = 1e3, .max = 1e10, .text = "instead of the frames' own, e.g. 20 MHz"}};
+  Param<double> min_amplitude{
+      this,
+      "min_amplitude",
+      {.unit = "counts", .fallback = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
+  Param<bool> invalidate_low_signal{
+      this, "invalidate_low_signal", {.fallback = "false", .text = "pixels of low signal become invalid"}};
+  Param<bool> invalidate_saturated{
+      this, "invalidate_saturated", {.fallback = "true", .text = "saturated pixels become invalid"}};
+  Param<double> inconsistent_above{
+      this,
+      "inconsistent_above",
+      {.unit = "counts",
+       .fallback = "auto",
+       .min = 0,
+       .choices = "auto off",
+       .text = "flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent, which invalidates nothing; "
+               "auto: five standard deviations where the noise is known, else off"}};
+  Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
+  Param<double> shot_noise{
+      this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};
+  Param<double> full_well{
+      this,
+      "full_well",
+      {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
+
+  void prepare(Setup& setup) {
+    if (!taps.present() && !phases.present())
+      throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
+    if (!modulation_frequency.given() && !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
+      throw ConfigError("modulation_frequency",
+                        "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
+    }
+    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_F32 && setup.find("phases")->type != TOFGRAPH_I16 &&
+        setup.find("phases")->type != TOFGRAPH_I32) {
+      throw std::runtime_error(std::string("phases are ") + element_name(setup.find("phases")->type) +
+                               ", expected float32, int16 or int32");
+    }
+    flags.provide(setup);
+    if (taps.present()) intensity.provide(setup);
+    set_constants(setup.stream().camera);
+    if (settings_.read_variance > 0 || settings_.shot_noise > 0) sigma.provide(setup);
+  }
+
+  void process(Frame& frame) const {
+    const tofgraph_view samples = taps.present() ? frame.find("taps") : phases(frame);
+    const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
+    const double frequency =
+        modulation_frequency.given() ? *modulation_frequency : frame.metadata().modulation_frequency;
+    if (!(frequency > 0)) throw std::runtime_error("the frame does not know its modulation frequency");
+    DecoderSettings settings = settings_;
+    settings.metres_per_radian = static_cast<float>(physics::metres_per_radian(frequency));
+    settings.range = static_cast<float>(physics::unambiguous_range(frequency));
+    HWY_DYNAMIC_DISPATCH(Decode)
+    (settings, {.samples = samples.data,
+                .type = samples.type,
+                .pixels = rows * columns,
+                .distance = distance(frame, rows, columns).data(),
+                .amplitude = amplitude(frame, rows, columns).data(),
+                .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
+                .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
+                .flags = flags(frame, rows, columns).data()});
+  }
+
+ private:
+  /// All that does not depend on the frame.
+  void set_constants(const tofgraph_camera* camera) {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
+    const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };
+    const physics::TapNoise noise{.read_noise = either(read_noise, camera != nullptr ? camera->read_noise : unknown),
+                                  .shot_noise = either(shot_noise, camera != nullptr ? camera->shot_noise : unknown)};
+    const double contrast = camera != nullptr ? camera->contrast : unknown;
+    const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
+    const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);
+    const bool automatic = inconsistent_above.word() == "auto" && known;
+    settings_ = {
+        .full_well = static_cast<float>(well > 0 ? well : never),
+        .min_amplitude = static_cast<float>(*min_amplitude),
+        .read_variance = static_cast<float>(known ? noise.sample_variance(0) : 0),
+        .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),
+        .intensity_per_amplitude = static_cast<float>(contrast > 0 ? 1 / (2 * contrast) : 0),
+        .null2_square = static_cast<float>(inconsistent_above.word().empty() ? *inconsistent_above * *inconsistent_above
+                                           : automatic                       ? 0
+                                                                             : never),
+        // N2 is a quarter of four samples: its variance is that of a sample / 4
+        .null2_per_variance = automatic ? 25.0F / 4 : 0.0F,
+        .invalid_flags = flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
+                         (*invalidate_low_signal ? flag::low_signal : 0)};
+  }
+
+  DecoderSettings settings_{};
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::FourPhaseDecoder, "Distance, amplitude, intensity, sigma and flags from four-phase samples")
+#endif
