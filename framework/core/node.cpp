@@ -115,7 +115,7 @@ void Node::fail(const char* otherwise) const {
 bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   if (!last_failure().text.empty()) last_failure() = {};
   const int status = stage_.process(self_, frames, count);
-  if (status == TOFGRAPH_END && is_source()) return false;
+  if (status == TOFGRAPH_END && !is_sink()) return false;
   if (status != TOFGRAPH_OK) fail("the stage failed without saying why");
   tofgraph_frame& frame = *frames[0];
   if (own_camera_ || (is_source() && output_.camera)) {  // the rays of the camera that leaves

@@ -26,6 +26,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 struct Token {
   std::size_t sequence = 0;  ///< of those that were not dropped
   std::vector<tofgraph_frame> frames;
+  std::vector<bool> absent;  ///< of a node: nothing left it for this frame
 };
 
 /// Consecutive nodes that run as one task. A node that keeps state is alone, behind a sequencer.
@@ -52,6 +53,7 @@ class Runner::Impl {
     tokens_.resize(in_flight_limit() + graph.queue().capacity + 1);
     for (Token& token : tokens_) {
       token.frames.resize(graph.nodes().size());
+      token.absent.resize(graph.nodes().size());
       for (tofgraph_frame& frame : token.frames) frame.pool = &pool_;
       free_.push_back(&token);
     }
@@ -273,7 +275,9 @@ Token* Runner::Impl::recycle(Token* token) {
 void Runner::Impl::run_segment(const Segment& segment, Token& token) {
   for (const std::size_t index : segment.nodes) {
     if (token.frames.front().metadata.number >= first_failed_.load()) return;
-    run_node(index, token);
+    const auto absent = [&](std::size_t input) { return token.absent[input]; };
+    token.absent[index] = std::ranges::any_of(graph_.inputs(index), absent);
+    if (!token.absent[index]) run_node(index, token);
   }
 }
 
@@ -299,7 +303,7 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
       for (const std::size_t input : inputs) frames.push_back(&token.frames[input]);
     }
     const auto start = Clock::now();
-    node.process(frames.data(), frames.size());
+    token.absent[index] = !node.process(frames.data(), frames.size());
     times_[index].add(seconds_since(start));
   } catch (const std::exception& error) {
     fail(index, &token, error.what());

@@ -23,7 +23,8 @@ extern "C" {
 #define TOFGRAPH_API_MAJOR 1u
 #define TOFGRAPH_API_MINOR 0u
 
-enum { TOFGRAPH_OK = 0, TOFGRAPH_END = 1, TOFGRAPH_ERROR = 2 }; /* what a call returns; END: a source has no more */
+/** What a call returns. END: a source has no more frames; of a filter nothing leaves for this frame. */
+enum { TOFGRAPH_OK = 0, TOFGRAPH_END = 1, TOFGRAPH_ERROR = 2 };
 enum { TOFGRAPH_ANY = 0, TOFGRAPH_F32, TOFGRAPH_F64, TOFGRAPH_U8, TOFGRAPH_U16, TOFGRAPH_I16, TOFGRAPH_I32 };
 enum { TOFGRAPH_IN = 1, TOFGRAPH_OUT = 2, TOFGRAPH_INOUT = 3 }; /* direction of a port */
 enum { TOFGRAPH_INFO = 0, TOFGRAPH_WARNING = 1 };               /* level of a message */

@@ -13,7 +13,7 @@
 ///     TOFGRAPH_STAGE(Scale, "Multiplies the depth by a factor")
 ///
 /// A `process` that is const may run for several frames at once; any other runs frame by frame, in order.
-/// Sources return false when there is no further frame. A stage over any number of streams takes
+/// Sources return false when there is no further frame, filters when nothing leaves for this one. A stage over any number of streams takes
 /// `std::span<Frame>`. `prepare(Setup&)`, `finish()` and, in sources, `stop()` are optional. Errors are exceptions:
 /// `ConfigError` names a parameter, anything else derived from std::exception is told with the node and the frame.
 #pragma once

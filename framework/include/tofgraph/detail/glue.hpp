@@ -65,14 +65,12 @@ template <class T> struct Glue {
     return guarded(stage.host, stage.context, [&] {
       std::vector<Frame> all;
       for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
-      bool more = true;
-      if constexpr (std::is_base_of_v<Source, T>)
-        more = stage.process(all.front());
-      else if constexpr (many_inputs<T>)
-        stage.process(std::span<Frame>(all));
-      else
-        stage.process(all.front());
-      return more ? TOFGRAPH_OK : TOFGRAPH_END;
+      const auto call = [&] {
+        if constexpr (many_inputs<T>) return stage.process(std::span<Frame>(all));
+        if constexpr (!many_inputs<T>) return stage.process(all.front());
+      };
+      if constexpr (std::is_void_v<decltype(call())>) return call(), TOFGRAPH_OK;
+      if constexpr (!std::is_void_v<decltype(call())>) return call() ? TOFGRAPH_OK : TOFGRAPH_END;
     });
   }
 

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/output_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace tofgraph::io {
+namespace fs = std::filesystem;
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+bool only_digits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// What stands between the braces, {frame} or {frame:06}, as the least number of digits; -1 for anything else.
+int digits_of(std::string_view placeholder) {
+  if (placeholder == "frame") return 1;
+  if (!placeholder.starts_with("frame:0")) return -1;
+  const std::string_view number = placeholder.substr(std::string_view("frame:0").size());
+  int digits = -1;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), digits);
+  const bool right = error == std::errc() && end == number.data() + number.size() && digits > 0 && digits < 20;
+  return right ? digits : -1;
+}
+
+}  // namespace
+
+OutputFile::OutputFile(fs::path final_path) : final_(std::move(final_path)) {
+  static std::atomic<unsigned> count{0};
+  std::error_code error;
+  if (final_.has_parent_path()) fs::create_directories(final_.parent_path(), error);
+  temporary_ = final_;
+  temporary_.replace_filename(fmt::format(".{}.{}-{}.part", final_.filename().string(), getpid(), count++));
+  descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail("cannot be made", error ? error.value() : errno);
+}
+
+OutputFile::~OutputFile() {
+  close();
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+void OutputFile::close() {
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+}
+
+void OutputFile::fail(const char* what, int error) const {
+  throw std::runtime_error(fmt::format("{} {}: {}", final_.string(), what, reason(error)));
+}
+
+void OutputFile::write(std::span<const std::byte> data) {
+  while (!data.empty()) {
+    const ssize_t written = ::write(descriptor_, data.data(), data.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail("cannot be written", errno);
+    data = data.subspan(static_cast<std::size_t>(written));
+  }
+}
+
+void OutputFile::sync() {
+  // Some file systems have nothing to sync to (EINVAL, ENOTSUP); what they hold is as safe as it gets.
+  if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) fail("cannot be written", errno);
+}
+
+void OutputFile::commit() {
+  if (const int descriptor = std::exchange(descriptor_, -1); ::close(descriptor) != 0) fail("cannot be written", errno);
+  if (rename(temporary_.c_str(), final_.c_str()) != 0) fail("cannot be given its name", errno);
+  temporary_.clear();
+}
+
+void write_file(const fs::path& path, std::string_view content) {
+  OutputFile file(path);
+  file.write(content);
+  file.sync();
+  file.commit();
+}
+
+OutputPattern::OutputPattern(const std::string& path) : folder_(fs::path(path).parent_path()) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(
+        fmt::format("{}: {}; example: out/cloud_{{frame:06}}.pcd for out/cloud_000000.pcd and so on", path, why));
+  };
+  const std::string name = fs::path(path).filename().string();
+  if (folder_.string().find_first_of("{}") != std::string::npos)
+    refuse("the frame's number can only be in the file's name, not in a folder's");
+  if (name.empty() || name == "." || name == "..") refuse("names a folder, not a file");
+  const auto open = name.find('{');
+  const auto close = name.find('}');
+  before_ = name.substr(0, open);
+  numbered_ = open != std::string::npos || close != std::string::npos;
+  if (!numbered_) return;
+  if (open == std::string::npos || close == std::string::npos || close < open) refuse("a brace has no partner");
+  after_ = name.substr(close + 1);
+  digits_ = digits_of(std::string_view(name).substr(open + 1, close - open - 1));
+  if (digits_ < 0) refuse(name.substr(open, close - open + 1) + " is not known: only {frame} and {frame:06} are");
+  if (after_.find_first_of("{}") != std::string::npos) refuse("the frame's number can only be there once");
+}
+
+OutputPattern OutputPattern::with_number() const {
+  OutputPattern pattern = *this;
+  pattern.before_ = fs::path(before_).stem().string() + "_";
+  pattern.after_ = fs::path(before_).extension().string();
+  pattern.digits_ = 6;
+  pattern.numbered_ = true;
+  return pattern;
+}
+
+std::string OutputPattern::text() const {
+  if (!numbered_) return (folder_ / before_).string();
+  const std::string number = digits_ == 1 ? "{frame}" : fmt::format("{{frame:0{}}}", digits_);
+  return (folder_ / (before_ + number + after_)).string();
+}
+
+fs::path OutputPattern::path(std::uint64_t frame) const {
+  if (!numbered_) return folder_ / before_;
+  return folder_ / fmt::format("{}{:0{}}{}", before_, frame, digits_, after_);
+}
+
+fs::path OutputPattern::companion(std::string_view extension) const {
+  std::string stem = numbered_ ? before_ : fs::path(before_).stem().string();
+  while (!stem.empty() && std::string_view("_-. ").find(stem.back()) != std::string_view::npos) stem.pop_back();
+  if (numbered_) stem += fs::path("x" + after_).stem().string().substr(1);
+  if (stem.empty()) stem = "frames";
+  return folder_ / (stem + std::string(extension));
+}
+
+fs::path OutputPattern::existing() const {
+  std::error_code error;
+  if (!numbered_) return fs::exists(folder_ / before_, error) ? folder_ / before_ : fs::path();
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder_.empty() ? fs::path(".") : folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.size() < before_.size() + after_.size() || !name.starts_with(before_) || !name.ends_with(after_)) continue;
+    const std::string_view number =
+        std::string_view(name).substr(before_.size(), name.size() - before_.size() - after_.size());
+    const auto least = static_cast<std::size_t>(digits_);
+    const bool produced = only_digits(number) && number.size() >= least &&
+                          (number.size() == least || number.front() != '0');
+    if (produced) found.push_back(folder_ / name);
+  }
+  return found.empty() ? fs::path() : *std::ranges::min_element(found);
+}
+
+std::string why_not_writable(const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return fmt::format("{} is a folder", path.string());
+  fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  while (!fs::exists(folder, error) && folder.has_parent_path() && folder != folder.parent_path())
+    folder = folder.parent_path();
+  if (!fs::is_directory(folder, error))
+    return fmt::format("{} cannot be written: {} is no folder", path.string(), folder.string());
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    const int why = errno;
+    return fmt::format("{} cannot be written: the folder {} cannot be written to: {}", path.string(), folder.string(),
+                       reason(why));
+  }
+  return {};
+}
+
+namespace {
+
+std::string existing_problem(const fs::path& existing) {
+  return fmt::format("{} exists already: --force or overwrite: true allows to replace it", existing.string());
+}
+
+}  // namespace
+
+std::string output_problem(const OutputPattern& pattern, bool overwrite) {
+  const std::string problem = why_not_writable(pattern.path(0));
+  if (!problem.empty() || overwrite) return problem;
+  const fs::path existing = pattern.existing();
+  return existing.empty() ? std::string() : existing_problem(existing);
+}
+
+std::string output_problem(const fs::path& file, bool overwrite) {
+  const std::string problem = why_not_writable(file);
+  if (!problem.empty() || overwrite) return problem;
+  std::error_code error;
+  return fs::exists(file, error) ? existing_problem(file) : std::string();
+}
+
+}  // namespace tofgraph::io
