@@ -10,27 +10,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string_view>
 
+#include "physics/bistatic_tables.hpp"
 #include "physics/non_linearity.hpp"
 
 #ifndef TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 namespace tofgraph {
-
-/// A source's constants in single precision. With u the pixel's ray, L the lens centre, b = L - S:
-struct BistaticSource {
-  float weight, square;  // share of the light, |b|^2
-  const float* along;    // a pixel: u . b
-};
-
-/// What is the same for all sources.
-struct BistaticCamera {
-  float focal_length, closest, mean_square;  // f, mean |b|, mean |b|^2
-  const float* sensor_path;                  // a pixel: D_sen
-  const float* foreshortening;               // a pixel: 1 - cos(theta)
-};
 
 /// A frame's images; sigma may be null.
 struct BistaticImages {
@@ -45,54 +34,73 @@ struct BistaticImages {
 #endif
 
 // How single precision keeps 2 um at 7.4 m, where it resolves 0.5 um: nothing of the size of D is subtracted. The
-// unknown is the small e = D_ref - D (about minus half the distance from sensor to sources), and D_i enters as
-// t_i = D_i - D_ref = (2 D_ref u.b_i + |b_i|^2) / (D_i + D_ref), equally small. The equation of the model,
-// mean(D_i) + D_ref + D_sen = 2 D, then reads 2 e + D_sen + mean(t_i) = 0, and z = D + (f + e cos(theta) - D (1 -
-// cos(theta))).
+// unknown is the small e = D_ref - D (about minus half the distance from sensor to sources), and
+// z = D + (f + e cos(theta) - D (1 - cos(theta))).
+//
+// How it is fast: the paths' mean square is the square of their mean plus their variance V. With K = 2 D - D_sen the
+// mean is K - D_ref, and the mean square is D_ref^2 + 2 D_ref mean(u.b) + mean|b|^2, so that
+//     D_ref = (K^2 - mean|b|^2 + V) / (2 (K + mean(u.b))),
+// the closed form of one source, for which V = 0, and for sources that are near each other beside their distance to the
+// surface a correction of some 0.1 mm whose V may be taken at the uncorrected place.
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What a solver knows of a vector of pixels: e, and 1 / (d 2D / d D_ref) there.
-template <class V>
-struct Solution {
-  V e, slope;
-};
-
 /// All that a vector of pixels is computed from, but for its place.
 struct Inputs {
-  BistaticCamera camera;
-  const BistaticSource* sources;
+  physics::BistaticCamera camera;
+  const physics::BistaticSource* sources;
   std::size_t count;
   BistaticImages images;
 };
 
-/// The closed form for one source, written for e; for several that of a source at their root mean square path.
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE Solution<V> Start(D d, const Inputs& in, std::size_t i) {
+/// A vector of pixels on its way: e, 1 / (d 2D / d D_ref) there, and where both are final.
+template <class D> struct Solution {
+  hn::Vec<D> e, slope;
+  hn::Mask<D> settled;
+};
+
+/// The closed form with its correction.
+template <bool OneSource, class D, class V = hn::Vec<D>>
+HWY_INLINE Solution<D> Estimate(D d, const Inputs& in, std::size_t i) {
   const V distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
-  V along = hn::Zero(d);
-  for (std::size_t s = 0; s < in.count; ++s) {
-    along = hn::MulAdd(hn::Set(d, in.sources[s].weight), hn::LoadU(d, in.sources[s].along + i), along);
+  const V mean_along = hn::LoadU(d, in.camera.mean_along + i), half = hn::Set(d, 0.5F);
+  const V k = hn::Sub(hn::Add(distance, distance), sensor);
+  const V inverse = hn::Div(hn::Set(d, 1.0F), hn::Add(k, mean_along));
+  const V constant = hn::Mul(half, hn::MulSub(sensor, sensor, hn::Set(d, in.camera.mean_square)));
+  V e = hn::Mul(hn::NegMulAdd(distance, hn::Add(sensor, mean_along), constant), inverse);
+  if constexpr (!OneSource) {
+    const V reflected = hn::Add(distance, e);
+    const V twice = hn::Add(reflected, reflected), square = hn::Mul(reflected, reflected);
+    V first = hn::Zero(d), mean = first, mean_square = first;
+    for (std::size_t s = 0; s < in.count; ++s) {
+      const V along = hn::LoadU(d, in.sources[s].along + i);
+      const V path = hn::Sqrt(hn::MulAdd(twice, along, hn::Add(square, hn::Set(d, in.sources[s].square))));
+      if (s == 0) {
+        first = path;  // V is made of small differences, not a difference of large squares
+        continue;
+      }
+      const V beyond = hn::Sub(path, first), weighted = hn::Mul(hn::Set(d, in.sources[s].weight), beyond);
+      mean = hn::Add(mean, weighted);
+      mean_square = hn::MulAdd(weighted, beyond, mean_square);
+    }
+    e = hn::MulAdd(hn::NegMulAdd(mean, mean, mean_square), hn::Mul(half, inverse), e);
   }
-  const V path = hn::Sub(hn::Add(distance, distance), sensor);
-  const V inverse = hn::Div(hn::Set(d, 1.0F), hn::Add(path, along));
-  const V constant = hn::Mul(hn::Set(d, 0.5F), hn::MulSub(sensor, sensor, hn::Set(d, in.camera.mean_square)));
-  const V e = hn::Mul(hn::NegMulAdd(distance, hn::Add(sensor, along), constant), inverse);
-  return {e, hn::Mul(hn::Sub(path, hn::Add(distance, e)), inverse)};
+  const V slope = hn::Mul(hn::Sub(k, hn::Add(distance, e)), inverse);
+  return {e, slope, hn::Ge(distance, hn::Set(d, in.camera.safe_distance))};
 }
 
-/// Newton's steps from e to the solution. @returns where there is one
+/// Newton's steps for what is not settled, e.g. sources far apart or between the camera and the surface. D_i enters as
+/// the small t_i = D_i - D_ref = (2 D_ref u.b_i + |b_i|^2) / (D_i + D_ref): 2 e + D_sen + mean(t_i) = 0.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE hn::Mask<D> Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, Solution<V>& solution) {
+HWY_INLINE void Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, Solution<D>& solution) {
   const V distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
-  const V one = hn::Set(d, 1.0F);
-  auto pending = valid;
-  constexpr int most_steps = 30;  // one or two, unless sources stand between the camera and the surface
+  auto pending = hn::AndNot(solution.settled, valid);
+  constexpr int most_steps = 30;
   for (int step = 0; step < most_steps && !hn::AllFalse(d, pending); ++step) {
     const V reflected = hn::Add(distance, solution.e);
-    V rest = hn::Add(hn::Add(solution.e, solution.e), sensor), rise = one;
+    V rest = hn::Add(hn::Add(solution.e, solution.e), sensor), rise = hn::Set(d, 1.0F);
     V nearest = hn::Set(d, hwy::HighestValue<float>());
     for (std::size_t s = 0; s < in.count; ++s) {
       const V along = hn::LoadU(d, in.sources[s].along + i), weight = hn::Set(d, in.sources[s].weight);
@@ -104,30 +112,28 @@ HWY_INLINE hn::Mask<D> Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> 
       rise = hn::MulAdd(hn::Mul(hn::Add(reflected, along), both), q, rise);
       nearest = hn::Min(nearest, path);
     }
-    solution.slope = hn::Div(one, rise);
-    const V change = hn::Mul(rest, solution.slope);
-    solution.e = hn::Sub(solution.e, change);
+    const V slope = hn::Div(hn::Set(d, 1.0F), rise), change = hn::Mul(rest, slope);
+    solution.slope = hn::IfThenElse(pending, slope, solution.slope);
+    solution.e = hn::IfThenElse(pending, hn::Sub(solution.e, change), solution.e);
     // Newton leaves at most about change^2 / (2 nearest): the step was the last one when that is below 50 nm.
-    const auto close = hn::Le(hn::Mul(change, change), hn::Mul(nearest, hn::Set(d, 1e-7F)));
-    pending = hn::AndNot(close, pending);
+    pending = hn::AndNot(hn::Le(hn::Mul(change, change), hn::Mul(nearest, hn::Set(d, 1e-7F))), pending);
   }
-  return hn::AndNot(pending, valid);
+  solution.settled = hn::Not(pending);
 }
 
 /// Where there can be a solution: no invalid pixel, not nearer than the lens centre, no NaN (which compares as false).
-template <class D>
-HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::size_t i) {
+template <class D> HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::size_t i) {
   const hn::RebindToSigned<D> di;
   const auto distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
-  const auto far = hn::Lt(hn::Add(sensor, hn::Set(d, in.camera.closest)), hn::Add(distance, distance));
-  const auto finite = hn::Lt(distance, hn::Set(d, hwy::HighestValue<float>()));
+  const auto far = hn::Gt(hn::Sub(hn::Add(distance, distance), sensor), hn::Set(d, in.camera.closest));
+  const auto finite = hn::Lt(distance, hn::Set(d, physics::farthest_distance));
   const auto flags = hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint16_t, D>(), in.images.flags + i));
   const auto good = hn::Eq(hn::And(flags, hn::Set(di, flag::invalid)), hn::Zero(di));
   return hn::And(hn::And(far, finite), hn::RebindMask(d, good));
 }
 
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void Finish(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, const Solution<V>& solution) {
+HWY_INLINE void Finish(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, const Solution<D>& solution) {
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
   const V distance = hn::LoadU(d, in.images.distance + i), shortened = hn::LoadU(d, in.camera.foreshortening + i);
@@ -141,47 +147,35 @@ HWY_INLINE void Finish(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, 
     hn::StoreU(hn::IfThenElse(valid, sigma, hn::NaN(d)), d, in.images.sigma + i);
   }
   auto flags = hn::PromoteTo(di, hn::LoadU(du16, in.images.flags + i));
-  const auto invalid = hn::RebindMask(di, hn::Not(valid)), outside = hn::RebindMask(di, hn::IsNaN(shortened));
-  flags = hn::Or(flags, hn::IfThenElseZero(invalid, hn::Set(di, flag::invalid)));
-  flags = hn::Or(flags, hn::IfThenElseZero(outside, hn::Set(di, flag::outside_lens)));
+  flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, hn::Not(valid)), hn::Set(di, flag::invalid)));
   hn::StoreU(hn::DemoteTo(du16, flags), du16, in.images.flags + i);
 }
 
-/// Pixels from `begin` on, whole vectors below `end`, in two sweeps: the chain from the start to the solution is too
-/// long for the processor to overlap many pixels. The depth holds e in between. @returns the first pixel not done
-template <bool ClosedForm, class D>
-HWY_INLINE std::size_t SolveSome(D d, const Inputs& in, std::size_t begin, std::size_t end) {
-  const std::size_t lanes = hn::Lanes(d);
+/// Pixels from `begin` on, whole vectors. @returns the first pixel not done
+template <bool OneSource, class D> HWY_INLINE std::size_t SolveSome(D d, const Inputs& in, std::size_t begin) {
   std::size_t i = begin;
-  for (; !ClosedForm && i + lanes <= end; i += lanes) hn::StoreU(Start(d, in, i).e, d, in.images.depth + i);
-  for (i = begin; i + lanes <= end; i += lanes) {
-    auto valid = Solvable(d, in, i);
-    if constexpr (ClosedForm) {
-      Finish(d, in, i, valid, Start(d, in, i));
-    } else {
-      Solution<hn::Vec<D>> solution{hn::LoadU(d, in.images.depth + i), hn::Zero(d)};
-      valid = Refine(d, in, i, valid, solution);
-      Finish(d, in, i, valid, solution);
-    }
+  for (; i + hn::Lanes(d) <= in.images.pixels; i += hn::Lanes(d)) {
+    const auto valid = Solvable(d, in, i);
+    Solution<D> solution = Estimate<OneSource>(d, in, i);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::AndNot(solution.settled, valid)))) Refine(d, in, i, valid, solution);
+    Finish(d, in, i, hn::And(valid, solution.settled), solution);
   }
   return i;
 }
 
 /// @param Sources their number where it is worth a copy of the code, so that constants stay in registers; else 0
-template <std::size_t Sources>
-void SolveAll(const BistaticCamera& camera, std::span<const BistaticSource> all, const BistaticImages& images) {
-  BistaticSource some[Sources + 1];
+template <std::size_t Sources> void SolveAll(const physics::BistaticCamera& camera,
+                                             std::span<const physics::BistaticSource> all,
+                                             const BistaticImages& images) {
+  physics::BistaticSource some[Sources + 1];
   std::copy_n(all.begin(), Sources, some);
   const Inputs in{camera, Sources != 0 ? some : all.data(), Sources != 0 ? Sources : all.size(), images};
-  constexpr std::size_t chunk = 512;  // stays in the nearest cache between the sweeps
-  for (std::size_t i = 0; i < images.pixels;) {
-    const std::size_t end = std::min(i + chunk, images.pixels);
-    i = SolveSome<Sources == 1>(hn::ScalableTag<float>(), in, i, end);
-    i = SolveSome<Sources == 1>(hn::CappedTag<float, 1>(), in, i, end);
-  }
+  const std::size_t done = SolveSome<Sources == 1>(hn::ScalableTag<float>(), in, 0);
+  SolveSome<Sources == 1>(hn::CappedTag<float, 1>(), in, done);
 }
 
-void Solve(const BistaticCamera& camera, std::span<const BistaticSource> sources, const BistaticImages& images) {
+void Solve(const physics::BistaticCamera& camera, std::span<const physics::BistaticSource> sources,
+           const BistaticImages& images) {
   if (sources.size() == 1)
     SolveAll<1>(camera, sources, images);
   else if (sources.size() == 2)
@@ -213,7 +207,8 @@ struct OptimizedBistatic final : Filter {
                        "solver",
                        {.fallback = "newton",
                         .choices = "newton closed_form bisection",
-                        .text = "newton: any number of sources; closed_form: exact, for one source only; "
+                        .text = "newton: any number of sources, its steps only where a corrected closed form would not "
+                                "do; closed_form: exact, for one source only; "
                                 "bisection: the slow reference in double precision"}};
 
   void prepare(Setup& setup) {
@@ -231,7 +226,10 @@ struct OptimizedBistatic final : Filter {
     columns_ = camera.width;
     rows_ = camera.height;
     for (std::size_t i = 0; i < rows_ * columns_; ++i) rays_.push_back(physics::unit_ray(camera.rays + 3 * i));
-    if (*solver != "bisection") make_tables();
+    tables_.emplace(geometry_, rays_);
+    for (std::size_t i = 0; i < rays_.size(); ++i) {
+      if (std::isnan(rays_[i].z)) outside_.push_back(i);
+    }
   }
 
   void process(Frame& frame) const {
@@ -249,30 +247,11 @@ struct OptimizedBistatic final : Filter {
     if (*solver == "bisection")
       bisect(images);
     else
-      HWY_DYNAMIC_DISPATCH(Solve)(camera_, sources_, images);
+      HWY_DYNAMIC_DISPATCH(Solve)(tables_->camera(), tables_->sources(), images);
+    for (const std::size_t i : outside_) images.flags[i] |= flag::outside_lens;
   }
 
  private:
-  void make_tables() {
-    const std::size_t pixels = rays_.size();
-    along_.resize(pixels * geometry_.sources.size());
-    double closest = 0, mean_square = 0;
-    for (float* along = along_.data(); const auto& [position, weight] : geometry_.sources) {
-      const physics::Vector3 b = geometry_.lens_centre() - position;
-      closest += weight * physics::norm(b);
-      mean_square += weight * physics::dot(b, b);
-      sources_.push_back({static_cast<float>(weight), static_cast<float>(physics::dot(b, b)), along});
-      for (const physics::Vector3& ray : rays_) *along++ = static_cast<float>(physics::dot(ray, b));
-    }
-    for (const physics::Vector3& ray : rays_) {
-      sensor_path_.push_back(static_cast<float>(physics::sensor_path(geometry_, ray)));
-      // 1 - cos, without the cancellation near the axis
-      foreshortening_.push_back(static_cast<float>((ray.x * ray.x + ray.y * ray.y) / (1 + ray.z)));
-    }
-    camera_ = {static_cast<float>(geometry_.focal_length), static_cast<float>(closest), static_cast<float>(mean_square),
-               sensor_path_.data(), foreshortening_.data()};
-  }
-
   void bisect(const BistaticImages& images) const {
     for (std::size_t i = 0; i < images.pixels; ++i) {
       const double measured = (images.flags[i] & flag::invalid) == 0 ? images.distance[i] : std::nan("");
@@ -282,16 +261,14 @@ struct OptimizedBistatic final : Filter {
         images.sigma[i] *= static_cast<float>(physics::optimized_bistatic_slope(geometry_, rays_[i], reflected));
       }
       if (std::isnan(reflected)) images.flags[i] |= flag::invalid;
-      if (std::isnan(rays_[i].z)) images.flags[i] |= flag::outside_lens;
     }
   }
 
   physics::Geometry geometry_;
   std::size_t rows_ = 0, columns_ = 0;
   std::vector<physics::Vector3> rays_;
-  std::vector<float> along_, sensor_path_, foreshortening_;
-  std::vector<BistaticSource> sources_;
-  BistaticCamera camera_{};
+  std::vector<std::size_t> outside_;  // pixels outside the lens model
+  std::optional<physics::BistaticTables> tables_;
 };
 
 }  // namespace tofgraph

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The optimized bistatic model in single precision: what can be computed before the first frame. With u a pixel's ray,
+/// L the lens centre, S a source and b = L - S. The solver that uses it, and why it is written so, is in the stage
+/// `optimized_bistatic`.
+#pragma once
+
+#include "physics/geometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tofgraph::physics {
+
+/// No distance beyond this is solved: its squares leave the range of single precision.
+inline constexpr float farthest_distance = 1e9F;  // m
+
+/// A source's constants.
+struct BistaticSource {
+  float weight, square;  ///< share of the light, |b|^2
+  const float* along;    ///< a pixel: u . b
+};
+
+/// What is the same for all sources.
+struct BistaticCamera {
+  float focal_length, closest, mean_square;  ///< f, mean |b|, mean |b|^2
+  float safe_distance;                       ///< from here on the corrected closed form is the solution
+  const float* sensor_path;                  ///< a pixel: D_sen
+  const float* foreshortening;               ///< a pixel: 1 - cos(theta)
+  const float* mean_along;                   ///< a pixel: mean u . b
+};
+
+/// Owns the tables. Rays that are NaN give NaN.
+class BistaticTables {
+ public:
+  BistaticTables(const Geometry& geometry, std::span<const Vector3> rays)
+      : along_(rays.size() * geometry.sources.size()) {
+    double closest = 0, mean_square = 0;
+    Vector3 middle;  // mean b
+    for (float* along = along_.data(); const auto& [position, weight] : geometry.sources) {
+      const Vector3 b = geometry.lens_centre() - position;
+      middle = middle + weight * b;
+      closest += weight * norm(b);
+      mean_square += weight * dot(b, b);
+      sources_.push_back({static_cast<float>(weight), static_cast<float>(dot(b, b)), along});
+      for (const Vector3& ray : rays) *along++ = static_cast<float>(dot(ray, b));
+    }
+    for (const Vector3& ray : rays) {
+      sensor_path_.push_back(static_cast<float>(physics::sensor_path(geometry, ray)));
+      mean_along_.push_back(static_cast<float>(dot(ray, middle)));
+      // 1 - cos, without the cancellation near the axis
+      foreshortening_.push_back(static_cast<float>((ray.x * ray.x + ray.y * ray.y) / (1 + ray.z)));
+    }
+    camera_ = {static_cast<float>(geometry.focal_length),
+               static_cast<float>(closest),
+               static_cast<float>(mean_square),
+               static_cast<float>(safe_distance()),
+               sensor_path_.data(),
+               foreshortening_.data(),
+               mean_along_.data()};
+  }
+  BistaticTables(const BistaticTables&) = delete;
+  BistaticTables& operator=(const BistaticTables&) = delete;
+
+  const BistaticCamera& camera() const { return camera_; }
+  std::span<const BistaticSource> sources() const { return sources_; }
+
+ private:
+  /// From which distance on the variance of the paths may be taken at the uncorrected place, at an error of at most 50
+  /// nm. There all sources are on the near side of the surface, so that the slopes of their paths differ by at most
+  /// max|b|^2 / nearest^2, and a path differs from D_ref by at most |b|.
+  double safe_distance() const {
+    const auto [least, most] = std::ranges::minmax(sources_, {}, &BistaticSource::square);
+    const double farthest = std::sqrt(double{most.square});
+    double across = 0, sensor = 0;
+    for (std::size_t i = 0; i < sensor_path_.size(); ++i) {
+      if (std::isnan(sensor_path_[i])) continue;
+      const auto along = [i](const BistaticSource& source) { return source.along[i]; };
+      const auto [low, high] = std::ranges::minmax(sources_, {}, along);
+      across = std::max(across, double{along(high)} - along(low));
+      sensor = std::max(sensor, double{sensor_path_[i]});
+    }
+    double distance = farthest + sensor;
+    for (; distance < farthest_distance; distance *= 1.02) {
+      const double nearest = distance - (farthest + sensor) / 2 - farthest;  // of all D_i, and of D_ref + u.b
+      if (nearest <= 0) continue;
+      const double width = (2 * distance * across + most.square - least.square) / (2 * nearest);  // of the paths
+      const double inverse = 1 / (2 * distance - sensor - farthest);
+      const double change = width * width / 4 * inverse / 2;
+      if (change * inverse * (width / 2) * (most.square / (nearest * nearest) / 2) < 50e-9) break;
+    }
+    return distance;
+  }
+
+  std::vector<float> along_, mean_along_, sensor_path_, foreshortening_;
+  std::vector<BistaticSource> sources_;
+  BistaticCamera camera_{};
+};
+
+}  // namespace tofgraph::physics
