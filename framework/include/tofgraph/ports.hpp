@@ -135,9 +135,9 @@ template <class T> class InOut : public detail::PortBase {
   Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
   Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
   /// In prepare: an optional image that is not there is made by this stage, beginning with zeros.
-  void provide(const Setup& setup) {
+  void provide(const Setup& setup, const char* of = nullptr) {
     made_here_ = !present();
-    if (made_here_) announce(setup, nullptr);
+    if (made_here_) announce(setup, of);
   }
   /// For an image that provide() may have to make.
   Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns) const {
@@ -146,6 +146,8 @@ template <class T> class InOut : public detail::PortBase {
     std::fill(image.begin(), image.end(), T{});
     return image;
   }
+  /// True when the channel did not arrive: this stage makes it.
+  bool made_here() const { return made_here_; }
 
  private:
   bool made_here_ = false;

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tofgraph/stage.hpp>
+
+#include <array>
+#include <cmath>
+
+namespace tofgraph {
+
+/// p_world = R p_camera + t for every point. R is given by the rows of a 3 x 3 matrix or by angles about the fixed
+/// axes, first x, then y, then z: R = R_z R_y R_x, right-handed.
+struct Transform final : Filter {
+  InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
+  Param<std::vector<double>> rotation{
+      this, "rotation", {.fallback = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
+  Param<std::vector<double>> angles{
+      this, "angles", {.unit = "rad", .fallback = "[0 deg, 0 deg, 0 deg]", .text = "instead: about x, then y, then z"}};
+  Param<std::vector<double>> translation{
+      this, "translation", {.unit = "m", .fallback = "[0 mm, 0 mm, 0 mm]", .text = "t of T_world_camera"}};
+
+  void prepare(Setup&) {
+    if (rotation->size() != 9)
+      throw ConfigError("rotation", "has " + std::to_string(rotation->size()) + " numbers, expected nine");
+    if (angles->size() != 3)
+      throw ConfigError("angles", "has " + std::to_string(angles->size()) + " numbers, expected three");
+    if (translation->size() != 3)
+      throw ConfigError("translation", "has " + std::to_string(translation->size()) + " numbers, expected three");
+    if (rotation.given() && angles.given()) throw ConfigError("angles", "give either rotation or angles");
+    if (rotation.given()) check_rotation();
+    const std::array<double, 9> r = rotation.given() ? matrix(*rotation) : from_angles();
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t k = 0; k < 3; ++k) t_world_camera_[row][k] = r[3 * row + k];
+      t_world_camera_[row][3] = (*translation)[row];
+    }
+  }
+
+  void process(Frame& frame) const {
+    const auto all = points(frame);
+    const auto& t = t_world_camera_;
+    for (std::size_t i = 0; i < all.size(); i += 3) {
+      const double x = all[i], y = all[i + 1], z = all[i + 2];
+      for (std::size_t k = 0; k < 3; ++k)
+        all[i + k] = static_cast<float>(t[k][0] * x + t[k][1] * y + t[k][2] * z + t[k][3]);
+    }
+  }
+
+ private:
+  static std::array<double, 9> matrix(const std::vector<double>& values) {
+    std::array<double, 9> m{};
+    std::copy_n(values.begin(), 9, m.begin());
+    return m;
+  }
+
+  std::array<double, 9> from_angles() const {
+    const double a = (*angles)[0], b = (*angles)[1], c = (*angles)[2];
+    const double ca = std::cos(a), sa = std::sin(a), cb = std::cos(b), sb = std::sin(b), cc = std::cos(c),
+                 sc = std::sin(c);
+    return {cc * cb,
+            cc * sb * sa - sc * ca,
+            cc * sb * ca + sc * sa,
+            sc * cb,
+            sc * sb * sa + cc * ca,
+            sc * sb * ca - cc * sa,
+            -sb,
+            cb * sa,
+            cb * ca};
+  }
+
+  /// Rows of length one, at right angles, and no mirror.
+  void check_rotation() const {
+    const auto& r = *rotation;
+    double worst = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double product = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
+        worst = std::max(worst, std::abs(product - (i == j ? 1 : 0)));
+      }
+    }
+    if (worst > 1e-4)
+      throw ConfigError("rotation", "is no rotation: its rows are not unit vectors at right angles (off by " +
+                                        std::to_string(worst) + ")");
+    const double determinant =
+        r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
+    if (determinant < 0) throw ConfigError("rotation", "is a mirror image, no rotation: its determinant is -1");
+  }
+
+  std::array<std::array<double, 4>, 3> t_world_camera_{};
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::Transform, "Moves the points into another frame: p_world = T_world_camera p_camera")

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <vector>
+
+namespace tofgraph {
+
+/// Reads what the vendor's library hands out as source data, frame after frame: 4 x { 512-byte header, kept and not
+/// interpreted; H x W x (tap A, tap B) unsigned 16-bit big-endian }. Image i of the file is phase k = phase_order[i].
+struct PmdRawReader final : Source {
+  Out<std::uint16_t> taps{this, "taps"};
+  Out<std::uint8_t> headers{
+      this,
+      "raw_headers",
+      {.text = "the 512 bytes before each phase image, as they are", .shape = "4 512", .unit = ""}};
+  Param<InputFile> file{this, "file", {.required = true, .text = "the dump"}};
+  Param<std::int64_t> frame_header{
+      this,
+      "frame_header",
+      {.unit = "", .fallback = "0", .min = 0, .max = 1 << 20, .text = "bytes before each frame that are passed over"}};
+  Param<std::vector<double>> phase_order{
+      this,
+      "phase_order",
+      {.fallback = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "which k each image in the file is"}};
+  Param<double> integration_time{
+      this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame; the dump does not say"}};
+  Param<double> modulation_frequency{
+      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "of every frame; default: the profile's"}};
+
+  void prepare(Setup& setup) {
+    const tofgraph_camera& camera = setup.camera();
+    rows_ = camera.height;
+    columns_ = camera.width;
+    frequency_ = modulation_frequency.given() ? *modulation_frequency : camera.modulation_frequency;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto& order = *phase_order;
+      const bool each_once = order.size() == 4 && std::ranges::count(order, static_cast<double>(i)) == 1;
+      if (!each_once) throw ConfigError("phase_order", "must hold each of 0, 1, 2, 3 once, e.g. [3, 2, 1, 0]");
+      order_[i] = static_cast<std::size_t>(order[i]);
+    }
+    in_.open(*file, std::ios::binary);
+    std::error_code error;
+    const auto size = std::filesystem::file_size(file->c_str(), error);
+    if (!in_ || error) throw ConfigError("file", "cannot read " + *file);
+    const std::size_t whole = size / frame_bytes(), rest = size % frame_bytes();
+    if (whole == 0) {
+      throw ConfigError("file", *file + " has " + std::to_string(size) + " bytes, less than one frame of " +
+                                    std::to_string(frame_bytes()) + " (" + std::to_string(columns_) + " x " +
+                                    std::to_string(rows_) + " px)");
+    }
+    if (rest != 0) {
+      warn(*file + " is no whole number of frames: " + std::to_string(whole) + " frames of " +
+           std::to_string(frame_bytes()) + " bytes are read, the last " + std::to_string(rest) +
+           " bytes are not; is the camera right, or a frame_header missing?");
+    }
+    frames_ = whole;
+    setup.uses_file(*file);
+    setup.set_frames(frames_, (integration_time.given() ? TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U : 0U) |
+                                  (std::isnan(frequency_) ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U));
+    buffer_.resize(image_bytes());
+  }
+
+  bool process(Frame& frame) {
+    if (next_ == frames_) return false;
+    frame.metadata().device_number = next_++;
+    frame.metadata().modulation_frequency = frequency_;
+    if (integration_time.given()) frame.metadata().integration_time = *integration_time;
+    in_.ignore(*frame_header);
+    const Array<std::uint16_t> all = taps_of(frame);
+    const Array<std::uint8_t> head = headers(frame, 4, header_bytes);
+    for (std::size_t i = 0; i < 4; ++i) read_image(head.slice(order_[i]), all.slice(order_[i]));
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t header_bytes = 512;
+
+  std::size_t image_bytes() const { return rows_ * columns_ * 2 * sizeof(std::uint16_t); }
+  std::size_t frame_bytes() const {
+    return static_cast<std::size_t>(*frame_header) + 4 * (header_bytes + image_bytes());
+  }
+
+  Array<std::uint16_t> taps_of(Frame& frame) const {
+    tofgraph_channel channel{};
+    channel.name = "taps";
+    channel.type = TOFGRAPH_U16;
+    channel.rank = 4;
+    channel.unit = "counts";
+    const std::array<std::uint64_t, 4> extent = {4, 2, rows_, columns_};
+    std::ranges::copy(extent, channel.extent);
+    return Array<std::uint16_t>(frame.write(channel));
+  }
+
+  /// A pixel's two taps stand together in the file; here each tap is an image.
+  void read_image(std::span<std::uint8_t> head, std::span<std::uint16_t> image) {
+    in_.read(reinterpret_cast<char*>(head.data()), header_bytes);
+    in_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
+    if (!in_) throw std::runtime_error("cannot read " + *file + " to its end: did it shrink?");
+    const std::size_t pixels = rows_ * columns_;
+    for (std::size_t p = 0; p < pixels; ++p) {
+      for (std::size_t tap = 0; tap < 2; ++tap) {
+        const std::uint8_t* bytes = &buffer_[2 * (2 * p + tap)];
+        image[tap * pixels + p] = static_cast<std::uint16_t>(bytes[0] << 8U | bytes[1]);
+      }
+    }
+  }
+
+  std::size_t rows_ = 0, columns_ = 0, frames_ = 0, next_ = 0;
+  double frequency_ = std::numeric_limits<double>::quiet_NaN();
+  std::array<std::size_t, 4> order_{};
+  std::ifstream in_;
+  std::vector<std::uint8_t> buffer_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::PmdRawReader, "Reads a raw dump of a PMD camera: taps of four phase images")

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Against mean and standard deviation of the raw values in long double.
+#include <tofgraph/harness.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tofgraph {
+namespace {
+
+constexpr std::size_t rows = 5, columns = 7, pixels = rows * columns;
+
+using Image = std::vector<float>;
+
+/// Frames near 7 m with millimetres of noise; a tenth of the pixels is invalid.
+std::vector<Image> recording(std::size_t frames) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise(7.0F, 0.003F);
+  std::vector<Image> all(frames, Image(pixels));
+  for (std::size_t f = 0; f < frames; ++f) {
+    for (std::size_t i = 0; i < pixels; ++i) all[f][i] = (f + i) % 10 == 0 || i == 3 ? NAN : noise(random);
+  }
+  return all;
+}
+
+struct Reference {
+  long double mean = 0, deviation = 0;
+  int valid = 0;
+};
+
+Reference reference(const std::vector<Image>& frames, std::size_t first, std::size_t last, std::size_t pixel) {
+  Reference r;
+  for (std::size_t f = first; f < last; ++f) {
+    if (!std::isfinite(frames[f][pixel])) continue;
+    r.mean += frames[f][pixel];
+    ++r.valid;
+  }
+  r.mean /= r.valid;
+  for (std::size_t f = first; f < last; ++f) {
+    if (std::isfinite(frames[f][pixel])) r.deviation += (frames[f][pixel] - r.mean) * (frames[f][pixel] - r.mean);
+  }
+  r.deviation = std::sqrt(r.deviation / (r.valid - 1) / r.valid);
+  return r;
+}
+
+void expect_mean(const Harness& stage, const std::vector<Image>& frames, std::size_t first, std::size_t last) {
+  const auto depth = stage.get<float>("depth"), sigma = stage.get<float>("sigma");
+  const auto flags = stage.get<std::uint16_t>("flags");
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Reference r = reference(frames, first, last, i);
+    if (r.valid == 0) {
+      EXPECT_TRUE(std::isnan(depth[i]) && std::isnan(sigma[i]) && (flags[i] & 1) != 0) << i;
+      continue;
+    }
+    EXPECT_NEAR(depth[i], static_cast<double>(r.mean), 3e-7) << i;  // half a step of float at 7 m
+    EXPECT_EQ(flags[i] & 1, 0) << i;
+    if (r.valid > 1) {
+      EXPECT_NEAR(sigma[i], static_cast<double>(r.deviation), 1e-6 * static_cast<double>(r.deviation)) << i;
+    }
+  }
+}
+
+TEST(Average, GivesOneFrameForEveryN) {
+  const auto frames = recording(24);
+  Harness stage("average frames=8");
+  int given = 0;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    stage.put<float>("depth", {rows, columns}, frames[f]);
+    if (!stage.run()) continue;
+    ++given;
+    EXPECT_EQ(f % 8, 7U);
+    expect_mean(stage, frames, f - 7, f + 1);
+  }
+  EXPECT_EQ(given, 3);
+  EXPECT_EQ(stage.of("sigma"), "depth");
+}
+
+TEST(Average, RunningIsTheMeanOfTheLastN) {
+  const auto frames = recording(40);
+  Harness stage("average frames=6 running=true");
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    stage.put<float>("depth", {rows, columns}, frames[f]);
+    ASSERT_TRUE(stage.run());
+    expect_mean(stage, frames, f < 6 ? 0 : f - 5, f + 1);
+  }
+}
+
+TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {
+  Harness stage("average frames=2");
+  for (std::uint16_t f = 0; f < 2; ++f) {
+    stage.put<float>("depth", {1, 2}, {1.0F, f == 0 ? NAN : 2.0F});
+    stage.put<float>("amplitude", {1, 2}, {100.0F + f, 10.0F});
+    stage.put<std::uint16_t>("flags", {1, 2}, {f == 0 ? std::uint16_t{8} : std::uint16_t{2}, f == 0 ? std::uint16_t{1} : std::uint16_t{0}});
+    EXPECT_EQ(stage.run(), f == 1);
+  }
+  EXPECT_EQ(stage.get<float>("amplitude"), (Image{100.5F, 10.0F}));
+  EXPECT_EQ(stage.get<std::uint16_t>("flags"), (std::vector<std::uint16_t>{10, 0}));
+  EXPECT_EQ(stage.get<float>("depth"), (Image{1.0F, 2.0F}));
+}
+
+TEST(Average, RefusesSenselessNumbers) {
+  EXPECT_THROW(Harness("average frames=0"), std::runtime_error);
+  Harness endless("average frames=5000 running=true");
+  endless.put<float>("depth", {1, 1}, {1.0F});
+  EXPECT_THROW(endless.run(), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace tofgraph
