@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 
@@ -22,17 +22,7 @@ void PipelineArguments::add_to(CLI::App& command) {
       ->expected(1);
 }
 
-core::Value PipelineArguments::document() const {
-  const bool file =
-      pipeline.ends_with(".yaml") || pipeline.ends_with(".yml") || std::filesystem::is_regular_file(pipeline);
-  if (!file) return core::pipeline_from_line(pipeline, camera);
-  core::Value document = core::load_document(pipeline);
-  if (camera.empty()) return document;
-  std::erase_if(document.entries, [](const core::Entry& entry) { return entry.key == "camera"; });
-  const core::Value option = core::pipeline_from_line("null", camera);  // the option as a value with its place
-  document.entries.push_back(*option.find("camera"));
-  return document;
-}
+core::Value PipelineArguments::document() const { return core::document_of(pipeline, camera); }
 
 std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
                                    const Common& common, bool overwrite) {

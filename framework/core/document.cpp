@@ -51,8 +51,7 @@ class Converter {
   }
 
  private:
-  template <class Pair>
-  void add(Value& map, const Pair& pair, Diagnostics& diagnostics) {
+  template <class Pair> void add(Value& map, const Pair& pair, Diagnostics& diagnostics) {
     if (!pair.first.IsScalar()) {
       diagnostics.error(position(pair.first), "a key must be a word");
       return;

@@ -52,8 +52,7 @@ namespace tofgraph::core {
 namespace {
 
 /// A call of the host never throws over the border.
-template <class Call>
-int guarded(Call&& call) noexcept {
+template <class Call> int guarded(Call&& call) noexcept {
   try {
     return call() ? TOFGRAPH_OK : TOFGRAPH_ERROR;
   } catch (...) {

@@ -15,8 +15,7 @@ struct HostCalls {
   static Node& node(void* context) { return *static_cast<Node*>(context); }
 
   /// Nothing that the host throws may pass the border.
-  template <class Call>
-  static void guarded(Call&& call) noexcept {
+  template <class Call> static void guarded(Call&& call) noexcept {
     try {
       call();
     } catch (const std::exception& error) {

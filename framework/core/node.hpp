@@ -44,8 +44,8 @@ class Node {
   bool prepare(const std::vector<const Stream*>& inputs, const std::vector<std::string>& input_names,
                Diagnostics& diagnostics);
 
-  /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error what went
-  /// wrong, a frame that is not as announced included.
+  /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error
+  /// what went wrong, a frame that is not as announced included.
   bool process(tofgraph_frame* const* frames, std::size_t count);
   void finish();  ///< @throws std::runtime_error
   void stop();

@@ -144,6 +144,13 @@ Value scalar(std::string text, const Position& at) {
   return value;
 }
 
+/// The option --camera as an entry of a document.
+Entry camera_entry(const std::string& camera) {
+  const auto option = std::make_shared<SourceText>(SourceText{"--camera", camera, std::filesystem::current_path()});
+  const Position at{option, 1, 1, camera.size()};
+  return {"camera", at, scalar(camera, at)};
+}
+
 }  // namespace
 
 PipelineSpec parse_pipeline(const Value& document, Diagnostics& diagnostics) {
@@ -229,12 +236,19 @@ Value pipeline_from_line(const std::string& line, const std::string& camera) {
   document.kind = Value::Kind::map;
   document.at = start;
   document.entries.push_back({"pipeline", start, scalar("1", start)});
-  if (!camera.empty()) {
-    const auto option = std::make_shared<SourceText>(SourceText{"--camera", camera, std::filesystem::current_path()});
-    const Position at{option, 1, 1, camera.size()};
-    document.entries.push_back({"camera", at, scalar(camera, at)});
-  }
+  if (!camera.empty()) document.entries.push_back(camera_entry(camera));
   document.entries.push_back({"nodes", start, std::move(nodes)});
+  return document;
+}
+
+Value document_of(const std::string& file_or_line, const std::string& camera) {
+  const bool file = file_or_line.ends_with(".yaml") || file_or_line.ends_with(".yml") ||
+                    std::filesystem::is_regular_file(file_or_line);
+  if (!file) return pipeline_from_line(file_or_line, camera);
+  Value document = load_document(file_or_line);
+  if (camera.empty()) return document;
+  std::erase_if(document.entries, [](const Entry& entry) { return entry.key == "camera"; });
+  document.entries.push_back(camera_entry(camera));
   return document;
 }
 

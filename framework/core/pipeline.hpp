@@ -49,6 +49,10 @@ PipelineSpec parse_pipeline(const Value& document, Diagnostics& diagnostics);
 /// @param camera a profile's name or path, may be empty. @throws ConfigurationError
 Value pipeline_from_line(const std::string& line, const std::string& camera);
 
+/// The document of a pipeline file or, where there is no such file and no .yaml at the end, of the one-line form.
+/// @param camera wins over the file's; may be empty. @throws ConfigurationError
+Value document_of(const std::string& file_or_line, const std::string& camera);
+
 /// Replaces or adds a parameter: "NODE.PARAMETER=VALUE", as on the command line.
 void apply_setting(PipelineSpec& pipeline, const std::string& setting, Diagnostics& diagnostics);
 

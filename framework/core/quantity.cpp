@@ -149,17 +149,20 @@ std::string format_quantity(double value, std::string_view unit) {
   static constexpr Prefix times[] = {{1, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}};
   static constexpr Prefix frequencies[] = {{1e9, "GHz"}, {1e6, "MHz"}, {1e3, "kHz"}, {1, "Hz"}};
   static constexpr Prefix angles[] = {{1, "rad"}, {1e-3, "mrad"}};
-  const auto show = [value](auto& table) {
+  const auto show = [value](const auto& table, std::string_view base) {
+    if (value == 0) return fmt::format("0 {}", base);
+    const Prefix* chosen = std::end(table) - 1;
     for (const Prefix& prefix : table) {
-      if (std::abs(value) >= prefix.factor * (1 - 1e-12))
-        return fmt::format("{:.6g} {}", value / prefix.factor, prefix.name);
+      if (std::abs(value) < prefix.factor * (1 - 1e-12)) continue;
+      chosen = &prefix;
+      break;
     }
-    return fmt::format("{:.6g} {}", value, table[0].name);
+    return fmt::format("{:.6g} {}", value / chosen->factor, chosen->name);
   };
-  if (unit == "m") return show(lengths);
-  if (unit == "s") return show(times);
-  if (unit == "Hz") return show(frequencies);
-  if (unit == "rad") return show(angles);
+  if (unit == "m") return show(lengths, unit);
+  if (unit == "s") return show(times, unit);
+  if (unit == "Hz") return show(frequencies, unit);
+  if (unit == "rad") return show(angles, unit);
   if (unit == "K") return fmt::format("{:.6g} degC", value - 273.15);
   return unit.empty() ? fmt::format("{:.6g}", value) : fmt::format("{:.6g} {}", value, unit);
 }

@@ -112,8 +112,10 @@ class Runner::Impl {
 
 std::vector<Segment> Runner::Impl::segments() const {
   std::vector<Segment> segments;
+  if (options_.receivers.contains(graph_.nodes().front()->name)) segments.push_back({true, {0}});
   for (std::size_t i = 1; i < graph_.nodes().size(); ++i) {
-    const bool ordered = !graph_.nodes()[i]->stateless();
+    const Node& node = *graph_.nodes()[i];
+    const bool ordered = !node.stateless() || options_.receivers.contains(node.name);
     if (segments.empty() || ordered || segments.back().ordered) segments.push_back({ordered, {}});
     segments.back().nodes.push_back(i);
   }
@@ -285,7 +287,12 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
   Node& node = *graph_.nodes()[index];
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
   tofgraph_frame& frame = token.frames[index];
+  const auto receiver = options_.receivers.find(node.name);
   try {
+    if (node.is_source()) {  // its frame is there; only the receiver is wanted here
+      receiver->second(frame);
+      return;
+    }
     if (!node.many_inputs()) {
       const std::size_t first = inputs.front();
       tofgraph_frame& read = token.frames[first];
@@ -305,6 +312,7 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
     const auto start = Clock::now();
     token.absent[index] = !node.process(frames.data(), frames.size());
     times_[index].add(seconds_since(start));
+    if (receiver != options_.receivers.end() && !token.absent[index]) receiver->second(*frames.front());
   } catch (const std::exception& error) {
     fail(index, &token, error.what());
   }

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@ namespace tofgraph::core {
 struct RunOptions {
   std::optional<std::uint64_t> frames;  ///< at most so many
   unsigned threads = 0;                 ///< 0: one a core
+  /// Called with every frame that leaves a node, in order, before those that read it.
+  std::map<std::string, std::function<void(tofgraph_frame&)>> receivers;
 };
 
 class Runner {

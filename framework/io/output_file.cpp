@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 namespace tofgraph::io {
 namespace fs = std::filesystem;
@@ -146,8 +147,8 @@ fs::path OutputPattern::existing() const {
     const std::string_view number =
         std::string_view(name).substr(before_.size(), name.size() - before_.size() - after_.size());
     const auto least = static_cast<std::size_t>(digits_);
-    const bool produced = only_digits(number) && number.size() >= least &&
-                          (number.size() == least || number.front() != '0');
+    const bool produced =
+        only_digits(number) && number.size() >= least && (number.size() == least || number.front() != '0');
     if (produced) found.push_back(folder_ / name);
   }
   return found.empty() ? fs::path() : *std::ranges::min_element(found);

@@ -58,6 +58,9 @@ TEST(Quantity, IsShownAsPeopleWriteIt) {
   EXPECT_EQ(format_quantity(0.0005, "s"), "500 us");
   EXPECT_EQ(format_quantity(298.15, "K"), "25 degC");
   EXPECT_EQ(format_quantity(0, "m"), "0 m");
+  EXPECT_EQ(format_quantity(0, "Hz"), "0 Hz");
+  EXPECT_EQ(format_quantity(0.001, "Hz"), "0.001 Hz");
+  EXPECT_EQ(format_quantity(-2e-8, "m"), "-0.02 um");
   EXPECT_EQ(format_quantity(3, "counts"), "3 counts");
   EXPECT_EQ(format_quantity(0.25, ""), "0.25");
 }

@@ -19,8 +19,8 @@
 #pragma once
 
 #include <tofgraph/plugin.h>
-#include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
+#include <tofgraph/frame.hpp>
 
 #include <limits>
 #include <span>
@@ -37,46 +37,6 @@ class ConfigError : public std::runtime_error {
   ConfigError(std::string parameter_name, const std::string& text)
       : std::runtime_error(text), parameter(std::move(parameter_name)) {}
   std::string parameter;
-};
-
-/// One frame on its way through the graph.
-class Frame {
- public:
-  Frame(const tofgraph_host* host, tofgraph_frame* frame) : host_(host), frame_(frame) {}
-
-  /// Number, time stamp, integration time, ... of this frame. Sources set them.
-  tofgraph_metadata& metadata() const { return *host_->metadata(frame_); }
-
-  /// @returns a view without data when the frame has no such channel.
-  tofgraph_view find(const char* channel) const {
-    tofgraph_view view{};
-    if (host_->read(frame_, channel, &view) != TOFGRAPH_OK) view.data = nullptr;
-    return view;
-  }
-  /// A new buffer under the channel's name, content undefined.
-  tofgraph_view write(const tofgraph_channel& channel) const {
-    tofgraph_view view{};
-    check(host_->write(frame_, &channel, &view), "cannot be written", channel.name);
-    return view;
-  }
-  /// The channel for changing it in place: a private copy where others share it.
-  tofgraph_view modify(const char* channel) const {
-    tofgraph_view view{};
-    check(host_->modify(frame_, channel, &view), "is not in the frame", channel);
-    return view;
-  }
-  /// Hands memory of the stage to the frame without a copy; `release(owner)` is called when nobody reads it.
-  void share(const tofgraph_view& view, void* owner, void (*release)(void*)) const {
-    check(host_->share(frame_, &view, owner, release), "cannot be shared", view.channel);
-  }
-  void drop(const char* channel) const { check(host_->drop(frame_, channel), "is not in the frame", channel); }
-
- private:
-  static void check(int status, const char* what, const char* channel) {
-    if (status != TOFGRAPH_OK) throw std::runtime_error("channel " + std::string(channel) + " " + what);
-  }
-  const tofgraph_host* host_;
-  tofgraph_frame* frame_;
 };
 
 class Setup;

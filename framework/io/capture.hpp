@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Captures: recordings of a camera, frame by frame, in HDF5. The layout is the published one (root attributes, group
+/// /frames, one chunk a frame); NaN is "unknown". Thread-safe: captures of one process take turns.
+#pragma once
+
+#include <tofgraph/plugin.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::io {
+
+/// What a capture says of itself.
+struct CaptureHeader {
+  std::string camera;  ///< the name of its profile
+  std::uint32_t width = 0, height = 0;
+  std::string comment, profile, serial;  ///< optional; profile: its text
+};
+
+/// One dataset of /frames: N x extent.
+struct CaptureChannel {
+  std::string name;
+  std::uint32_t type = TOFGRAPH_ANY;  ///< in memory: flags are always uint16
+  std::vector<std::uint64_t> extent;  ///< of one frame
+  std::string unit, of, applied, from;
+
+  std::uint64_t elements() const;
+  std::uint64_t bytes() const;
+};
+
+/// Reads a capture, also while it is being recorded or after its recorder was killed.
+class CaptureReader {
+ public:
+  /// Opens and checks all that can be known without reading the frames: format, version, shapes, types, units, and
+  /// that as much is stored as is announced. @throws std::runtime_error naming the file and what is wrong
+  explicit CaptureReader(const std::filesystem::path& file);
+  ~CaptureReader();
+  CaptureReader(const CaptureReader&) = delete;
+  CaptureReader& operator=(const CaptureReader&) = delete;
+
+  const CaptureHeader& header() const;
+  std::size_t frames() const;
+  /// False while the recording runs, or when it was cut off: frames() are then those that are complete.
+  bool finished() const;
+  const std::vector<CaptureChannel>& channels() const;
+  /// Datasets of /frames that are neither channels nor metadata.
+  const std::vector<std::string>& ignored() const;
+
+  /// Metadata in SI (kelvin); `number` is left alone. device_number: the frame's index where it was not recorded.
+  /// A time stamp of 0 is unknown.
+  tofgraph_metadata metadata(std::size_t frame) const;
+  /// TOFGRAPH_KNOWS_.. bits that hold for each of these frames.
+  std::uint64_t known(std::size_t first, std::size_t last) const;
+  /// Reads a frame of a channel, row-major, as channel.type. @throws std::runtime_error
+  void read(std::size_t channel, std::size_t frame, void* data) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct CaptureOptions {
+  int compression = 0;     ///< deflate level, 0 to 9, with byte shuffling
+  bool overwrite = false;  ///< an existing capture, or what is left of one, may be replaced
+};
+
+/// Writes a capture: as FILE.part, which can be read meanwhile, until finish() gives it its name. Not thread-safe.
+class CaptureWriter {
+ public:
+  /// @throws std::runtime_error also when the file or its .part exists
+  CaptureWriter(std::filesystem::path file, const CaptureHeader& header, std::vector<CaptureChannel> channels,
+                const CaptureOptions& options = {});
+  /// Without finish() the .part stays with all its frames: what was recorded is never thrown away.
+  ~CaptureWriter();
+  CaptureWriter(const CaptureWriter&) = delete;
+  CaptureWriter& operator=(const CaptureWriter&) = delete;
+
+  /// One frame; the views in the order of the channels. When this returns, the frame survives a kill of the process
+  /// (not a power failure). @throws std::runtime_error when the disk is full, or a view is
+  /// of another type or size than its channel
+  void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
+  std::size_t frames() const;
+  /// Closes the file, waits until it is on the disk and renames it. @throws std::runtime_error
+  void finish();
+
+  /// FILE.part
+  static std::filesystem::path part_of(const std::filesystem::path& file);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tofgraph::io
