@@ -130,38 +130,35 @@ Dataset::Dataset(hid_t group, std::string name) : name_(std::move(name)) {
 
 void Dataset::fail(const std::string& why) const { throw std::runtime_error(fmt::format("/frames/{} {}", name_, why)); }
 
-void Dataset::check_storage() const {
+void Dataset::check_storage() {
   const Handle creation(check(H5Dget_create_plist(dataset_), "/frames/" + name_), H5Pclose);
   if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail("is kept in another file");
   const std::uint64_t frame = product(product(size_, 1), H5Tget_size(type_));
   if (frame > greatest_frame) fail(fmt::format("is {}: such frames are not read", described()));
   if (H5Pget_layout(creation) != H5D_CHUNKED) return;
-  std::vector<hsize_t> chunk(size_.size());
-  check(H5Pget_chunk(creation, static_cast<int>(chunk.size()), chunk.data()), "/frames/" + name_);
-  const std::uint64_t bytes = product(product(chunk, 0), H5Tget_size(type_));
-  if (bytes > std::max<std::uint64_t>(greatest_chunk, frame)) {
+  chunk_.resize(size_.size());
+  check(H5Pget_chunk(creation, static_cast<int>(chunk_.size()), chunk_.data()), "/frames/" + name_);
+  const std::uint64_t bytes = product(product(chunk_, 0), H5Tget_size(type_));
+  if (bytes == 0 || bytes > std::max<std::uint64_t>(greatest_chunk, frame)) {
     fail(fmt::format("is stored in chunks of {}, {} bytes each, expected one chunk a frame: h5repack can change that",
-                     fmt::join(chunk, " x "), bytes));
+                     fmt::join(chunk_, " x "), bytes));
   }
 }
 
 std::size_t Dataset::stored_frames(bool all) const {
-  const Handle creation(check(H5Dget_create_plist(dataset_), "/frames/" + name_), H5Pclose);
   std::uint64_t stored = 0;
-  if (H5Pget_layout(creation) == H5D_CHUNKED) {
-    std::vector<hsize_t> chunk(size_.size());
-    check(H5Pget_chunk(creation, static_cast<int>(chunk.size()), chunk.data()), "/frames/" + name_);
+  if (!chunk_.empty()) {
     hsize_t chunks = 0;
     check(H5Dget_num_chunks(dataset_, space_, &chunks), "/frames/" + name_ + ": its chunks cannot be found");
     std::uint64_t a_slab = 1;  // chunks that hold the same frames
-    for (std::size_t i = 1; i < size_.size(); ++i) a_slab = product(a_slab, (size_[i] + chunk[i] - 1) / chunk[i]);
-    stored = std::min<std::uint64_t>(size_[0], product(chunks / std::max<std::uint64_t>(a_slab, 1), chunk[0]));
+    for (std::size_t i = 1; i < size_.size(); ++i) a_slab = product(a_slab, (size_[i] + chunk_[i] - 1) / chunk_[i]);
+    stored = std::min<std::uint64_t>(size_[0], product(chunks / std::max<std::uint64_t>(a_slab, 1), chunk_[0]));
   } else {
     const std::uint64_t frame = std::max<std::uint64_t>(product(product(size_, 1), H5Tget_size(type_)), 1);
     stored = std::min<std::uint64_t>(size_[0], H5Dget_storage_size(dataset_) / frame);
   }
   if (all && stored != size_[0]) fail(fmt::format("announces {} frames, but {} are stored", size_[0], stored));
-  return stored;
+  return static_cast<std::size_t>(stored);
 }
 
 std::string Dataset::described() const {
@@ -221,7 +218,23 @@ void Dataset::read_first(std::size_t frames, hid_t memory, void* data) const {
   }
 }
 
+/// A damaged index can announce any size for a chunk, and HDF5 would take that much memory.
+void Dataset::check_chunk(hsize_t frame) const {
+  if (chunk_.empty()) return;
+  std::vector<hsize_t> offset(size_.size(), 0);
+  offset[0] = frame / chunk_[0] * chunk_[0];
+  unsigned skipped_filters = 0;
+  haddr_t address = HADDR_UNDEF;
+  hsize_t stored = 0;
+  check(H5Dget_chunk_info_by_coord(dataset_, offset.data(), &skipped_filters, &address, &stored), "cannot be found");
+  if (address == HADDR_UNDEF) throw std::runtime_error("is announced, but not stored");
+  const std::uint64_t plain = product(product(chunk_, 0), H5Tget_size(type_));
+  const std::uint64_t most = plain + plain / 8 + 4096;  // more than deflate ever adds
+  if (stored > most) throw std::runtime_error(fmt::format("announces {} bytes for {}", stored, plain));
+}
+
 void Dataset::read_frame(std::size_t frame, hid_t memory, void* data) const {
+  check_chunk(frame);
   read(frame, 1, frame_space_, memory, data);
 }
 

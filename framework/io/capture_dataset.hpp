@@ -41,7 +41,8 @@ class Dataset {
 
  private:
   void read(hsize_t first, hsize_t frames, hid_t frames_space, hid_t memory, void* data) const;
-  void check_storage() const;
+  void check_storage();
+  void check_chunk(hsize_t frame) const;
   /// "3 x 132 x 176 float32"
   std::string described() const;
   [[noreturn]] void fail(const std::string& why) const;

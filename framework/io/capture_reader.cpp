@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/capture.hpp"
 #include "io/capture_dataset.hpp"
+#include "io/capture_guard.hpp"
 #include "io/capture_hdf5.hpp"
 #include "io/capture_layout.hpp"
 
@@ -23,6 +24,11 @@ namespace {
 
 constexpr std::int64_t greatest_side = 16384;  // px
 constexpr std::size_t most_datasets = 256;
+
+// What opening a capture may take.
+constexpr std::size_t trial_memory = 128U << 20U;    // bytes, beside
+constexpr std::size_t greatest_chunk = 512U << 20U;  // as much again as the file has, up to this
+constexpr unsigned trial_seconds = 10;               // of the processor
 
 /// One of these makes a capture.
 constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth"};
@@ -74,6 +80,8 @@ struct CaptureReader::Impl {
   std::vector<std::string> ignored;
   std::size_t frames = 0;
 
+  void load();
+  void try_frames() const;
   void open();
   void read_header();
   void read_channels();
@@ -89,12 +97,34 @@ CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl
   impl_->file = file;
   const h5::Lock lock;
   try {
-    impl_->open();
-    impl_->read_header();
-    impl_->read_channels();
-    impl_->read_metadata();
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(file, error);
+    const TrialLimits limits{trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, greatest_chunk), trial_seconds};
+    try_in_child(limits, [&] {
+      Impl trial;
+      trial.file = file;
+      trial.load();
+      trial.try_frames();
+    });
+    impl_->load();
   } catch (const std::exception& problem) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), problem.what()));
+  }
+}
+
+void CaptureReader::Impl::load() {
+  open();
+  read_header();
+  read_channels();
+  read_metadata();
+}
+
+/// The first and the last frame of each channel: what could go wrong inside of HDF5 goes wrong with these.
+void CaptureReader::Impl::try_frames() const {
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    std::vector<std::byte> frame(channels[i].bytes());
+    for (const std::size_t number : {std::size_t{0}, frames - 1})
+      datasets[i].read_frame(number, h5::memory_type(channels[i].type), frame.data());
   }
 }
 
