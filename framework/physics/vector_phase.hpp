@@ -20,9 +20,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// atan(t) for 0 <= t <= 1: the odd polynomial of degree 15 with the least greatest error, which is 3.75e-8 rad; with
 /// the rounding of float arithmetic below 1.2e-7 rad.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V AtanToOne(D d, V t) {
-  constexpr float c[] = {9.999993356601388e-1F, -3.332986107930474e-1F, 1.9946568820775706e-1F,
-                         -1.3908643991372088e-1F, 9.642230114508069e-2F, -5.591271647337052e-2F,
-                         2.1863189557017375e-2F, -4.05462146207399e-3F};
+  constexpr float c[] = {9.999993356601388e-1F, -3.332986107930474e-1F, 1.9946568820775706e-1F, -1.3908643991372088e-1F,
+                         9.642230114508069e-2F, -5.591271647337052e-2F, 2.1863189557017375e-2F, -4.05462146207399e-3F};
   const V s = hn::Mul(t, t);
   V p = hn::Set(d, c[7]);
   for (int i = 6; i >= 1; --i) p = hn::MulAdd(p, s, hn::Set(d, c[i]));
@@ -34,12 +33,12 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V AtanToOne(D d, V t) {
 /// range. NaN where both are 0, of no use where one is not finite.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V WrappedDistance(D d, V sine, V cosine, V metres_per_radian, V range) {
-  const V tall = hn::Abs(sine), wide = hn::Abs(cosine);
+  const V zero = hn::Zero(d), tall = hn::Abs(sine), wide = hn::Abs(cosine);
   const V half = hn::Mul(range, hn::Set(d, 0.5F)), quarter = hn::Mul(range, hn::Set(d, 0.25F));
   V distance = hn::Mul(metres_per_radian, AtanToOne(d, hn::Div(hn::Min(tall, wide), hn::Max(tall, wide))));
   distance = hn::IfThenElse(hn::Gt(tall, wide), hn::Sub(quarter, distance), distance);
-  distance = hn::IfNegativeThenElse(cosine, hn::Sub(half, distance), distance);
-  distance = hn::IfNegativeThenElse(sine, hn::Sub(range, distance), distance);
+  distance = hn::IfThenElse(hn::Lt(cosine, zero), hn::Sub(half, distance), distance);
+  distance = hn::IfThenElse(hn::Lt(sine, zero), hn::Sub(range, distance), distance);
   return hn::IfThenZeroElse(hn::Ge(distance, range), distance);
 }
 

@@ -19,9 +19,9 @@ struct DecoderSettings {
   float metres_per_radian, range;          // m/rad, m
   float full_well;                         // counts; infinity: not known
   float min_amplitude;                     // counts
-  float read_variance, shot_noise;         // of a sample: variance = read_variance + 2 shot_noise intensity
+  float read_variance, shot_noise;         // of a tap: variance = read_variance + shot_noise intensity
   float intensity_per_amplitude;           // for phases, which do not show the light: 1 / (2 contrast)
-  float null2_square, null2_per_variance;  // inconsistent: N2^2 > null2_square + null2_per_variance * variance
+  float null2_square, null2_per_variance;  // inconsistent: N2^2 > null2_square + null2_per_variance variance
   std::int32_t invalid_flags;              // bits that make a pixel invalid
 };
 
@@ -46,12 +46,8 @@ namespace tofgraph::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// A vector of samples as float.
-template <class D>
-HWY_INLINE hn::Vec<D> LoadFloat(D d, const float* from) {
-  return hn::LoadU(d, from);
-}
-template <class D>
-HWY_INLINE hn::Vec<D> LoadFloat(D d, const std::int32_t* from) {
+template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const float* from) { return hn::LoadU(d, from); }
+template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const std::int32_t* from) {
   return hn::ConvertTo(d, hn::LoadU(hn::RebindToSigned<D>(), from));
 }
 template <class D, class T>  // 16 bits
@@ -59,9 +55,31 @@ HWY_INLINE hn::Vec<D> LoadFloat(D d, const T* from) {
   return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<T, D>(), from)));
 }
 
-template <class D>
-HWY_INLINE hn::Vec<D> FlagWhere(D d, hn::Mask<D> where, std::uint16_t flag) {
-  return hn::IfThenElseZero(where, hn::BitCast(d, hn::Set(hn::RebindToSigned<D>(), flag)));
+/// The four samples of a vector of pixels, with the sum and the greatest of the taps where there are taps.
+template <class D> struct Samples { hn::Vec<D> c[4], sum, greatest; };
+
+template <class D, class T> HWY_INLINE Samples<D> LoadPhases(D d, const T* from, std::size_t pixels) {
+  const auto c = [&](std::size_t k) { return LoadFloat(d, from + k * pixels); };
+  return {{c(0), c(1), c(2), c(3)}, hn::Zero(d), hn::Zero(d)};
+}
+
+/// Integers as long as they can be: exact, and half as many conversions.
+template <class D> HWY_INLINE Samples<D> LoadTaps(D d, const std::uint16_t* from, std::size_t pixels) {
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<std::uint16_t, D> du16;
+  Samples<D> samples;
+  auto sum = hn::Zero(di);
+  auto greatest = hn::Zero(du16);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto a = hn::LoadU(du16, from + (2 * k) * pixels), b = hn::LoadU(du16, from + (2 * k + 1) * pixels);
+    greatest = hn::Max(greatest, hn::Max(a, b));
+    const auto wide_a = hn::PromoteTo(di, a), wide_b = hn::PromoteTo(di, b);
+    samples.c[k] = hn::ConvertTo(d, hn::Sub(wide_a, wide_b));
+    sum = hn::Add(sum, hn::Add(wide_a, wide_b));
+  }
+  samples.sum = hn::ConvertTo(d, sum);
+  samples.greatest = hn::ConvertTo(d, hn::PromoteTo(di, greatest));
+  return samples;
 }
 
 /// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
@@ -70,30 +88,24 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
   using V = hn::Vec<D>;
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
-  const T* samples = static_cast<const T*>(images.samples) + i;
-  const auto load = [&](std::size_t plane) { return LoadFloat(d, samples + plane * images.pixels); };
-  V c[4], sum = hn::Zero(d), greatest = hn::Zero(d);
-  for (std::size_t k = 0; k < 4; ++k) {
-    if constexpr (Taps) {
-      const V a = load(2 * k), b = load(2 * k + 1);
-      c[k] = hn::Sub(a, b);
-      sum = hn::Add(sum, hn::Add(a, b));
-      greatest = hn::Max(greatest, hn::Max(a, b));
-    } else {
-      c[k] = load(k);
-    }
-  }
+  const T* from = static_cast<const T*>(images.samples) + i;
+  Samples<D> samples;
+  if constexpr (Taps)
+    samples = LoadTaps(d, from, images.pixels);
+  else
+    samples = LoadPhases(d, from, images.pixels);
+  const auto& [c, sum, greatest] = samples;
   const V sine = hn::Sub(c[3], c[1]), cosine = hn::Sub(c[0], c[2]);
   const V amplitude = hn::Mul(hn::Set(d, 0.5F), hn::Sqrt(hn::MulAdd(sine, sine, hn::Mul(cosine, cosine))));
   const V intensity =
       Taps ? hn::Mul(sum, hn::Set(d, 0.125F)) : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
-  const V variance = hn::MulAdd(hn::Set(d, 2 * s.shot_noise), intensity, hn::Set(d, s.read_variance));
+  const V tap_variance = hn::MulAdd(hn::Set(d, s.shot_noise), intensity, hn::Set(d, s.read_variance));
   const V null2 = hn::Mul(hn::Set(d, 0.25F), hn::Sub(hn::Add(c[0], c[2]), hn::Add(c[1], c[3])));
-  const V limit = hn::MulAdd(hn::Set(d, s.null2_per_variance), variance, hn::Set(d, s.null2_square));
+  const V limit = hn::MulAdd(hn::Set(d, s.null2_per_variance), tap_variance, hn::Set(d, s.null2_square));
 
   auto flags = hn::PromoteTo(di, hn::LoadU(du16, images.flags + i));
   const auto raise = [&](hn::Mask<D> where, std::uint16_t flag) {
-    flags = hn::Or(flags, hn::BitCast(di, FlagWhere(d, where, flag)));
+    flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, where), hn::Set(di, flag)));
   };
   if constexpr (Taps) raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
   raise(hn::Lt(amplitude, hn::Set(d, s.min_amplitude)), flag::low_signal);
@@ -113,7 +125,7 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
   hn::StoreU(amplitude, d, images.amplitude + i);
   if (Taps) hn::StoreU(intensity, d, images.intensity + i);
   if (images.sigma != nullptr) {
-    const V phase_sigma = hn::Div(hn::Sqrt(hn::Mul(variance, hn::Set(d, 0.5F))), amplitude);
+    const V phase_sigma = hn::Div(hn::Sqrt(tap_variance), amplitude);
     hn::StoreU(hn::IfThenElse(valid, hn::Mul(hn::Set(d, s.metres_per_radian), phase_sigma), nan), d, images.sigma + i);
   }
 }
@@ -243,14 +255,14 @@ struct FourPhaseDecoder final : Filter {
     settings_ = {
         .full_well = static_cast<float>(well > 0 ? well : never),
         .min_amplitude = static_cast<float>(*min_amplitude),
-        .read_variance = static_cast<float>(known ? noise.sample_variance(0) : 0),
+        .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
         .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),
         .intensity_per_amplitude = static_cast<float>(contrast > 0 ? 1 / (2 * contrast) : 0),
         .null2_square = static_cast<float>(inconsistent_above.word().empty() ? *inconsistent_above * *inconsistent_above
                                            : automatic                       ? 0
                                                                              : never),
-        // N2 is a quarter of four samples: its variance is that of a sample / 4
-        .null2_per_variance = automatic ? 25.0F / 4 : 0.0F,
+        // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
+        .null2_per_variance = automatic ? 25.0F / 2 : 0.0F,
         .invalid_flags = flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
                          (*invalidate_low_signal ? flag::low_signal : 0)};
   }

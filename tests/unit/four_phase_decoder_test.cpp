@@ -71,7 +71,9 @@ TEST(Decoder, IsAsExactAsSinglePrecisionAtAnyFrequency) {
       double worst = 0;
       for (std::size_t i = 0; i < psi.size(); ++i) {
         worst = std::max(worst, apart(distance[i], distance_of(phases, i, frequency), frequency));
-        ASSERT_TRUE(distance[i] >= 0 && distance[i] < range) << processor;
+        ASSERT_TRUE(distance[i] >= 0 && distance[i] < range)
+            << processor << ", " << distance[i] << " of " << phases[i] << " " << phases[i + psi.size()] << " "
+            << phases[i + 2 * psi.size()] << " " << phases[i + 3 * psi.size()];
         ASSERT_NEAR(amplitude[i], 5000, 0.002) << processor;
       }
       testing::Test::RecordProperty(processor + "_ulp", std::to_string(worst / ulp));

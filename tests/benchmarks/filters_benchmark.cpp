@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The measuring chain of a CamCube, 204 x 204 pixels on one core, stage by stage through the plugin border.
+#include "physics/four_phase.hpp"
+#include "physics/geometry.hpp"
+#include "physics/phasor.hpp"
+
+#include "tests/unit/cameras.hpp"
+
+#include <benchmark/benchmark.h>
+#include <tofgraph/harness.hpp>
+
+using namespace tofgraph;
+
+namespace {
+
+constexpr std::size_t pixels = std::size_t{204} * 204;
+
+/// From 0.3 to 7.3 m over the image.
+double depth_at(std::size_t pixel) { return 0.3 + 7.0 * static_cast<double>(pixel) / pixels; }
+
+const test::Camera& camera() {
+  static const test::Camera it = test::camcube2();
+  return it;
+}
+
+std::vector<float> phases() {
+  const auto geometry = physics::geometry_of(camera().view);
+  const physics::Exposure exposure{7e6, 0.5, 1e-3, 20e6};
+  std::vector<float> values(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto ray = physics::unit_ray(&camera().rays[3 * i]);
+    const auto light =
+        physics::reference_light(geometry, ray, physics::reflected_path(geometry, ray, depth_at(i)), 0.85, exposure);
+    const auto c = physics::samples_of(light.phasor);
+    for (std::size_t k = 0; k < 4; ++k) values[k * pixels + i] = static_cast<float>(c[k]);
+  }
+  return values;
+}
+
+void decoder(benchmark::State& state) {
+  Harness stage("four_phase_decoder");
+  stage.camera(test::profile_of(camera().view));
+  stage.metadata().modulation_frequency = 20e6;
+  stage.put<float>("phases", {4, 204, 204}, phases());
+  for (auto _ : state) stage.run();
+}
+BENCHMARK(decoder)->Unit(benchmark::kMicrosecond);
+
+void decoder_taps(benchmark::State& state) {
+  Harness stage("four_phase_decoder");
+  stage.camera(test::profile_of(camera().view));
+  stage.metadata().modulation_frequency = 20e6;
+  const std::vector<float> c = phases();
+  std::vector<std::uint16_t> taps(8 * pixels);
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      taps[(2 * k) * pixels + i] = static_cast<std::uint16_t>(15000 + c[k * pixels + i] / 2);
+      taps[(2 * k + 1) * pixels + i] = static_cast<std::uint16_t>(15000 - c[k * pixels + i] / 2);
+    }
+  }
+  stage.put<std::uint16_t>("taps", {4, 2, 204, 204}, taps);
+  for (auto _ : state) stage.run();
+}
+BENCHMARK(decoder_taps)->Unit(benchmark::kMicrosecond);
+
+std::vector<float> distances() {
+  const auto geometry = physics::geometry_of(camera().view);
+  std::vector<float> values(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    values[i] =
+        static_cast<float>(physics::distance_at_depth(geometry, physics::unit_ray(&camera().rays[3 * i]), depth_at(i)));
+  }
+  return values;
+}
+
+void optimized_bistatic(benchmark::State& state, const char* line, bool with_sigma) {
+  Harness stage(line);
+  stage.camera(test::profile_of(camera().view));
+  stage.put<float>("distance", {204, 204}, distances());
+  stage.put<std::uint16_t>("flags", {204, 204}, std::vector<std::uint16_t>(pixels));
+  if (with_sigma) stage.put<float>("sigma", {204, 204}, std::vector<float>(pixels, 2e-3F), {.of = "distance"});
+  for (auto _ : state) stage.run();
+}
+BENCHMARK_CAPTURE(optimized_bistatic, two_sources, "optimized_bistatic", false)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(optimized_bistatic, two_sources_sigma, "optimized_bistatic", true)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(optimized_bistatic, reference, "optimized_bistatic solver=bisection", false)
+    ->Unit(benchmark::kMicrosecond);
+
+/// What the thesis does: D_ref by halving 0 .. 7.5 m for each pixel, as plain scalar code; stops at a micrometre.
+void scalar_bisection(benchmark::State& state) {
+  const std::vector<float> measured = distances();
+  const auto geometry = physics::geometry_of(camera().view);
+  std::vector<physics::Vector3> rays(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) rays[i] = physics::unit_ray(&camera().rays[3 * i]);
+  std::vector<float> depth(pixels);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      double low = 0, high = 7.5;
+      while (high - low > 1e-6) {
+        const double middle = (low + high) / 2;
+        const physics::Vector3 p = geometry.lens_centre() + middle * rays[i];
+        const double yz = p.y * p.y + p.z * p.z;
+        const double left = std::sqrt((p.x + 0.05) * (p.x + 0.05) + yz),
+                     right = std::sqrt((p.x - 0.05) * (p.x - 0.05) + yz);
+        const double path = (left + right) / 2 + middle + geometry.focal_length / rays[i].z;
+        (path < 2 * static_cast<double>(measured[i]) ? low : high) = middle;
+      }
+      depth[i] = static_cast<float>(geometry.focal_length + low * rays[i].z);
+    }
+    benchmark::DoNotOptimize(depth.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(scalar_bisection)->Unit(benchmark::kMicrosecond);
+
+void point_cloud(benchmark::State& state) {
+  Harness stage("point_cloud");
+  stage.camera(test::profile_of(camera().view));
+  std::vector<float> depth(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) depth[i] = static_cast<float>(depth_at(i));
+  stage.put<float>("depth", {204, 204}, depth);
+  stage.put<std::uint16_t>("flags", {204, 204}, std::vector<std::uint16_t>(pixels));
+  for (auto _ : state) stage.run();
+}
+BENCHMARK(point_cloud)->Unit(benchmark::kMicrosecond);
+
+void simulator(benchmark::State& state, const char* line) {
+  Harness stage(line);
+  stage.camera(test::profile_of(camera().view));
+  for (auto _ : state) stage.run();
+}
+BENCHMARK_CAPTURE(simulator, without_noise, "simulator frames=0 noise=none")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(simulator, with_noise, "simulator frames=0")->Unit(benchmark::kMicrosecond);
+
+}  // namespace
