@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tofgraph/stage.hpp>
+
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/point_types.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace tofgraph {
+
+/// Marks points whose mean distance to their neighbours is more than mean + deviations x sd over the cloud
+/// (pcl::StatisticalOutlierRemoval) as invalid, with the flag for a user's rule. The cloud keeps its shape.
+struct StatisticalOutlierRemoval final : Filter {
+  InOut<float> points{this, "points"};
+  InOut<void> every{this, "*", {.text = "lengths of removed points become NaN"}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or added to", .optional = true}};
+  Param<std::int64_t> neighbours{
+      this, "neighbours", {.fallback = "20", .min = 1, .max = 10000, .text = "whose mean distance is looked at"}};
+  Param<double> deviations{
+      this,
+      "deviations",
+      {.fallback = "2", .min = 0, .max = 100, .text = "standard deviations above the mean that are still good"}};
+
+  void prepare(Setup& setup) {
+    flags.provide(setup);
+    const tofgraph_channel& cloud = *setup.find("points");
+    for (const tofgraph_channel& c : setup.channels()) {
+      const bool belongs = c.rank >= 2 && c.extent[0] == cloud.extent[0] && c.extent[1] == cloud.extent[1];
+      if (belongs && c.type == TOFGRAPH_F32 && std::string_view(c.unit) == "m") lengths_.emplace_back(c.name);
+    }
+  }
+
+  void process(Frame& frame) const {
+    const Array<const float> all = points.read(frame);
+    const Array<std::uint16_t> bits = flags(frame, all.rows(), all.columns());
+    pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+    std::vector<std::size_t> pixels;
+    for (std::size_t i = 0; i < bits.size(); ++i) {
+      const pcl::PointXYZ point(all[3 * i], all[3 * i + 1], all[3 * i + 2]);
+      if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) continue;
+      cloud->push_back(point);
+      pixels.push_back(i);
+    }
+    if (static_cast<std::int64_t>(cloud->size()) <= *neighbours) return;  // too few to say what is usual
+    pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter(true);
+    filter.setInputCloud(cloud);
+    filter.setMeanK(static_cast<int>(*neighbours));
+    filter.setStddevMulThresh(*deviations);
+    pcl::Indices kept;
+    filter.filter(kept);
+    for (const pcl::index_t removed : *filter.getRemovedIndices())
+      bits[pixels[static_cast<std::size_t>(removed)]] |= flag::invalid | flag::user;
+    for (const std::string& name : lengths_) {
+      const Array<float> values(frame.modify(name.c_str()));
+      const std::size_t each = values.size() / bits.size();
+      for (const pcl::index_t removed : *filter.getRemovedIndices()) {
+        std::fill_n(values.begin() + pixels[static_cast<std::size_t>(removed)] * each, each,
+                    std::numeric_limits<float>::quiet_NaN());
+      }
+    }
+  }
+
+ private:
+  std::vector<std::string> lengths_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::StatisticalOutlierRemoval, "Marks points that are far from their neighbours as invalid")
