@@ -67,11 +67,17 @@ inline Camera camcube2(std::vector<tofgraph_light> sources = {{"left", {-0.05, 0
 }
 
 /// Writes the camera's profile to a new file and tells its path: for stages, which know cameras by their profiles.
-/// What is NaN is left out.
+/// What is NaN is left out. The files are removed at the end of the program.
 inline std::string profile_of(const tofgraph_camera& camera) {
-  static int number = 0;
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("tofgraph_test_" + std::to_string(getpid()) + "_" + std::to_string(++number) + ".yaml");
+  static struct Files : std::vector<std::filesystem::path> {
+    ~Files() {
+      std::error_code ignored;
+      for (const auto& written : *this) std::filesystem::remove(written, ignored);
+    }
+  } files;
+  const auto path =
+      files.emplace_back(std::filesystem::temp_directory_path() /
+                         ("tofgraph_test_" + std::to_string(getpid()) + "_" + std::to_string(files.size()) + ".yaml"));
   std::ofstream file(path);
   file << std::setprecision(17);
   const auto line = [&file](const char* key, double value, const char* unit) {
