@@ -21,7 +21,8 @@ namespace tofgraph::io {
 struct CaptureHeader {
   std::string camera;  ///< the name of its profile
   std::uint32_t width = 0, height = 0;
-  std::string comment, profile, serial;  ///< optional; profile: its text
+  std::string comment, serial;      ///< optional
+  std::string profile, provenance;  ///< optional: texts in YAML and JSON
 };
 
 /// One dataset of /frames: N x extent.

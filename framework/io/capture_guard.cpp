@@ -56,6 +56,8 @@ std::string read_all(int descriptor) {
 [[noreturn]] void child(const TrialLimits& limits, const std::function<void()>& work, int answer) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.cpu_seconds);
+  signal(SIGALRM, SIG_DFL);
+  alarm(10 * limits.cpu_seconds);  // for one that waits
   limit(RLIMIT_AS, address_space() + limits.memory);
   if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   try {
@@ -88,9 +90,9 @@ void try_in_child(const TrialLimits& limits, const std::function<void()>& work) 
   }
   if (!problem.empty()) throw std::runtime_error(problem);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  throw std::runtime_error(
-      fmt::format("is damaged: HDF5 {} when a child process tried to read it",
-                  WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU ? "found no end" : "crashed"));
+  const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  throw std::runtime_error(fmt::format("is damaged: HDF5 {} when a child process tried to read it",
+                                       signal == SIGXCPU || signal == SIGALRM ? "found no end" : "crashed"));
 }
 
 }  // namespace tofgraph::io

@@ -156,12 +156,12 @@ void CaptureReader::Impl::open() {
   if (h5) return;
   const std::string why = h5::last_error();
   // A recording that runs, or whose recorder was killed, is marked: it can be read up to its last flush.
-  h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access), H5Fclose);
-  finished = false;
-  if (!h5) {
-    H5Eclear2(H5E_DEFAULT);
-    throw std::runtime_error("cannot be opened as HDF5: " + why);
+  if (why.find("already open for") != std::string::npos) {
+    check(H5Pset_metadata_read_attempts(access, 10), "reading while it is written");
+    h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access), H5Fclose);
+    finished = false;
   }
+  if (!h5) throw std::runtime_error("cannot be opened as HDF5: " + why);
 }
 
 std::int64_t CaptureReader::Impl::side(const char* name) const {
@@ -187,6 +187,7 @@ void CaptureReader::Impl::read_header() {
   header.comment = h5::text_attribute(h5, "comment");
   header.profile = h5::text_attribute(h5, "profile");
   header.serial = h5::text_attribute(h5, "serial");
+  header.provenance = h5::text_attribute(h5, "provenance");
 }
 
 void CaptureReader::Impl::read_channels() {

@@ -176,6 +176,7 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   write_optional(h5, "comment", header.comment);
   write_optional(h5, "profile", header.profile);
   write_optional(h5, "serial", header.serial);
+  write_optional(h5, "provenance", header.provenance);
   const Handle group(
       check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "the group frames cannot be made"),
       H5Gclose);

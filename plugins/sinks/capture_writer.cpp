@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Records what arrives, with its meaning, so that it can be read again.
+#include <tofgraph/stage.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <sstream>
+
+#include "io/capture.hpp"
+#include "io/output_file.hpp"
+
+namespace tofgraph {
+
+/// While it runs the file is called PATH.part and can be read; what was written survives the end of the process. The
+/// rays are not recorded: they come from the camera's profile, whose text is.
+struct CaptureWriter final : Sink {
+  In<void> every{this, "*", {.text = "what is recorded"}};
+  Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
+  Param<std::string> channels{
+      this, "channels", {.text = "which to record, e.g. [distance, amplitude]; default: all"}};
+  Param<std::int64_t> compression{
+      this, "compression", {.fallback = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
+  Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
+  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace an existing capture"}};
+
+  void prepare(Setup& setup) {
+    options_ = {static_cast<int>(*compression), *overwrite || setup.overwrite()};
+    const std::filesystem::path whole = std::string(*path);
+    for (const std::filesystem::path& file : {whole, io::CaptureWriter::part_of(whole)}) {
+      const std::string problem = io::output_problem(file, options_.overwrite);
+      if (!problem.empty()) throw ConfigError("path", problem);
+    }
+    const tofgraph_camera* camera = setup.stream().camera;
+    header_.camera = camera != nullptr ? camera->name : "unknown";
+    header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
+    header_.comment = *comment;
+    std::istringstream words(*channels);
+    const std::vector<std::string> wanted(std::istream_iterator<std::string>(words), {});
+    for (const std::string& name : wanted) {
+      if (setup.find(name) == nullptr || name == "rays")
+        throw ConfigError("channels", fmt::format("'{}' cannot be recorded: what arrives has {}", name, names(setup)));
+    }
+    for (const tofgraph_channel& channel : setup.channels()) {
+      const std::string_view name = channel.name;
+      if (name != "rays" && (wanted.empty() || std::ranges::count(wanted, name) > 0)) choose(channel);
+    }
+    const bool measured =
+        std::ranges::any_of(chosen_, [](const io::CaptureChannel& c) { return is_measurement(c.name); });
+    if (!measured) {
+      throw ConfigError("channels",
+                        fmt::format("a capture holds at least one of taps, phases, distance, range, depth; what "
+                                    "would be recorded is {}",
+                                    names(setup)));
+    }
+  }
+
+  void process(Frame& frame) {
+    if (!writer_) {
+      header_.provenance = provenance();
+      writer_ = std::make_unique<io::CaptureWriter>(std::string(*path), header_, chosen_, options_);
+    }
+    std::vector<tofgraph_view> views;
+    for (const io::CaptureChannel& channel : chosen_) views.push_back(frame.find(channel.name.c_str()));
+    writer_->append(frame.metadata(), views);
+  }
+
+  void finish() {
+    if (writer_) writer_->finish();
+  }
+
+ private:
+  static bool is_measurement(std::string_view name) {
+    return name == "taps" || name == "phases" || name == "distance" || name == "range" || name == "depth";
+  }
+
+  static std::string names(const Setup& setup) {
+    std::vector<std::string> all;
+    for (const tofgraph_channel& channel : setup.channels()) {
+      if (std::string_view(channel.name) != "rays") all.emplace_back(channel.name);
+    }
+    return all.empty() ? "nothing" : fmt::format("{}", fmt::join(all, ", "));
+  }
+
+  void choose(const tofgraph_channel& channel) {
+    const std::vector<std::uint64_t> extent(channel.extent, channel.extent + channel.rank);
+    if (extent.size() < 2 || std::ranges::count(extent, 0U) > 0) {
+      throw ConfigError("channels",
+                        fmt::format("'{}' is {}: a capture holds images that keep their size, name the others "
+                                    "with channels: [...]",
+                                    channel.name, extent.size() < 2 ? "no image" : "of changing size"));
+    }
+    check_size(channel);
+    chosen_.push_back({channel.name, channel.type, extent, channel.unit, channel.of, channel.applied, channel.from});
+  }
+
+  /// Height and width, where the channel's shape says which of its extents they are, are the capture's.
+  void check_size(const tofgraph_channel& channel) {
+    const ChannelInfo* info = known_channel(channel.name);
+    if (info == nullptr) return;
+    std::istringstream words(info->shape);
+    std::string word;
+    for (std::uint32_t i = 0; words >> word && i < channel.rank; ++i) {
+      std::uint32_t* side = word == "H" ? &header_.height : word == "W" ? &header_.width : nullptr;
+      if (side == nullptr) continue;
+      const auto size = static_cast<std::uint32_t>(channel.extent[i]);
+      if (*side != 0 && *side != size) {
+        throw ConfigError("channels",
+                          fmt::format("'{}' has {} px where the channels before it have {}: the images of a "
+                                      "capture are of one size",
+                                      channel.name, size, *side));
+      }
+      *side = size;
+    }
+  }
+
+  io::CaptureHeader header_;
+  io::CaptureOptions options_;
+  std::vector<io::CaptureChannel> chosen_;
+  std::unique_ptr<io::CaptureWriter> writer_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::CaptureWriter, "Records what arrives as a capture (HDF5)")

@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Frames of a recording, with the meaning that was recorded with them.
+#include <tofgraph/stage.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "io/capture.hpp"
+
+namespace tofgraph {
+
+/// Channels come as they were recorded; flags of one byte become two. Where there is a length channel there are flags
+/// too, and the two agree: an invalid pixel is NaN in every length channel and has the flag `invalid`, whichever of
+/// the two was recorded.
+struct CaptureReader final : Source {
+  Param<InputFile> file{
+      this, "file", {.required = true, .text = "a capture (.h5); .h5.part: one that is still running"}};
+  Param<std::string> channels{
+      this,
+      "channels",
+      {.text = "which to read, e.g. [range, amplitude]; default: all. Lengths bring their flags"}};
+  Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
+
+  void prepare(Setup& setup) {
+    try {
+      reader_ = std::make_unique<io::CaptureReader>(std::string(*file));
+    } catch (const std::exception& problem) {
+      throw ConfigError("file", problem.what());
+    }
+    choose_frames();
+    choose_channels();
+    choose_camera(setup);
+    for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
+    setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
+    setup.uses_file(*file);
+    if (!reader_->finished())
+      warn(fmt::format("{} is still being recorded or was cut off: {} frames are complete", *file, reader_->frames()));
+    for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is no channel", *file, name));
+  }
+
+  bool process(Frame& frame) {
+    if (next_ > last_) return false;
+    const std::uint64_t number = frame.metadata().number;
+    frame.metadata() = reader_->metadata(next_);
+    frame.metadata().number = number;
+    std::vector<tofgraph_view> views;
+    for (const Chosen& chosen : chosen_) {
+      const tofgraph_view& view = views.emplace_back(frame.write(described(chosen.channel)));
+      if (chosen.index)
+        reader_->read(*chosen.index, next_, view.data);
+      else
+        std::fill_n(static_cast<std::uint16_t*>(view.data), chosen.channel.elements(), std::uint16_t{0});
+    }
+    agree(views);
+    ++next_;
+    return true;
+  }
+
+ private:
+  struct Chosen {
+    io::CaptureChannel channel;
+    std::optional<std::size_t> index;  ///< in the capture; nothing: flags that it does not have
+  };
+
+  static bool is_length(std::string_view name) {
+    return name == "distance" || name == "range" || name == "depth" || name == "points";
+  }
+
+  static tofgraph_channel described(const io::CaptureChannel& channel) {
+    tofgraph_channel result{};
+    result.name = channel.name.c_str();
+    result.type = channel.type;
+    result.rank = static_cast<std::uint32_t>(channel.extent.size());
+    std::ranges::copy(channel.extent, result.extent);
+    result.unit = channel.unit.c_str();
+    result.of = channel.of.c_str();
+    result.applied = channel.applied.c_str();
+    result.from = channel.from.c_str();
+    return result;
+  }
+
+  void choose_frames() {
+    next_ = 0;
+    last_ = reader_->frames() - 1;
+    if (!frames.given()) return;
+    const auto whole = [](double value) { return value == std::floor(value); };
+    if (frames->size() != 2 || !std::ranges::all_of(*frames, whole) || (*frames)[0] > (*frames)[1])
+      throw ConfigError("frames", "expected the first and the last frame, e.g. frames: [0, 19]");
+    if ((*frames)[1] > static_cast<double>(last_)) {
+      throw ConfigError("frames",
+                        fmt::format("the capture has the frames 0 to {}, frame {} is not there", last_, (*frames)[1]));
+    }
+    next_ = static_cast<std::size_t>((*frames)[0]);
+    last_ = static_cast<std::size_t>((*frames)[1]);
+  }
+
+  void choose_channels() {
+    const auto& all = reader_->channels();
+    std::istringstream words(*channels);
+    std::vector<std::string> wanted(std::istream_iterator<std::string>(words), {});
+    for (const std::string& name : wanted) {
+      if (std::ranges::find(all, name, &io::CaptureChannel::name) != all.end()) continue;
+      std::vector<std::string> names;
+      for (const auto& channel : all) names.push_back(channel.name);
+      throw ConfigError("channels", fmt::format("the capture has no '{}', it has {}", name, fmt::join(names, ", ")));
+    }
+    if (wanted.empty()) {
+      for (const auto& channel : all) wanted.push_back(channel.name);
+    }
+    if (std::ranges::any_of(wanted, is_length)) wanted.emplace_back("flags");
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (std::ranges::count(wanted, all[i].name) > 0) chosen_.push_back({all[i], i});
+    }
+    const bool has_flags = std::ranges::count(all, "flags", &io::CaptureChannel::name) > 0;
+    if (has_flags || std::ranges::count(wanted, "flags") == 0) return;
+    const auto& header = reader_->header();
+    chosen_.push_back({{"flags", TOFGRAPH_U16, {header.height, header.width}, "", "", "", ""}, std::nullopt});
+  }
+
+  void choose_camera(const Setup& setup) const {
+    const io::CaptureHeader& header = reader_->header();
+    const tofgraph_camera* camera = setup.stream().camera;
+    if (camera == nullptr) {
+      if (!setup.use_profile(header.camera, header.profile))
+        warn(fmt::format("there is no profile for the capture's camera '{}': what needs one cannot be done",
+                         header.camera));
+      return;
+    }
+    if (camera->width != header.width || camera->height != header.height) {
+      throw ConfigError(
+          "file", fmt::format("the capture is {} x {} px (camera '{}'), the pipeline's camera '{}' is {} x {} px",
+                              header.width, header.height, header.camera, camera->name, camera->width, camera->height));
+    }
+    if (header.camera != camera->name)
+      warn(fmt::format("the capture is of the camera '{}', the pipeline's '{}' is used", header.camera, camera->name));
+  }
+
+  /// Invalid is a pixel with that flag, or one that is NaN in a length channel; afterwards it is both, everywhere.
+  void agree(const std::vector<tofgraph_view>& views) const {
+    std::uint16_t* flags = nullptr;
+    for (const tofgraph_view& view : views) {
+      if (std::string_view(view.channel) == "flags") flags = static_cast<std::uint16_t*>(view.data);
+    }
+    if (flags == nullptr) return;
+    const std::size_t pixels = std::size_t{reader_->header().width} * reader_->header().height;
+    const auto each_length = [&](auto&& call) {
+      for (const tofgraph_view& view : views) {
+        const std::size_t values = view.rank == 3 ? 3 : 1;
+        if (!is_length(view.channel)) continue;
+        for (std::size_t i = 0; i < pixels; ++i)
+          call(flags[i], std::span(static_cast<float*>(view.data) + i * values, values));
+      }
+    };
+    each_length([](std::uint16_t& flag, std::span<float> values) {
+      if (std::ranges::any_of(values, [](float v) { return std::isnan(v); })) flag |= flag::invalid;
+    });
+    each_length([](std::uint16_t flag, std::span<float> values) {
+      if ((flag & flag::invalid) != 0) std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
+    });
+  }
+
+  std::unique_ptr<io::CaptureReader> reader_;
+  std::vector<Chosen> chosen_;
+  std::size_t next_ = 0, last_ = 0;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::CaptureReader, "Frames of a recording (HDF5)")
