@@ -4,8 +4,8 @@
 # The libraries that a source file needs, read from its #include lines, so that a new plugin is one file.
 function(tofgraph_libraries_of file result)
   file(STRINGS ${file} includes REGEX "^#include [<\"]")
-  foreach(line IN LISTS includes)  # what headers of the tests include counts as the test's own
-    if(line MATCHES "\"(tests/[^\"]+)\"")
+  foreach(line IN LISTS includes)  # what the file's own headers include counts as its own
+    if(line MATCHES "\"((tests|plugins)/[^\"]+)\"")
       file(STRINGS ${PROJECT_SOURCE_DIR}/${CMAKE_MATCH_1} more REGEX "^#include [<\"]")
       list(APPEND includes ${more})
     endif()

@@ -44,6 +44,30 @@ inline double optimized_bistatic_closed_form(const Geometry& geometry, Vector3 r
   return (k * k - dot(b, b)) / (2 * (k + dot(ray, b)));
 }
 
+/// A model whose depth is linear in the distance: z = offset + slope D.
+struct LinearDepth {
+  double offset = 0;  ///< m
+  double slope = 0;
+};
+
+/// Perpendicular illumination, one virtual source straight behind every point, (5.169):
+/// D_ref = (2 D - f - D_sen) / (1 + cos(theta)), z = D_ref cos(theta) + f.
+inline LinearDepth perpendicular_illumination(const Geometry& geometry, Vector3 ray) {
+  const double share = ray.z / (1 + ray.z);
+  return {geometry.focal_length - share * (geometry.focal_length + sensor_path(geometry, ray)), 2 * share};
+}
+
+/// Simple bistatic model, (5.144), (5.158): the angles under which the sources see the point are those of a
+/// perpendicular plane at `plane_depth`, g = mean_i(D_i(plane) / plane_depth):
+/// D_ref = (2 D - f g - D_sen) / (1 + cos(theta) g), z = D_ref cos(theta) + f.
+/// @param plane_depth m from the sensor plane, beyond the lens centre
+inline LinearDepth simple_bistatic(const Geometry& geometry, Vector3 ray, double plane_depth) {
+  const Vector3 point = point_on_ray(geometry, ray, reflected_path(geometry, ray, plane_depth));
+  const double g = mean_source_path(geometry, point) / plane_depth;
+  const double share = ray.z / (1 + ray.z * g);
+  return {geometry.focal_length - share * (geometry.focal_length * g + sensor_path(geometry, ray)), 2 * share};
+}
+
 /// dz/dD of the optimized bistatic model: what a small error of the distance becomes in the depth.
 inline double optimized_bistatic_slope(const Geometry& geometry, Vector3 ray, double reflected) {
   const Vector3 point = point_on_ray(geometry, ray, reflected);

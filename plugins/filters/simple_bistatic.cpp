@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "plugins/filters/linear_model.hpp"
+
+namespace tofgraph {
+
+/// The sources' angles are those of a perpendicular plane, equations (5.144), (5.158): exact for a board at the plane's
+/// depth. The depth is given, as from a laser range finder, or estimated from each frame: the mean depth of the
+/// valid pixels, begun with the perpendicular model and repeated until it stands still.
+struct SimpleBistatic final : LinearModel {
+  Param<double> plane_depth{this,
+                            "plane_depth",
+                            {.unit = "m",
+                             .fallback = "auto",
+                             .min = 0.02,
+                             .max = 1000,
+                             .choices = "auto",
+                             .text = "of the plane from the sensor plane; auto: estimated from the frame"}};
+
+  void prepare(Setup& setup) {
+    prepare_model(setup);
+    if (estimates()) {
+      perpendicular_ =
+          table([this](physics::Vector3 ray) { return physics::perpendicular_illumination(geometry, ray); });
+      for (const physics::Vector3& ray : rays) {
+        tangent_x_.push_back(static_cast<float>(ray.x / ray.z));
+        tangent_y_.push_back(static_cast<float>(ray.y / ray.z));
+        cosine_.push_back(static_cast<float>(ray.z));
+      }
+      return;
+    }
+    if (*plane_depth <= geometry.focal_length) throw ConfigError("plane_depth", "must be in front of the lens");
+    table_ = table([this](physics::Vector3 ray) { return physics::simple_bistatic(geometry, ray, *plane_depth); });
+  }
+
+  void process(Frame& frame) const {
+    if (!estimates()) {
+      apply(frame, table_);
+      return;
+    }
+    const double plane = estimate(distance(frame));
+    apply(frame, std::isfinite(plane) ? table_at(static_cast<float>(plane)) : perpendicular_);
+  }
+
+ private:
+  bool estimates() const { return plane_depth.word() == "auto"; }
+
+  /// Mean depth of a thinned-out set of valid pixels; NaN when there is none.
+  double estimate(const Array<const float>& measured) const {
+    constexpr std::size_t step = 37;  // prime, so that no column is left out: a thousand pixels say enough
+    double plane = std::numeric_limits<double>::quiet_NaN();
+    for (int round = 0; round < 4; ++round) {
+      double sum = 0, count = 0;
+      for (std::size_t i = 0; i < measured.size(); i += step) {
+        const double first =
+            static_cast<double>(perpendicular_.offset[i]) + static_cast<double>(perpendicular_.slope[i]) * measured[i];
+        if (!(first > geometry.focal_length) || !std::isfinite(first)) continue;
+        const physics::LinearDepth pixel =
+            round == 0 ? physics::LinearDepth{} : physics::simple_bistatic(geometry, rays[i], plane);
+        sum += round == 0 ? first : pixel.offset + pixel.slope * measured[i];
+        ++count;
+      }
+      plane = sum / count;
+    }
+    return plane > geometry.focal_length ? plane : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  /// The model's coefficients for a plane, in single precision: g is known to 1e-7, the depth to 1 um at 7.4 m.
+  LinearTable table_at(float plane) const {
+    const std::size_t pixels = rays.size();
+    LinearTable result{std::vector<float>(pixels), std::vector<float>(pixels)};
+    const auto lens = static_cast<float>(geometry.focal_length);
+    float* g = result.offset.data();  // first holds the mean path
+    for (const physics::WeightedSource& source : geometry.sources) {
+      const auto x = static_cast<float>(source.position.x), y = static_cast<float>(source.position.y);
+      const auto z = plane - static_cast<float>(source.position.z), weight = static_cast<float>(source.weight);
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const float dx = tangent_x_[i] * (plane - lens) - x, dy = tangent_y_[i] * (plane - lens) - y;
+        g[i] += weight * std::sqrt(dx * dx + dy * dy + z * z);
+      }
+    }
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const float angle = g[i] / plane, share = cosine_[i] / (1 + cosine_[i] * angle);
+      result.slope[i] = 2 * share;
+      g[i] = lens - share * (lens * angle + lens / cosine_[i]);
+    }
+    return result;
+  }
+
+  LinearTable table_, perpendicular_;
+  std::vector<float> tangent_x_, tangent_y_, cosine_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::SimpleBistatic, "Distance to depth with the sources' angles of a plane, given or estimated")
