@@ -131,7 +131,7 @@ struct Simulator final : Source {
     using Owner = std::shared_ptr<const Samples>;
     auto owner = std::make_unique<Owner>(samples_);
     frame.share(view, owner.get(), [](void* memory) { delete static_cast<Owner*>(memory); });
-    owner.release();
+    static_cast<void>(owner.release());  // now the frame's
   }
 
   physics::TapNoise noise_;
