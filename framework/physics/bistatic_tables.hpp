@@ -6,7 +6,7 @@
 /// `optimized_bistatic`.
 #pragma once
 
-#include "physics/geometry.hpp"
+#include "geometry.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 /// `vector_phase.hpp`.
 #pragma once
 
-#include "physics/constants.hpp"
-#include "physics/phasor.hpp"
+#include "constants.hpp"
+#include "phasor.hpp"
 
 #include <array>
 #include <cmath>

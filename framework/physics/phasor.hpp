@@ -3,8 +3,8 @@
 /// @file The light that reaches a pixel, as the sum of its sources' phasors.
 #pragma once
 
-#include "physics/constants.hpp"
-#include "physics/geometry.hpp"
+#include "constants.hpp"
+#include "geometry.hpp"
 
 #include <complex>
 #include <limits>
