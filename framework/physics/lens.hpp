@@ -118,8 +118,7 @@ class Lens {
     return std::numeric_limits<double>::infinity();
   }
 
-  template <class Function>
-  static double bisect(const Function& positive_then_negative, double low, double high) {
+  template <class Function> static double bisect(const Function& positive_then_negative, double low, double high) {
     for (int i = 0; i < 200 && low < high; ++i) {
       const double middle = 0.5 * (low + high);
       if (middle <= low || middle >= high) break;

@@ -36,8 +36,7 @@ namespace tofgraph::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Pixels from `begin` on, whole vectors. @returns the first pixel not done
-template <class D>
-HWY_INLINE std::size_t ScaleSome(D d, const CloudImages images, std::size_t begin) {
+template <class D> HWY_INLINE std::size_t ScaleSome(D d, const CloudImages images, std::size_t begin) {
   using V = hn::Vec<D>;
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
