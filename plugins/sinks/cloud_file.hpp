@@ -7,147 +7,194 @@
 
 #include <fmt/format.h>
 #include <pcl/PCLPointCloud2.h>
+#include <pcl/common/io.h>
 
 #include <cmath>
 #include <cstring>
-#include <memory>
+#include <iterator>
 #include <mutex>
-#include <string>
-#include <vector>
+#include <sstream>
 
 #include "io/output_file.hpp"
 
 namespace tofgraph {
 
-/// A sink that turns points into pcl::PCLPointCloud2 and has it written under a name that appears only when whole.
+/// Fields: x y z (m, in the frame of the points), intensity, and on request sigma (m) and flags. Organised clouds have
+/// the image's width and height, with NaN for invalid points; dense ones hold the valid points only, row by row.
 struct CloudFile : Sink {
   In<float> points{this, "points"};
-  In<void> every{this, "*", {.text = "amplitude, sigma and flags become fields"}};
+  In<float> sigma_image{this, "sigma", {.text = "for sigma: true", .optional = true}};
+  In<std::uint16_t> flags_image{this, "flags", {.text = "for flags: true", .optional = true}};
   Param<OutputFile> path{this,
                          "path",
                          {.required = true,
-                          .text = "one file a frame, e.g. out/cloud_{frame:06}; without {frame}, "
-                                  "_{frame:06} is added before the extension"}};
+                          .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
+                                  "them: out/cloud.provenance.json"}};
+  Param<bool> dense{this, "dense", {.fallback = "false", .text = "valid points only, without the image's rows"}};
   Param<std::string> intensity{
       this,
       "intensity",
-      {.fallback = "auto",
-       .text = "channel that becomes the field intensity; auto: amplitude where it is there; none"}};
-  Param<bool> with_sigma{this, "sigma", {.fallback = "false", .text = "a field sigma, m"}};
-  Param<bool> with_flags{
-      this, "flags", {.fallback = "false", .text = "a field flags: why a point is not good, as bits"}};
-  Param<bool> dense{
-      this,
-      "dense",
-      {.fallback = "false", .text = "valid points only, as one row; otherwise organised as the image, with NaN"}};
+      {.fallback = "amplitude", .text = "the channel of the field intensity, or none; amplitude where it is there"}};
+  Param<bool> sigma{this, "sigma", {.fallback = "false", .text = "with the field sigma"}};
+  Param<bool> flags{this, "flags", {.fallback = "false", .text = "with the field flags"}};
   Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
 
   void prepare(Setup& setup) {
-    pattern_ = io::OutputPattern(*path);
-    if (!pattern_.numbered()) pattern_ = pattern_.with_number();
-    const std::string problem = io::output_problem(pattern_, *overwrite || setup.overwrite());
-    if (!problem.empty()) throw ConfigError("path", problem);
-    add_field(setup, "x", 4, pcl::PCLPointField::FLOAT32, "");
-    add_field(setup, "y", 4, pcl::PCLPointField::FLOAT32, "");
-    add_field(setup, "z", 4, pcl::PCLPointField::FLOAT32, "");
-    const bool none = *intensity == "none" || (*intensity == "auto" && setup.find("amplitude") == nullptr);
-    if (!none)
-      add_field(setup, "intensity", 4, pcl::PCLPointField::FLOAT32, *intensity == "auto" ? "amplitude" : *intensity);
-    if (*with_sigma) add_field(setup, "sigma", 4, pcl::PCLPointField::FLOAT32, "sigma");
-    if (*with_flags) add_field(setup, "flags", 2, pcl::PCLPointField::UINT16, "flags");
-  }
-
-  void finish() {
-    if (wrote_) io::write_file(pattern_.companion(".provenance.json"), provenance() + "\n");
+    choose_files(setup);
+    choose_intensity(setup);
+    if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
+    if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
   }
 
  protected:
-  /// Builds the cloud of a frame and gives it to write(cloud, file); the file is renamed when that returned.
+  /// Has write(cloud, file) fill the file of a frame, which is renamed when that returned.
   template <class Write> void store(const Frame& frame, Write&& write) const {
-    const std::unique_ptr<pcl::PCLPointCloud2> cloud = take();
-    fill(frame, *cloud);
-    if (cloud->width == 0) {
-      warn(fmt::format("frame {} has no valid point: no file is written for it", frame.metadata().number));
-    } else {
-      io::OutputFile file(pattern_.path(frame.metadata().number));
-      write(*cloud, file.temporary_path().string());
-      file.commit();
-      const std::scoped_lock lock(mutex_);
-      wrote_ = true;
+    // Once a run, but not before the first frame: a check writes nothing.
+    std::call_once(provenance_written_, [this] { io::write_file(provenance_file_, provenance() + "\n"); });
+    thread_local pcl::PCLPointCloud2 cloud;
+    fill(frame, cloud);
+    io::OutputFile file(pattern_.path(frame.metadata().number));
+    write(cloud, file);
+    file.commit();
+  }
+
+  /// One line a point; nine digits give each float back exactly.
+  static std::string ascii(const pcl::PCLPointCloud2& cloud) {
+    std::string text;
+    const auto end = std::back_inserter(text);
+    for (std::size_t at = 0; at < cloud.data.size(); at += cloud.point_step) {
+      for (const pcl::PCLPointField& field : cloud.fields) {
+        const std::uint8_t* value = cloud.data.data() + at + field.offset;
+        const char separator = &field == &cloud.fields.back() ? '\n' : ' ';
+        if (field.datatype == pcl::PCLPointField::FLOAT32)
+          fmt::format_to(end, "{:.9g}{}", read<float>(value), separator);
+        else
+          fmt::format_to(end, "{}{}", read<std::uint16_t>(value), separator);
+      }
     }
-    const std::scoped_lock lock(mutex_);
-    free_.push_back(std::make_unique<pcl::PCLPointCloud2>(std::move(*cloud)));
+    return text;
+  }
+
+  template <class T> static T read(const std::uint8_t* bytes) {
+    T value;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
   }
 
  private:
-  void add_field(const Setup& setup, const char* name, std::uint32_t bytes, std::uint8_t type,
-                 const std::string& channel) {
-    const tofgraph_channel& cloud = *setup.find("points");
-    const tofgraph_channel* from = channel.empty() ? &cloud : setup.find(channel);
-    const std::uint32_t wanted = type == pcl::PCLPointField::UINT16 ? TOFGRAPH_U16 : TOFGRAPH_F32;
-    if (from == nullptr)
-      throw ConfigError(name, fmt::format("what arrives has no '{}' for the field {}", channel, name));
-    if (from->type != wanted || (!channel.empty() && (from->rank != 2 || from->extent[0] != cloud.extent[0] ||
-                                                      from->extent[1] != cloud.extent[1]))) {
-      throw ConfigError(name, fmt::format("'{}' is no {} image of the points' size", channel, element_name(wanted)));
+  /// Values of each point, side by side in memory, that become consecutive fields.
+  struct Column {
+    const char* names;  ///< blank-separated
+    const void* data;
+    std::size_t value_size, pixels;
+    std::uint8_t type;
+  };
+
+  void choose_files(const Setup& setup) {
+    try {
+      pattern_ = io::OutputPattern(*path);
+    } catch (const std::exception& problem) {
+      throw ConfigError("path", problem.what());
     }
-    pcl::PCLPointField field;
-    field.name = name;
-    field.offset = step_;
-    field.datatype = type;
-    field.count = 1;
-    fields_.push_back(field);
-    channels_.push_back(channel);
-    step_ += bytes;
+    if (!pattern_.numbered() && setup.stream().frames != 1) {
+      pattern_ = pattern_.with_number();
+      warn(fmt::format("path names one file where more than one frame may come: they are written to {}",
+                       pattern_.text()));
+    }
+    provenance_file_ = pattern_.companion(".provenance.json");
+    const bool replace = *overwrite || setup.overwrite();
+    std::string problem = io::output_problem(pattern_, replace);
+    if (problem.empty()) problem = io::output_problem(provenance_file_, replace);
+    if (!problem.empty()) throw ConfigError("path", problem);
   }
 
-  /// A cloud whose memory has been used before, so that the steady state allocates none.
-  std::unique_ptr<pcl::PCLPointCloud2> take() const {
-    const std::scoped_lock lock(mutex_);
-    if (free_.empty()) return std::make_unique<pcl::PCLPointCloud2>();
-    auto cloud = std::move(free_.back());
-    free_.pop_back();
-    return cloud;
+  void choose_intensity(const Setup& setup) {
+    if (*intensity == "none") return;
+    const tofgraph_channel* channel = setup.find(*intensity);
+    if (channel == nullptr && intensity.given())
+      throw ConfigError("intensity", fmt::format("what arrives has no '{}'", *intensity));
+    if (channel == nullptr) return;
+    if (channel->type != TOFGRAPH_F32 || channel->rank != 2) {
+      throw ConfigError("intensity", fmt::format("'{}' is {} with {} dimensions, expected float32 with 2", *intensity,
+                                                 element_name(channel->type), channel->rank));
+    }
+    intensity_channel_ = *intensity;
+  }
+
+  template <class T> static Column column(const char* names, const Array<const T>& image) {
+    constexpr std::uint8_t type = sizeof(T) == 4 ? pcl::PCLPointField::FLOAT32 : pcl::PCLPointField::UINT16;
+    const std::size_t pixels = image.rows() * image.columns();
+    return {names, image.data(), pixels != 0 ? image.size() / pixels * sizeof(T) : 0, pixels, type};
+  }
+
+  std::vector<Column> columns_of(const Frame& frame) const {
+    std::vector<Column> columns{column("x y z", points(frame))};
+    if (!intensity_channel_.empty())
+      columns.push_back(column("intensity", Array<const float>(frame.find(intensity_channel_.c_str()))));
+    if (*sigma) columns.push_back(column("sigma", sigma_image(frame)));
+    if (*flags) columns.push_back(column("flags", flags_image(frame)));
+    for (const Column& c : columns) {
+      if (c.pixels != columns.front().pixels)
+        throw std::runtime_error(
+            fmt::format("{} has {} pixels, points has {}", c.names, c.pixels, columns.front().pixels));
+    }
+    return columns;
+  }
+
+  static void describe(const std::vector<Column>& columns, pcl::PCLPointCloud2& cloud) {
+    cloud.fields.clear();
+    cloud.point_step = 0;
+    for (const Column& column : columns) {
+      std::istringstream names(column.names);
+      for (std::string name; names >> name;) {
+        pcl::PCLPointField& field = cloud.fields.emplace_back();
+        field.name = name;
+        field.offset = cloud.point_step;
+        field.datatype = column.type;
+        field.count = 1;
+        cloud.point_step += static_cast<std::uint32_t>(pcl::getFieldSize(column.type));
+      }
+    }
   }
 
   void fill(const Frame& frame, pcl::PCLPointCloud2& cloud) const {
-    const Array<const float> all = points(frame);
-    const std::size_t count = all.size() / 3;
-    cloud.fields = fields_;
-    cloud.point_step = step_;
-    cloud.is_bigendian = 0;
-    cloud.data.resize(count * step_);
-    std::vector<const std::byte*> sources;
-    for (std::size_t k = 3; k < fields_.size(); ++k)
-      sources.push_back(static_cast<const std::byte*>(frame.find(channels_[k].c_str()).data));
-    std::size_t kept = 0, invalid = 0;
-    std::uint8_t* out = cloud.data.data();
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool valid = std::isfinite(all[3 * i]) && std::isfinite(all[3 * i + 1]) && std::isfinite(all[3 * i + 2]);
-      invalid += valid ? 0 : 1;
-      if (*dense && !valid) continue;
-      std::memcpy(out, &all[3 * i], 12);
-      for (std::size_t k = 3; k < fields_.size(); ++k) {
-        const std::size_t bytes = fields_[k].datatype == pcl::PCLPointField::UINT16 ? 2 : 4;
-        std::memcpy(out + fields_[k].offset, sources[k - 3] + i * bytes, bytes);
-      }
-      out += step_;
-      ++kept;
+    const Array<const float> xyz = points(frame);
+    const std::vector<Column> columns = columns_of(frame);
+    describe(columns, cloud);
+    std::vector<std::uint32_t> valid;
+    for (std::uint32_t i = 0; *dense && i < columns.front().pixels; ++i) {
+      if (std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]))
+        valid.push_back(i);
     }
-    cloud.data.resize(kept * step_);
-    cloud.width = static_cast<std::uint32_t>(*dense ? kept : all.columns());
-    cloud.height = *dense ? 1 : static_cast<std::uint32_t>(all.rows());
-    cloud.row_step = cloud.width * step_;
-    cloud.is_dense = *dense || invalid == 0 ? 1 : 0;
+    cloud.width = static_cast<std::uint32_t>(*dense ? valid.size() : xyz.columns());
+    cloud.height = static_cast<std::uint32_t>(*dense ? 1 : xyz.rows());
+    cloud.row_step = cloud.width * cloud.point_step;
+    cloud.is_dense = *dense;
+    cloud.data.resize(std::size_t{cloud.row_step} * cloud.height);
+    std::uint8_t* to = cloud.data.data();
+    for (const Column& column : columns) {
+      if (column.value_size == 12)
+        copy<12>(column, valid, to, cloud);
+      else if (column.value_size == 4)
+        copy<4>(column, valid, to, cloud);
+      else
+        copy<2>(column, valid, to, cloud);
+      to += column.value_size;
+    }
+  }
+
+  /// The size is known when this is compiled, so that each copy is one or two instructions.
+  template <std::size_t size> void copy(const Column& column, const std::vector<std::uint32_t>& valid, std::uint8_t* to,
+                                        const pcl::PCLPointCloud2& cloud) const {
+    const auto* from = static_cast<const std::uint8_t*>(column.data);
+    const std::size_t count = std::size_t{cloud.width} * cloud.height, step = cloud.point_step;
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * step, from + size * (*dense ? valid[i] : i), size);
   }
 
   io::OutputPattern pattern_;
-  std::vector<pcl::PCLPointField> fields_;
-  std::vector<std::string> channels_;  // of each field; empty: a coordinate
-  std::uint32_t step_ = 0;
-  mutable std::mutex mutex_;  // the two below
-  mutable std::vector<std::unique_ptr<pcl::PCLPointCloud2>> free_;
-  mutable bool wrote_ = false;
+  std::filesystem::path provenance_file_;
+  std::string intensity_channel_;
+  mutable std::once_flag provenance_written_;
 };
 
 }  // namespace tofgraph

@@ -1,220 +1,59 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // One PCD file a frame, readable with PCL, and beside them one file that says how they came to be.
-#include <tofgraph/stage.hpp>
-
-#include <fmt/format.h>
-#include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 
-#include <cmath>
-#include <cstring>
-#include <iterator>
-#include <mutex>
-#include <sstream>
-
-#include "io/output_file.hpp"
+#include "plugins/sinks/cloud_file.hpp"
 
 namespace tofgraph {
 
-/// Fields: x y z (m, optical frame), intensity, and on request sigma (m) and flags. Organised clouds have the image's
-/// width and height, with NaN for invalid points; dense ones hold the valid points only, row by row. The viewpoint is
-/// the origin: the optical centre. The header and the compression are PCL's; the bytes are written here, because PCL's
-/// own writing does not see a full disk (ascii) or takes twice as long (binary).
-struct PcdWriter final : Sink {
-  In<float> points{this, "points"};
-  In<float> sigma_image{this, "sigma", {.text = "for sigma: true", .optional = true}};
-  In<std::uint16_t> flags_image{this, "flags", {.text = "for flags: true", .optional = true}};
-  Param<OutputFile> path{this,
-                         "path",
-                         {.required = true,
-                          .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
-                                  "them: out/cloud.provenance.json"}};
+/// The header and the compression are PCL's; the bytes are written here, because PCL's own writing does not see a full
+/// disk (ascii) or takes twice as long (binary).
+struct PcdWriter final : CloudFile {
   Param<Choice> encoding{
       this, "encoding", {.fallback = "binary", .choices = "ascii binary binary_compressed", .text = "of the values"}};
-  Param<bool> dense{this, "dense", {.fallback = "false", .text = "valid points only, without the image's rows"}};
-  Param<std::string> intensity{
-      this,
-      "intensity",
-      {.fallback = "amplitude", .text = "the channel of the field intensity, or none; amplitude where it is there"}};
-  Param<bool> sigma{this, "sigma", {.fallback = "false", .text = "with the field sigma"}};
-  Param<bool> flags{this, "flags", {.fallback = "false", .text = "with the field flags"}};
-  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
+  Param<std::vector<double>> viewpoint{this,
+                                       "viewpoint",
+                                       {.fallback = "[0, 0, 0, 1, 0, 0, 0]",
+                                        .text = "of the camera in the frame of the points: x y z in metres, "
+                                                "quaternion w x y z; default: the optical centre"}};
 
   void prepare(Setup& setup) {
-    choose_files(setup);
-    choose_intensity(setup);
-    if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
-    if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
+    CloudFile::prepare(setup);
+    if (viewpoint->size() != 7)
+      throw ConfigError("viewpoint", "needs seven numbers: x y z in metres, quaternion w x y z");
+    const auto v = [this](std::size_t i) { return static_cast<float>((*viewpoint)[i]); };
+    origin_ = {v(0), v(1), v(2), 0};
+    orientation_ = Eigen::Quaternionf(v(3), v(4), v(5), v(6));
+    if (std::abs(orientation_.norm() - 1) > 1e-3F)
+      throw ConfigError("viewpoint", "the quaternion w x y z must have length 1");
     pcl::console::setVerbosityLevel(pcl::console::L_ERROR);  // an empty cloud is no reason for a warning
   }
 
   void process(Frame& frame) const {
-    // Once a run, but not before the first frame: a check writes nothing.
-    std::call_once(provenance_written_, [this] { io::write_file(provenance_file_, provenance() + "\n"); });
-    thread_local pcl::PCLPointCloud2 cloud;
-    fill(frame, cloud);
-    io::OutputFile file(pattern_.path(frame.metadata().number));
-    write(cloud, file);
-    file.commit();
+    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::OutputFile& file) { write(cloud, file); });
   }
 
  private:
-  /// Values of each point, side by side in memory, that become consecutive fields.
-  struct Column {
-    const char* names;  ///< blank-separated
-    const void* data;
-    std::size_t value_size, pixels;
-    std::uint8_t type;
-  };
-
-  void choose_files(const Setup& setup) {
-    try {
-      pattern_ = io::OutputPattern(*path);
-    } catch (const std::exception& problem) {
-      throw ConfigError("path", problem.what());
-    }
-    if (!pattern_.numbered() && setup.stream().frames != 1) {
-      pattern_ = pattern_.with_number();
-      warn(fmt::format("path names one file where more than one frame may come: they are written to {}",
-                       pattern_.text()));
-    }
-    provenance_file_ = pattern_.companion(".provenance.json");
-    const bool replace = *overwrite || setup.overwrite();
-    std::string problem = io::output_problem(pattern_, replace);
-    if (problem.empty()) problem = io::output_problem(provenance_file_, replace);
-    if (!problem.empty()) throw ConfigError("path", problem);
-  }
-
-  void choose_intensity(const Setup& setup) {
-    if (*intensity == "none") return;
-    const tofgraph_channel* channel = setup.find(*intensity);
-    if (channel == nullptr && intensity.given())
-      throw ConfigError("intensity", fmt::format("what arrives has no '{}'", *intensity));
-    if (channel == nullptr) return;
-    if (channel->type != TOFGRAPH_F32 || channel->rank != 2) {
-      throw ConfigError("intensity", fmt::format("'{}' is {} with {} dimensions, expected float32 with 2", *intensity,
-                                                 element_name(channel->type), channel->rank));
-    }
-    intensity_channel_ = *intensity;
-  }
-
-  template <class T> static Column column(const char* names, const Array<const T>& image) {
-    constexpr std::uint8_t type = sizeof(T) == 4 ? pcl::PCLPointField::FLOAT32 : pcl::PCLPointField::UINT16;
-    const std::size_t pixels = image.rows() * image.columns();
-    return {names, image.data(), pixels != 0 ? image.size() / pixels * sizeof(T) : 0, pixels, type};
-  }
-
-  std::vector<Column> columns_of(const Frame& frame) const {
-    std::vector<Column> columns{column("x y z", points(frame))};
-    if (!intensity_channel_.empty())
-      columns.push_back(column("intensity", Array<const float>(frame.find(intensity_channel_.c_str()))));
-    if (*sigma) columns.push_back(column("sigma", sigma_image(frame)));
-    if (*flags) columns.push_back(column("flags", flags_image(frame)));
-    for (const Column& c : columns) {
-      if (c.pixels != columns.front().pixels)
-        throw std::runtime_error(
-            fmt::format("{} has {} pixels, points has {}", c.names, c.pixels, columns.front().pixels));
-    }
-    return columns;
-  }
-
-  static void describe(const std::vector<Column>& columns, pcl::PCLPointCloud2& cloud) {
-    cloud.fields.clear();
-    cloud.point_step = 0;
-    for (const Column& column : columns) {
-      std::istringstream names(column.names);
-      for (std::string name; names >> name;) {
-        pcl::PCLPointField& field = cloud.fields.emplace_back();
-        field.name = name;
-        field.offset = cloud.point_step;
-        field.datatype = column.type;
-        field.count = 1;
-        cloud.point_step += static_cast<std::uint32_t>(pcl::getFieldSize(column.type));
-      }
-    }
-  }
-
-  void fill(const Frame& frame, pcl::PCLPointCloud2& cloud) const {
-    const Array<const float> xyz = points(frame);
-    const std::vector<Column> columns = columns_of(frame);
-    describe(columns, cloud);
-    std::vector<std::uint32_t> valid;
-    for (std::uint32_t i = 0; *dense && i < columns.front().pixels; ++i) {
-      if (std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]))
-        valid.push_back(i);
-    }
-    cloud.width = static_cast<std::uint32_t>(*dense ? valid.size() : xyz.columns());
-    cloud.height = static_cast<std::uint32_t>(*dense ? 1 : xyz.rows());
-    cloud.row_step = cloud.width * cloud.point_step;
-    cloud.is_dense = *dense;
-    cloud.data.resize(std::size_t{cloud.row_step} * cloud.height);
-    std::uint8_t* to = cloud.data.data();
-    for (const Column& column : columns) {
-      if (column.value_size == 12)
-        copy<12>(column, valid, to, cloud);
-      else if (column.value_size == 4)
-        copy<4>(column, valid, to, cloud);
-      else
-        copy<2>(column, valid, to, cloud);
-      to += column.value_size;
-    }
-  }
-
-  /// The size is known when this is compiled, so that each copy is one or two instructions.
-  template <std::size_t size> void copy(const Column& column, const std::vector<std::uint32_t>& valid, std::uint8_t* to,
-                                        const pcl::PCLPointCloud2& cloud) const {
-    const auto* from = static_cast<const std::uint8_t*>(column.data);
-    const std::size_t count = std::size_t{cloud.width} * cloud.height, step = cloud.point_step;
-    for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * step, from + size * (*dense ? valid[i] : i), size);
-  }
-
   void write(const pcl::PCLPointCloud2& cloud, io::OutputFile& file) const {
-    const Eigen::Vector4f origin = Eigen::Vector4f::Zero();
-    const Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
     pcl::PCDWriter pcd;
     if (*encoding == "ascii") {
-      file.write(pcd.generateHeaderASCII(cloud, origin, orientation) + "DATA ascii\n");
+      file.write(pcd.generateHeaderASCII(cloud, origin_, orientation_) + "DATA ascii\n");
       file.write(ascii(cloud));
     } else if (*encoding == "binary" || cloud.data.empty()) {  // nothing cannot be compressed
-      file.write(pcd.generateHeaderBinary(cloud, origin, orientation) + "DATA binary\n");
+      file.write(pcd.generateHeaderBinary(cloud, origin_, orientation_) + "DATA binary\n");
       file.write(std::as_bytes(std::span(cloud.data)));
     } else {
       std::ostringstream compressed;
-      if (pcd.writeBinaryCompressed(compressed, cloud, origin, orientation) != 0)
+      if (pcd.writeBinaryCompressed(compressed, cloud, origin_, orientation_) != 0)
         throw std::runtime_error(fmt::format("{}: PCL could not compress the cloud", file.final_path().string()));
       file.write(compressed.view());
     }
   }
 
-  /// One line a point; nine digits give each float back exactly.
-  static std::string ascii(const pcl::PCLPointCloud2& cloud) {
-    std::string text;
-    const auto end = std::back_inserter(text);
-    for (std::size_t at = 0; at < cloud.data.size(); at += cloud.point_step) {
-      for (const pcl::PCLPointField& field : cloud.fields) {
-        const std::uint8_t* value = cloud.data.data() + at + field.offset;
-        const char separator = &field == &cloud.fields.back() ? '\n' : ' ';
-        if (field.datatype == pcl::PCLPointField::FLOAT32)
-          fmt::format_to(end, "{:.9g}{}", read<float>(value), separator);
-        else
-          fmt::format_to(end, "{}{}", read<std::uint16_t>(value), separator);
-      }
-    }
-    return text;
-  }
-
-  template <class T> static T read(const std::uint8_t* bytes) {
-    T value;
-    std::memcpy(&value, bytes, sizeof value);
-    return value;
-  }
-
-  io::OutputPattern pattern_;
-  std::filesystem::path provenance_file_;
-  std::string intensity_channel_;
-  mutable std::once_flag provenance_written_;
+  Eigen::Vector4f origin_;
+  Eigen::Quaternionf orientation_;
 };
 
 }  // namespace tofgraph

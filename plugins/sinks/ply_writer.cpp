@@ -1,28 +1,37 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/io/ply_io.h>
-
+// One PLY file a frame, and beside them one file that says how they came to be.
 #include "plugins/sinks/cloud_file.hpp"
 
 namespace tofgraph {
 
-/// Writes a PLY file a frame through PCL, and what was done to the frames beside them.
+/// Vertices with x y z, intensity, and on request sigma and flags; PLY has no organised clouds: NaN marks the invalid
+/// points unless the cloud is dense.
 struct PlyWriter final : CloudFile {
-  Param<Choice> encoding{this, "encoding", {.fallback = "binary", .choices = "ascii binary", .text = "of the points"}};
+  Param<Choice> encoding{this, "encoding", {.fallback = "binary", .choices = "ascii binary", .text = "of the values"}};
 
   void process(Frame& frame) const {
-    store(frame, [this](const pcl::PCLPointCloud2& cloud, const std::string& file) {
-      constexpr int digits = 9;
-      pcl::PLYWriter writer;
-      const Eigen::Vector4f origin = Eigen::Vector4f::Zero();
-      const Eigen::Quaternionf orientation = Eigen::Quaternionf::Identity();
-      const int status = *encoding == "ascii" ? writer.writeASCII(file, cloud, origin, orientation, digits, true)
-                                              : writer.writeBinary(file, cloud, origin, orientation, true);
-      if (status != 0) throw std::runtime_error("PCL could not write " + file);
+    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::OutputFile& file) {
+      file.write(header(cloud));
+      if (*encoding == "ascii")
+        file.write(ascii(cloud));
+      else
+        file.write(std::as_bytes(std::span(cloud.data)));
     });
+  }
+
+ private:
+  std::string header(const pcl::PCLPointCloud2& cloud) const {
+    std::string text = fmt::format("ply\nformat {} 1.0\nelement vertex {}\n",
+                                   *encoding == "ascii" ? "ascii" : "binary_little_endian", cloud.width * cloud.height);
+    for (const pcl::PCLPointField& field : cloud.fields) {
+      text += fmt::format("property {} {}\n", field.datatype == pcl::PCLPointField::FLOAT32 ? "float" : "ushort",
+                          field.name);
+    }
+    return text + "end_header\n";
   }
 };
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::PlyWriter, "Point clouds as PLY files: x y z intensity, optional sigma and flags")
+TOFGRAPH_STAGE(tofgraph::PlyWriter, "Point clouds as PLY files, one a frame")
