@@ -106,14 +106,22 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, const std::ve
 
 const char* ParameterValues::keep(std::string text) { return texts_.emplace_back(std::move(text)).c_str(); }
 
-bool ParameterValues::parse_number(const tofgraph_parameter& p, const Value& item, double& number,
+bool ParameterValues::parse_number(const tofgraph_parameter& p, const Value& item, Number& number,
                                    std::string& problem) const {
-  if (!item.is_scalar())
+  if (!item.is_scalar()) {
     problem = "is no number";
-  else {
-    const Quantity quantity = parse_quantity(item.text, p.unit);
-    number = quantity.value;
-    problem = quantity.ok() ? range_problem(p, number) : quantity.problem;
+    return false;
+  }
+  std::string_view units = p.unit;
+  const bool several = units.find('|') != std::string_view::npos;
+  for (bool first = true; first || !units.empty(); first = false) {
+    const std::string_view unit = units.substr(0, units.find('|'));
+    units.remove_prefix(std::min(units.size(), unit.size() + 1));
+    const Quantity quantity = parse_quantity(item.text, unit);
+    number = {quantity.value, several ? std::string(unit) : ""};
+    problem = quantity.ok() ? range_problem(p, quantity.value) : quantity.problem;
+    if (quantity.ok()) break;
+    if (several && problem.starts_with("has ")) problem = fmt::format("has none of the units {}", p.unit);
   }
   return problem.empty();
 }
@@ -149,10 +157,15 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
         break;
       }
       case TOFGRAPH_NUMBER:
-        if (word)
+        if (word) {
           out.text = keep(text);
-        else if (!parse_number(p, value, out.number, problem) && !choices.empty())
-          problem += fmt::format(" (or a word: {})", p.choices);
+        } else {
+          Number number;
+          if (!parse_number(p, value, number, problem) && !choices.empty())
+            problem += fmt::format(" (or a word: {})", p.choices);
+          out.number = number.value;
+          out.text = keep(number.unit);
+        }
         break;
       case TOFGRAPH_CHOICE:
         out.text = keep(text);
@@ -165,7 +178,10 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
         auto& list = lists_.emplace_back();
         const std::vector<Value> one = {value};
         for (const Value& item : value.is_list() ? value.items : one) {
-          if (!parse_number(p, item, list.emplace_back(), problem)) break;
+          Number number;
+          const bool right = parse_number(p, item, number, problem);
+          list.push_back(number.value);
+          if (!right) break;
         }
         out.numbers = list.data();
         out.count = list.size();

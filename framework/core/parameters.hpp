@@ -34,7 +34,12 @@ class ParameterValues {
 
  private:
   void parse(const tofgraph_parameter& parameter, const Value& value, tofgraph_value& out, Diagnostics& diagnostics);
-  bool parse_number(const tofgraph_parameter& parameter, const Value& item, double& number, std::string& problem) const;
+  /// In SI, and which unit it had where the parameter allows several.
+  struct Number {
+    double value = 0;
+    std::string unit;
+  };
+  bool parse_number(const tofgraph_parameter& parameter, const Value& item, Number& number, std::string& problem) const;
   const char* keep(std::string text);
 
   Position at_;

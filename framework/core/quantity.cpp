@@ -141,6 +141,7 @@ Quantity parse_quantity(std::string_view text, std::string_view wanted) {
 }
 
 std::string format_quantity(double value, std::string_view unit) {
+  unit = unit.substr(0, unit.find('|'));
   struct Prefix {
     double factor;
     std::string_view name;

@@ -20,7 +20,7 @@ struct Quantity {
 /// A bare number for a dimension, a unit for a pure number, an unknown unit, NaN and infinity are problems.
 Quantity parse_quantity(std::string_view text, std::string_view unit);
 
-/// A value in SI as people write it: 0.00391 of "m" is "3.91 mm".
+/// A value in SI as people write it: 0.00391 of "m" is "3.91 mm". Of several units "m|counts" the first is taken.
 std::string format_quantity(double value, std::string_view unit);
 
 }  // namespace tofgraph::core

@@ -163,7 +163,8 @@ typedef struct tofgraph_port {
 typedef struct tofgraph_parameter {
   const char* name;
   uint32_t kind, required;
-  const char *unit, *fallback; /* SI, "" for a pure number; the default, written as in a pipeline: "3.91 mm", or null */
+  const char *unit, *fallback; /* SI, "" for a pure number, "m|counts|1" for any of these; the default, written as in a
+                                  pipeline: "3.91 mm", or null */
   double minimum, maximum;     /* SI; NaN: no bound */
   const char *choices, *text;  /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto" */
   double off, typical;         /* effects: the value that changes nothing, and a usual size */
@@ -173,7 +174,7 @@ typedef struct tofgraph_parameter {
 typedef struct tofgraph_value {
   int64_t integer;       /* BOOL, INTEGER */
   double number;         /* NUMBER, SI; NaN when a word was given */
-  const char* text;      /* TEXT, CHOICE, files, the word of a NUMBER; else "" */
+  const char* text;      /* TEXT, CHOICE, files, the word of a NUMBER, or its unit of several; else "" */
   const double* numbers; /* NUMBERS, so many: */
   uint64_t count, given; /* given: not 0 when the user wrote it */
 } tofgraph_value;

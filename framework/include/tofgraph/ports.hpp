@@ -160,7 +160,7 @@ template <class T> class Param : public detail::ParamBase {
       : ParamBase(stage, detail::kind_of(static_cast<const T*>(nullptr)), name, spec) {}
   const T& operator*() const { return value_; }
   const T* operator->() const { return &value_; }
-  /// For a number that may be a word ("auto"): the word, or empty.
+  /// For a number that may be a word ("auto"): the word, or empty. For one of several units: its unit.
   const std::string& word() const { return word_; }
 
   void set(const tofgraph_value& value) override {
