@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "io/output_file.hpp"
+#include "plugins/sinks/frame_files.hpp"
 
 namespace tofgraph {
 
@@ -91,20 +92,9 @@ struct CloudFile : Sink {
   };
 
   void choose_files(const Setup& setup) {
-    try {
-      pattern_ = io::OutputPattern(*path);
-    } catch (const std::exception& problem) {
-      throw ConfigError("path", problem.what());
-    }
-    if (!pattern_.numbered() && setup.stream().frames != 1) {
-      pattern_ = pattern_.with_number();
-      warn(fmt::format("path names one file where more than one frame may come: they are written to {}",
-                       pattern_.text()));
-    }
+    pattern_ = frame_files(*this, setup, *path, *overwrite);
     provenance_file_ = pattern_.companion(".provenance.json");
-    const bool replace = *overwrite || setup.overwrite();
-    std::string problem = io::output_problem(pattern_, replace);
-    if (problem.empty()) problem = io::output_problem(provenance_file_, replace);
+    const std::string problem = io::output_problem(provenance_file_, *overwrite || setup.overwrite());
     if (!problem.empty()) throw ConfigError("path", problem);
   }
 
