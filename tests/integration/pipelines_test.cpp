@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <vector>
 
 namespace tofgraph::tests {
@@ -126,6 +128,72 @@ TEST_F(Pipelines, CaptureToCloudReadsWhatRecordBoardWrote) {
   EXPECT_NEAR(std::sqrt(squares / n - mean * mean) / expected, 1, 0.1);
 }
 
+TEST_F(Pipelines, CompareModelsGivesTheReferencesFigures) {
+  // equations.md section 5: mean and sd in mm of a board at 505.02 mm with 2.77 mm of noise on D.
+  ASSERT_EQ(run("compare_models.yaml --set table.path=models.json").exit_code, 0);
+  const std::map<std::string, std::pair<double, double>> expected = {{"measured", {522.48, 10.48}},
+                                                                     {"perpendicular", {513.93, 5.44}},
+                                                                     {"simple_bistatic", {504.99, 2.67}},
+                                                                     {"optimized", {505.01, 2.68}}};
+  const auto table = nlohmann::json::parse(read_text(folder.path() / "models.json"));
+  std::size_t found = 0;
+  for (const auto& row : table.at("inputs")) {
+    const auto wanted = expected.find(row.at("name").get<std::string>());
+    ASSERT_NE(wanted, expected.end());
+    EXPECT_NEAR(row.at("mean").get<double>() * 1e3, wanted->second.first, 0.05) << wanted->first;
+    EXPECT_NEAR(row.at("sd").get<double>() * 1e3, wanted->second.second, 0.05) << wanted->first;
+    ++found;
+  }
+  EXPECT_EQ(found, 4U);
+}
+
+TEST_F(Pipelines, RawDumpToCloudDecodesADumpWrittenByteByByte) {
+  // A board at 1 m: amplitude 1000 counts, offset 4000 counts, file image i is phase 3 - i, big-endian.
+  std::string bytes;
+  for (int image = 0; image < 4; ++image) {
+    const int k = 3 - image;
+    bytes.append(512, '\0');
+    for (int pixel = 0; pixel < 204 * 204; ++pixel) {
+      const double xs = (pixel % 204 - 101.5) * 40e-6, ys = (pixel / 204 - 101.5) * 40e-6, f = 12.8e-3, z = 1;
+      const double sensor = std::sqrt(xs * xs + ys * ys + f * f), x = xs / f * (z - f), y = ys / f * (z - f);
+      const double left = std::sqrt((x + 0.05) * (x + 0.05) + y * y + z * z),
+                   right = std::sqrt((x - 0.05) * (x - 0.05) + y * y + z * z);
+      const double distance = ((left + right) / 2 + (z - f) * sensor / f + sensor) / 2;
+      const double c = 1000 * std::cos(4 * M_PI * 20e6 / 299792458.0 * distance + k * M_PI / 2);
+      for (const double tap : {4000 + c / 2, 4000 - c / 2}) {
+        const auto value = static_cast<unsigned>(std::lround(tap));
+        bytes.push_back(static_cast<char>(value >> 8U));
+        bytes.push_back(static_cast<char>(value & 255U));
+      }
+    }
+  }
+  write_text(folder.path() / "out/dump.raw", bytes);
+  const Outcome outcome = run("raw_dump_to_cloud.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const pcl::PCLPointCloud2 read = cloud("out/raw_dump/cloud_000000.pcd");
+  EXPECT_EQ(read.fields.size(), 6U);  // x y z intensity sigma flags
+  pcl::PointCloud<pcl::PointXYZI> points;
+  pcl::fromPCLPointCloud2(read, points);
+  double sum = 0;
+  for (const auto& p : points) {
+    EXPECT_NEAR(p.z, 1 - 0.0128, 2e-3);  // taps are whole counts: 1 of 1000 is 1.2 mm
+    EXPECT_NEAR(p.intensity, 1000, 2);
+    sum += p.z / static_cast<double>(points.size());
+  }
+  EXPECT_NEAR(sum, 1 - 0.0128, 2e-5);
+}
+
+TEST_F(Pipelines, AnEmbeddingProgramSeesTheClouds) {
+  const Outcome outcome = shell(TOFGRAPH_BINARY_DIR "/examples/example_embed ideal_board.yaml cloud", folder.path());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("frame 9: 204 x 204 points, 41616 valid, mean depth 0.4872 m\n10 frames in"),
+            std::string::npos)
+      << outcome.out;
+  const Outcome wrong = shell(TOFGRAPH_BINARY_DIR "/examples/example_embed ideal_board.yaml clud", folder.path());
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_NE(wrong.err.find("there is no node 'clud'"), std::string::npos);
+}
+
 TEST_F(Pipelines, ExistingOutputsAreNotTouched) {
   ASSERT_EQ(run("ideal_board.yaml --frames 1").exit_code, 0);
   const Outcome again = run("ideal_board.yaml --frames 1");
@@ -135,8 +203,9 @@ TEST_F(Pipelines, ExistingOutputsAreNotTouched) {
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {
+  const std::set<std::string> needs_data = {"capture_to_cloud.yaml", "raw_dump_to_cloud.yaml"};
   for (const auto& entry : fs::directory_iterator(pipelines)) {
-    if (entry.path().extension() != ".yaml" || entry.path().filename() == "capture_to_cloud.yaml") continue;
+    if (entry.path().extension() != ".yaml" || needs_data.contains(entry.path().filename())) continue;
     const Outcome outcome = shell("\"$TOFGRAPH\" check " + entry.path().filename().string(), folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   }
