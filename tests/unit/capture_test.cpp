@@ -5,7 +5,7 @@
 #include <hdf5.h>
 
 #include <algorithm>
-#include <numeric>
+#include <cstring>
 
 #include "io/capture.hpp"
 #include "tests/program.hpp"
@@ -90,7 +90,7 @@ TEST_F(CaptureFile, GivesMetadataInSiAndSaysWhatIsKnown) {
   EXPECT_EQ(second.time_since_power_on, 2);
   EXPECT_EQ(reader.metadata(2).device_number, 9U);
   constexpr unsigned always =
-      TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_TEMPERATURE | TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON;
+      0U | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_TEMPERATURE | TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON;
   EXPECT_EQ(reader.known(0, 2), always);
   EXPECT_EQ(reader.known(1, 1), always | TOFGRAPH_KNOWS_TIMESTAMP);
   EXPECT_EQ(reader.known(2, 2), always | TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_MODULATION_FREQUENCY);
