@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What happens to files in real life: recorders that are killed, files cut short, bits that flip.
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <random>
+
+#include "io/capture.hpp"
+#include "io/capture_guard.hpp"
+#include "tests/program.hpp"
+#include "tests/unit/full_disk.hpp"
+
+namespace tofgraph::tests {
+namespace {
+
+using io::CaptureReader;
+namespace fs = std::filesystem;
+
+const fs::path recording = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool memory_is_ours = false;  // a sanitizer's own memory would be counted
+constexpr std::uint32_t effort = 1;
+#else
+constexpr bool memory_is_ours = true;
+constexpr std::uint32_t effort = 4;
+#endif
+
+/// Reads all there is. @returns what is wrong, or nothing
+std::string read_whole(const fs::path& path) {
+  return thrown([&] {
+    const CaptureReader reader(path);
+    for (std::size_t c = 0; c < reader.channels().size(); ++c) {
+      std::vector<std::byte> frame(reader.channels()[c].bytes());
+      for (std::size_t i = 0; i < reader.frames(); ++i) reader.read(c, i, frame.data());
+    }
+  });
+}
+
+/// Records frames of 64 x 48 whose pixels all hold their number, and tells each one that is written, for ever.
+[[noreturn]] void record_for_ever(const fs::path& path, int told) {
+  io::CaptureHeader header;
+  header.camera = "test";
+  header.width = 64;
+  header.height = 48;
+  io::CaptureWriter writer(path, header, {{"distance", TOFGRAPH_F32, {48, 64}, "m", "", "", ""}});
+  for (std::uint32_t number = 0;; ++number) {
+    std::vector<float> values(48 * 64, static_cast<float>(number));
+    const tofgraph_view view{
+        .data = values.data(), .type = TOFGRAPH_F32, .rank = 2, .extent = {48, 64}, .stride = {256, 4}};
+    writer.append({}, {&view, 1});
+    if (write(told, &number, sizeof number) < 0) _exit(1);
+  }
+}
+
+TEST(CaptureDamage, ARecordingSurvivesAKillUpToItsLastFrame) {
+  std::mt19937 random(1);
+  for (int round = 0; round < 12; ++round) {
+    const TemporaryFolder folder;
+    const fs::path path = folder.path() / "a.h5";
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) record_for_ever(path, ends[1]);
+    close(ends[1]);
+    std::uint32_t written = 0;
+    const auto until = static_cast<std::uint32_t>(5 + random() % 400);
+    while (written < until) ASSERT_EQ(read(ends[0], &written, sizeof written), 4);
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    while (read(ends[0], &written, sizeof written) == 4) {  // those that were told until the kill
+    }
+    close(ends[0]);
+    EXPECT_EQ(listing(folder.path()), std::vector<std::string>{"a.h5.part"});
+    const CaptureReader reader(path.string() + ".part");
+    EXPECT_FALSE(reader.finished());
+    ASSERT_GT(reader.frames(), written) << "frames count from 0";
+    for (std::uint32_t i = 0; i <= written; ++i) {
+      std::vector<float> values(48 * 64);
+      reader.read(0, i, values.data());
+      ASSERT_EQ(values, std::vector<float>(48 * 64, static_cast<float>(i)));
+    }
+  }
+}
+
+TEST(CaptureDamage, ACutOffFileIsNamed) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "cut.h5";
+  const std::string whole = read_text(recording);
+  for (std::size_t length = 0; length < whole.size(); length += length < 20000 ? 997 : 49999) {
+    write_text(path, whole.substr(0, length));
+    const std::string why = read_whole(path);
+    EXPECT_EQ(why.find(path.string() + ": "), 0U) << length << ": " << why;
+    if (length > 4096) {
+      EXPECT_NE(why.find("truncated file"), std::string::npos) << why;
+    }
+  }
+}
+
+/// The file with a few bits turned over within its first bytes.
+std::string damaged(std::string content, std::uint32_t seed, std::size_t within) {
+  std::mt19937 random(seed);
+  const std::size_t flips = 1 + random() % 8;
+  for (std::size_t i = 0; i < flips; ++i) {
+    char& byte = content[random() % std::min(within, content.size())];
+    byte = static_cast<char>(byte ^ 1 << random() % 8);
+  }
+  return content;
+}
+
+/// A recording of this program, made of its own format's newer structures.
+std::string own_recording(const fs::path& folder) {
+  io::CaptureHeader header;
+  header.camera = "test";
+  header.width = 64;
+  header.height = 48;
+  io::CaptureWriter writer(folder / "own.h5", header, {{"distance", TOFGRAPH_F32, {48, 64}, "m", "", "", ""}},
+                           {1, false});
+  std::vector<float> values(48 * 64, 1);
+  const tofgraph_view view{
+      .data = values.data(), .type = TOFGRAPH_F32, .rank = 2, .extent = {48, 64}, .stride = {256, 4}};
+  for (int i = 0; i < 3; ++i) writer.append({}, {&view, 1});
+  writer.finish();
+  return read_text(folder / "own.h5");
+}
+
+TEST(CaptureDamage, TurnedBitsNeverCrashAndNeverTakeMuchMemory) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "damaged.h5";
+  std::uint32_t refused = 0;
+  for (const std::string& whole : {read_text(recording), own_recording(folder.path())}) {
+    for (std::uint32_t seed = 0; seed < 100 * effort; ++seed) {
+      write_text(path, damaged(whole, seed, seed % 4 == 0 ? whole.size() : 9000));  // most of the structure is there
+      const std::string why = read_whole(path);
+      if (why.empty()) continue;
+      ++refused;
+      ASSERT_EQ(why.find(path.string() + ": "), 0U) << why;
+    }
+  }
+  EXPECT_GT(refused, 50 * effort) << "the damage should be seen";
+  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    rusage usage{};
+    getrusage(who, &usage);
+    if (memory_is_ours) {
+      EXPECT_LT(usage.ru_maxrss, 200 * 1024) << "kB";
+    }
+  }
+}
+
+// The trial in a child process, by itself.
+
+const io::TrialLimits limits{64U << 20U, 1};
+
+TEST(Trial, TellsWhatWasThrown) {
+  EXPECT_EQ(thrown([] { io::try_in_child(limits, [] { throw std::runtime_error("this is wrong"); }); }),
+            "this is wrong");
+  EXPECT_EQ(thrown([] { io::try_in_child(limits, [] {}); }), "");
+}
+
+TEST(Trial, SurvivesACrash) {
+  const std::string why = thrown([] { io::try_in_child(limits, [] { raise(SIGKILL); }); });
+  EXPECT_EQ(why, "is damaged: HDF5 crashed when a child process tried to read it");
+}
+
+TEST(Trial, EndsALoop) {
+  const std::string why = thrown([] {
+    io::try_in_child(limits, [] {
+      std::atomic<bool> go_on{true};
+      while (go_on.load()) {
+      }
+    });
+  });
+  EXPECT_EQ(why, "is damaged: HDF5 found no end when a child process tried to read it");
+}
+
+TEST(Trial, RefusesMemory) {
+  if (!memory_is_ours) GTEST_SKIP() << "the sanitizer ends the process instead";
+  const std::string why = thrown([] {
+    io::try_in_child(limits, [] {
+      std::vector<char> much(1U << 30U, 'x');
+      raise(static_cast<int>(much[5]) - 'x');
+    });
+  });
+  EXPECT_NE(why.find("asks for more memory"), std::string::npos) << why;
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
