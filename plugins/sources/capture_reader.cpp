@@ -23,9 +23,7 @@ struct CaptureReader final : Source {
   Param<InputFile> file{
       this, "file", {.required = true, .text = "a capture (.h5); .h5.part: one that is still running"}};
   Param<std::string> channels{
-      this,
-      "channels",
-      {.text = "which to read, e.g. [range, amplitude]; default: all. Lengths bring their flags"}};
+      this, "channels", {.text = "which to read, e.g. [range, amplitude]; default: all. Lengths bring their flags"}};
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
 
   void prepare(Setup& setup) {
@@ -69,6 +67,7 @@ struct CaptureReader final : Source {
     std::optional<std::size_t> index;  ///< in the capture; nothing: flags that it does not have
   };
 
+  /// NaN in one of these makes a pixel invalid; sigma can also be just unknown.
   static bool is_length(std::string_view name) {
     return name == "distance" || name == "range" || name == "depth" || name == "points";
   }
@@ -145,23 +144,24 @@ struct CaptureReader final : Source {
   /// Invalid is a pixel with that flag, or one that is NaN in a length channel; afterwards it is both, everywhere.
   void agree(const std::vector<tofgraph_view>& views) const {
     std::uint16_t* flags = nullptr;
-    for (const tofgraph_view& view : views) {
-      if (std::string_view(view.channel) == "flags") flags = static_cast<std::uint16_t*>(view.data);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (chosen_[i].channel.name == "flags") flags = static_cast<std::uint16_t*>(views[i].data);
     }
     if (flags == nullptr) return;
     const std::size_t pixels = std::size_t{reader_->header().width} * reader_->header().height;
-    const auto each_length = [&](auto&& call) {
-      for (const tofgraph_view& view : views) {
-        const std::size_t values = view.rank == 3 ? 3 : 1;
-        if (!is_length(view.channel)) continue;
-        for (std::size_t i = 0; i < pixels; ++i)
-          call(flags[i], std::span(static_cast<float*>(view.data) + i * values, values));
+    const auto each_length = [&](bool with_sigma, auto&& call) {
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        const std::string& name = chosen_[i].channel.name;
+        if (!is_length(name) && !(with_sigma && name == "sigma")) continue;
+        const std::size_t values = chosen_[i].channel.elements() / pixels;
+        auto* data = static_cast<float*>(views[i].data);
+        for (std::size_t k = 0; k < pixels; ++k) call(flags[k], std::span(data + k * values, values));
       }
     };
-    each_length([](std::uint16_t& flag, std::span<float> values) {
+    each_length(false, [](std::uint16_t& flag, std::span<float> values) {
       if (std::ranges::any_of(values, [](float v) { return std::isnan(v); })) flag |= flag::invalid;
     });
-    each_length([](std::uint16_t flag, std::span<float> values) {
+    each_length(true, [](std::uint16_t flag, std::span<float> values) {
       if ((flag & flag::invalid) != 0) std::ranges::fill(values, std::numeric_limits<float>::quiet_NaN());
     });
   }
