@@ -10,11 +10,31 @@
 
 namespace tofgraph {
 
-/// Sums of one pixel over the frames in which it is valid. Lengths count from the pixel's first value, so that the
+/// Sums of each pixel over the frames in which it is valid. Lengths count from the pixel's first value, so that the
 /// difference of two large sums keeps its digits.
 struct PixelSums {
-  double reference = 0, sum = 0, squares = 0, amplitude = 0;
-  std::uint32_t valid = 0, seen = 0;  // frames with a valid length; frames at all
+  std::vector<float> reference;
+  std::vector<double> sum, squares, amplitude;
+  std::vector<std::int32_t> valid;
+
+  void reset(std::size_t pixels) {
+    reference.assign(pixels, 0);
+    for (auto* sums : {&sum, &squares, &amplitude}) sums->assign(pixels, 0);
+    valid.assign(pixels, 0);
+  }
+  /// Adds a frame, or with sign -1 takes it out. Without branches, so that it is vectorised.
+  void add(const float* values, const float* amplitudes, int sign) {
+    for (std::size_t i = 0; i < valid.size(); ++i) {
+      const bool finite = std::abs(values[i]) <= std::numeric_limits<float>::max();
+      reference[i] = finite && valid[i] == 0 ? values[i] : reference[i];
+      const double value = finite ? static_cast<double>(values[i]) - static_cast<double>(reference[i]) : 0;
+      sum[i] += sign * value;
+      squares[i] += sign * value * value;
+      valid[i] += finite ? sign : 0;
+    }
+    for (std::size_t i = 0; amplitudes != nullptr && i < valid.size(); ++i)
+      amplitude[i] += sign * static_cast<double>(amplitudes[i]);
+  }
 };
 
 /// Temporal mean, pixel by pixel, over the frames in which the pixel is valid. sigma becomes the standard deviation of
@@ -50,20 +70,13 @@ struct Average final : Filter {
     const Array<float> values = image(frame);
     const Array<float> amplitudes = amplitude(frame);
     const Array<std::uint16_t> bits = flags(frame, values.rows(), values.columns());
-    if (sums_.size() != values.size()) {
-      sums_.assign(values.size(), {});
-      joined_.assign(values.size(), 0);
-    }
+    if (sums_.valid.size() != values.size()) clear(values.size());
     if (*running && taken_ == *frames) forget();
     taken_ = std::min(taken_ + 1, *frames);
     add(values, amplitudes, bits);
     if (!*running && taken_ < *frames) return false;
     give(values, amplitudes, sigma(frame, values.rows(), values.columns()), bits);
-    if (!*running) {
-      taken_ = 0;
-      std::ranges::fill(sums_, PixelSums{});
-      std::ranges::fill(joined_, 0);
-    }
+    if (!*running) clear(values.size());
     return true;
   }
 
@@ -74,68 +87,58 @@ struct Average final : Filter {
     std::vector<std::uint16_t> flags;
   };
 
+  void clear(std::size_t pixels) {
+    taken_ = 0;
+    sums_.reset(pixels);
+    joined_.assign(pixels, 0);
+  }
+
   void add(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits) {
-    if (*running) {
-      window_.push_back(
-          {{values.begin(), values.end()}, {amplitudes.begin(), amplitudes.end()}, {bits.begin(), bits.end()}});
-    } else {
-      for (std::size_t i = 0; i < values.size(); ++i) joined_[i] |= bits[i];
+    sums_.add(values.data(), amplitudes.data(), 1);
+    if (!*running) {
+      for (std::size_t i = 0; i < values.size(); ++i) joined_[i] = static_cast<std::uint16_t>(joined_[i] | bits[i]);
+      return;
     }
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      PixelSums& pixel = sums_[i];
-      ++pixel.seen;
-      if (amplitudes) pixel.amplitude += amplitudes[i];
-      if (!std::isfinite(values[i])) continue;
-      if (pixel.valid++ == 0) pixel.reference = values[i];
-      const double value = values[i] - pixel.reference;
-      pixel.sum += value;
-      pixel.squares += value * value;
-    }
+    Taken kept = std::move(spare_);
+    kept.values.assign(values.begin(), values.end());
+    kept.amplitudes.assign(amplitudes.begin(), amplitudes.end());
+    kept.flags.assign(bits.begin(), bits.end());
+    window_.push_back(std::move(kept));
   }
 
   /// Takes the oldest frame of a running mean out.
   void forget() {
     const Taken& oldest = window_.front();
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      PixelSums& pixel = sums_[i];
-      --pixel.seen;
-      if (!oldest.amplitudes.empty()) pixel.amplitude -= oldest.amplitudes[i];
-      if (!std::isfinite(oldest.values[i])) continue;
-      const double value = oldest.values[i] - pixel.reference;
-      pixel.sum -= value;
-      pixel.squares -= value * value;
-      if (--pixel.valid == 0) pixel.sum = pixel.squares = 0;
-    }
+    sums_.add(oldest.values.data(), oldest.amplitudes.empty() ? nullptr : oldest.amplitudes.data(), -1);
+    spare_ = std::move(window_.front());
     window_.pop_front();
   }
 
   void give(const Array<float>& values, const Array<float>& amplitudes, const Array<float>& deviations,
             const Array<std::uint16_t>& bits) const {
     for (const Taken& taken : window_) {
-      for (std::size_t i = 0; i < values.size(); ++i) bits[i] |= taken.flags[i];
+      for (std::size_t i = 0; i < values.size(); ++i) bits[i] = static_cast<std::uint16_t>(bits[i] | taken.flags[i]);
     }
-    for (std::size_t i = 0; i < values.size(); ++i) bits[i] |= joined_[i];
+    for (std::size_t i = 0; i < values.size(); ++i) bits[i] = static_cast<std::uint16_t>(bits[i] | joined_[i]);
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const PixelSums& pixel = sums_[i];
-      const double n = pixel.valid;
-      if (amplitudes) amplitudes[i] = static_cast<float>(pixel.amplitude / pixel.seen);
-      if (pixel.valid == 0) {
-        values[i] = deviations[i] = std::numeric_limits<float>::quiet_NaN();
-        bits[i] |= flag::invalid;
-        continue;
-      }
-      values[i] = static_cast<float>(pixel.reference + pixel.sum / n);
-      bits[i] &= static_cast<std::uint16_t>(~flag::invalid);
-      const double variance = std::max(pixel.squares - pixel.sum * pixel.sum / n, 0.0) / (n - 1);
-      if (pixel.valid > 1)
-        deviations[i] = static_cast<float>(std::sqrt(variance / n));
-      else if (sigma.made_here())
-        deviations[i] = std::numeric_limits<float>::quiet_NaN();
+      const double n = sums_.valid[i], inverse = 1 / std::max(n, 1.0);
+      const bool any = n > 0;
+      values[i] = any ? static_cast<float>(sums_.reference[i] + sums_.sum[i] * inverse) : nan;
+      bits[i] = static_cast<std::uint16_t>(any ? bits[i] & ~flag::invalid : bits[i] | flag::invalid);
+      const double variance =
+          std::max(sums_.squares[i] - sums_.sum[i] * sums_.sum[i] * inverse, 0.0) / std::max(n - 1, 1.0);
+      const float single = sigma.made_here() ? nan : deviations[i];
+      deviations[i] = n > 1 ? static_cast<float>(std::sqrt(variance * inverse)) : any ? single : nan;
     }
+    const double frames_taken = static_cast<double>(taken_);
+    for (std::size_t i = 0; i < amplitudes.size(); ++i)
+      amplitudes[i] = static_cast<float>(sums_.amplitude[i] / frames_taken);
   }
 
-  std::vector<PixelSums> sums_;
+  PixelSums sums_;
   std::deque<Taken> window_;           // running only
+  Taken spare_;                        // memory of the last frame that left the window
   std::vector<std::uint16_t> joined_;  // otherwise
   std::int64_t taken_ = 0;
 };

@@ -101,8 +101,8 @@ struct Crop final : Filter {
     for (const char* name : {"depth", "range", "distance"}) {
       if ((*channel == "auto" || *channel == name) && setup.find(name) != nullptr) return name;
     }
-    throw ConfigError(
-        "channel", "what arrives has no " + (*channel == "auto" ? std::string("depth, range or distance") : std::string(*channel)));
+    throw ConfigError("channel", "what arrives has no " + (*channel == "auto" ? std::string("depth, range or distance")
+                                                                              : std::string(*channel)));
   }
 
   /// Says what an image becomes; anything else stays.
@@ -159,24 +159,39 @@ struct Crop final : Filter {
     const tofgraph_view length = length_.empty() ? tofgraph_view{} : frame.find(length_.c_str());
     const auto* amplitude = static_cast<const float*>(light.data);
     const auto* lengths = static_cast<const float*>(length.data);
-    std::vector<std::size_t> out;
+    const float low = minimum.given() ? static_cast<float>(*minimum) : -most,
+                high = maximum.given() ? static_cast<float>(*maximum) : most;
+    thread_local std::vector<float> marked;  // NaN where a pixel is out, else 0: loops without branches
+    marked.resize(bits.size());
+    if (lengths != nullptr) {
+      for (std::size_t i = 0; i < bits.size(); ++i) marked[i] = (lengths[i] < low) | (lengths[i] > high) ? nan : 0.0F;
+    } else {
+      std::ranges::fill(marked, 0.0F);
+    }
+    if (amplitude != nullptr) {
+      const auto least = static_cast<float>(*minimum_amplitude);
+      for (std::size_t i = 0; i < bits.size(); ++i) {
+        const bool dark = !(amplitude[i] >= least);
+        marked[i] = dark ? nan : marked[i];
+        bits[i] = static_cast<std::uint16_t>(bits[i] | (dark ? flag::low_signal : 0));
+      }
+    }
     for (std::size_t i = 0; i < bits.size(); ++i) {
-      const bool dark = amplitude != nullptr && !(static_cast<double>(amplitude[i]) >= *minimum_amplitude);
-      const double d = lengths != nullptr ? static_cast<double>(lengths[i]) : 0;
-      const bool beyond =
-          lengths != nullptr && ((minimum.given() && d < *minimum) || (maximum.given() && d > *maximum));
-      if (!dark && !beyond) continue;
-      bits[i] |= static_cast<std::uint16_t>(flag::invalid | (dark ? flag::low_signal : 0));
-      out.push_back(i);
+      bits[i] = static_cast<std::uint16_t>(bits[i] | (marked[i] != 0 ? flag::invalid : 0));
     }
     for (const std::string& name : lengths_) {
       const Array<float> values(frame.modify(name.c_str()));
+      float* value = values.data();
       const std::size_t each = values.size() / bits.size();  // points have three
-      for (const std::size_t i : out)
-        std::fill_n(values.begin() + i * each, each, std::numeric_limits<float>::quiet_NaN());
+      if (each == 1) {
+        for (std::size_t i = 0; i < bits.size(); ++i) value[i] += marked[i];
+      } else {
+        for (std::size_t i = 0; i < values.size(); ++i) value[i] += marked[i / each];
+      }
     }
   }
 
+  static constexpr float nan = std::numeric_limits<float>::quiet_NaN(), most = std::numeric_limits<float>::infinity();
   std::size_t width_ = 0, height_ = 0;
   Bounds columns_{}, rows_{};
   std::string length_;
