@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The plain companions of the measuring chain, each alone through the plugin border, 204 x 204 pixels.
+#include <tofgraph/harness.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <random>
+
+namespace {
+
+constexpr std::size_t size = 204, pixels = size * size;
+
+std::vector<float> noisy(float mean, float deviation) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(mean, deviation);
+  std::vector<float> values(pixels);
+  for (float& v : values) v = noise(random);
+  return values;
+}
+
+/// Runs a stage on a frame with distance or depth, amplitude, sigma and flags, as the chain makes it.
+void run(benchmark::State& state, const std::string& line, const std::string& length) {
+  tofgraph::Harness stage(line);
+  stage.camera("camcube2");
+  stage.put<float>(length, {size, size}, noisy(1.0F, 0.01F));
+  stage.put<float>("amplitude", {size, size}, noisy(1000, 50));
+  stage.put<float>("sigma", {size, size}, std::vector<float>(pixels, 0.003F),
+                   {.unit = "m", .of = length, .applied = "", .from = ""});
+  stage.put<std::uint16_t>("flags", {size, size}, std::vector<std::uint16_t>(pixels, 0));
+  for (auto _ : state) stage.run();
+}
+
+void points(benchmark::State& state, const std::string& line) {
+  tofgraph::Harness stage(line);
+  std::vector<float> all;
+  for (const float v : noisy(1.0F, 0.01F)) all.insert(all.end(), {v, -v, v + 1});
+  stage.put<float>("points", {size, size, 3}, all);
+  for (auto _ : state) stage.run();
+}
+
+BENCHMARK_CAPTURE(run, perpendicular_illumination, "perpendicular_illumination", "distance")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, simple_bistatic_given, "simple_bistatic plane_depth='1 m'", "distance")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, simple_bistatic_estimated, "simple_bistatic", "distance")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, crop_region, "crop columns=[10, 180] rows=[3, 190]", "depth")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, crop_range, "crop minimum='990 mm' minimum_amplitude='900 counts'", "depth")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, average_of_10, "average frames=10", "depth")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, average_running_10, "average frames=10 running=true", "depth")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(points, transform, "transform angles=['1 deg', '2 deg', '3 deg']")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(points, voxel_grid, "voxel_grid size='20 mm'")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(points, statistical_outlier_removal, "statistical_outlier_removal")->Unit(benchmark::kMillisecond);
+
+}  // namespace
