@@ -154,8 +154,8 @@ struct ImageWriter final : Sink {
     } else {
       const Range shown = range(image);
       cv::imencode(".png", picture(image, shown, number), bytes);
-      bytes =
-          with_description(bytes, fmt::format("{}, colours from {} to {} {}", channel_, shown.low, shown.high, unit_));
+      bytes = with_description(
+          bytes, fmt::format("{}, colours from {:.6g} to {:.6g} {}", channel_, shown.low, shown.high, unit_));
     }
     io::OutputFile file(pattern_.path(number));
     file.write(std::as_bytes(std::span(bytes)));

@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures, read with OpenCV.
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <tofgraph/harness.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/program.hpp"
+#include "tests/unit/full_disk.hpp"
+
+namespace tofgraph::tests {
+namespace {
+
+namespace fs = std::filesystem;
+const float none = std::numeric_limits<float>::quiet_NaN();
+
+class ImageStage : public testing::Test {
+ protected:
+  TemporaryFolder folder;
+  const std::vector<float> range = {0.5F, 1.0F, none, 1.5F, 2.0004F, 70.0F};
+
+  std::string line(const std::string& name, const std::string& more) const {
+    return "image_writer path='" + (folder.path() / name).string() + "' overwrite=true " + more;
+  }
+  void put(Harness& stage) const {
+    stage.put<float>("range", {2, 3}, range);
+    stage.put<float>("amplitude", {2, 3}, {0, 1, 2, 3, 4.4F, 4.6F});
+    stage.put<std::uint16_t>("flags", {2, 3}, {0, 0, 1, 2, 1024, 65535});
+    stage.put<float>("points", {2, 3, 3}, std::vector<float>(18));
+  }
+  cv::Mat written(const std::string& name, const std::string& more) const {
+    Harness stage(line(name, more));
+    put(stage);
+    stage.run();
+    std::string file = name;
+    if (const auto at = file.find("{frame}"); at != std::string::npos) file.replace(at, 7, "0");
+    return cv::imread((folder.path() / file).string(), cv::IMREAD_UNCHANGED);
+  }
+  std::string why(const std::string& name, const std::string& more) const {
+    return thrown([&] {
+      Harness stage(line(name, more));
+      put(stage);
+      stage.prepare();
+    });
+  }
+};
+
+void expect_words(const std::string& message, const std::string& words) {
+  EXPECT_NE(message.find(words), std::string::npos) << words << " is not in: " << message;
+}
+
+cv::Mat viridis() {
+  cv::Mat levels(1, 256, CV_8U), map;
+  for (int i = 0; i < 256; ++i) levels.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
+  cv::applyColorMap(levels, map, cv::COLORMAP_VIRIDIS);
+  return map;
+}
+
+std::vector<std::uint16_t> counts(const cv::Mat& image) {
+  EXPECT_EQ(image.type(), CV_16UC1);
+  return {image.begin<std::uint16_t>(), image.end<std::uint16_t>()};
+}
+
+TEST_F(ImageStage, FloatsAreKeptBitForBit) {
+  const cv::Mat image = written("a_{frame}.tif", "");
+  ASSERT_EQ(image.type(), CV_32FC1);
+  ASSERT_EQ(image.size(), cv::Size(3, 2));
+  EXPECT_EQ(std::memcmp(image.ptr<float>(0), range.data(), 12), 0);
+  EXPECT_EQ(std::memcmp(image.ptr<float>(1), range.data() + 3, 12), 0);
+}
+
+TEST_F(ImageStage, CountsAreMillimetresUnlessSaidOtherwise) {
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16")),
+            std::vector<std::uint16_t>({500, 1000, 0, 1500, 2000, 65535}));
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16 scale='0.1 mm'")),
+            std::vector<std::uint16_t>({5000, 10000, 0, 15000, 20004, 65535}));
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16 scale='2 mm'"))[5], 35000);
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16 channel=amplitude")),
+            std::vector<std::uint16_t>({0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16 channel=amplitude scale='0.1 counts'"))[4], 44);
+  EXPECT_EQ(counts(written("a_{frame}.png", "format=uint16 channel=flags")),
+            std::vector<std::uint16_t>({0, 0, 1, 2, 1024, 65535}));
+}
+
+TEST_F(ImageStage, ThePictureSaysWhatACountIs) {
+  written("a_{frame}.png", "format=uint16 scale='0.1 mm'");
+  expect_words(read_text(folder.path() / "a_0.png"),
+               std::string("tEXtDescription") + '\0' + "range, 0.0001 m per count, 0 is invalid");
+}
+
+TEST_F(ImageStage, WhatDoesNotFitIsTold) {
+  Harness stage(line("a_{frame}.png", "format=uint16"));
+  put(stage);
+  stage.run();
+  put(stage);
+  stage.run();
+  ASSERT_EQ(stage.messages().size(), 1U) << "once";
+  expect_words(stage.messages()[0], "1 pixels of range are beyond 0 to 65.535 m and were cut: give a greater scale");
+}
+
+TEST_F(ImageStage, ColoursStandForValues) {
+  // A ramp over the whole scale: enlarged 4 times, below a title of 24 and a margin of 12 dots.
+  std::vector<float> values(64 * 64);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = 1 + static_cast<float>(i % 64) / 63;
+  values[0] = none;
+  Harness stage(line("a_{frame}.png", "minimum='1 m' maximum='2 m' zoom=4"));
+  stage.put<float>("depth", {64, 64}, values);
+  stage.run();
+  const cv::Mat picture = cv::imread((folder.path() / "a_0.png").string());
+  const auto pixel = [&](int column, int row) { return picture.at<cv::Vec3b>(36 + 4 * row + 1, 12 + 4 * column + 1); };
+  const cv::Mat map = viridis();
+  for (int column = 0; column < 64; ++column) {
+    const int level = static_cast<int>(std::lround(255.0 * column / 63));
+    const cv::Vec3b expected = map.at<cv::Vec3b>(level), found = pixel(column, 5);
+    EXPECT_LE(cv::norm(expected, found, cv::NORM_INF), 3) << column;  // one level of 256
+  }
+  EXPECT_EQ(pixel(0, 0), cv::Vec3b(170, 170, 170)) << "invalid is grey";
+}
+
+TEST_F(ImageStage, TheScaleIsBesideThePicture) {
+  written("a_{frame}.png", "minimum='1 m' maximum='2 m' zoom=64");
+  const cv::Mat picture = cv::imread((folder.path() / "a_0.png").string());
+  const int bar = 12 + 192 + 12 + 11;              // its middle: margin, image, margin, half of the bar
+  const int top = 36, bottom = 36 + 160 - 40 - 1;  // at least 160 dots high
+  const cv::Mat map = viridis();
+  for (int row = top + 1; row < bottom; ++row) {  // the greatest value on top
+    const int level = static_cast<int>(std::lround(255.0 * (bottom - row) / (bottom - top)));
+    double least = 255;
+    for (int near = std::max(0, level - 2); near <= std::min(255, level + 2); ++near)
+      least = std::min(least, cv::norm(picture.at<cv::Vec3b>(row, bar), map.at<cv::Vec3b>(near), cv::NORM_INF));
+    EXPECT_LE(least, 2) << row;
+  }
+  cv::Mat grey;
+  cv::cvtColor(picture(cv::Rect(bar + 16, top, 70, bottom - top)), grey, cv::COLOR_BGR2GRAY);
+  EXPECT_GT(cv::countNonZero(grey < 128), 100) << "numbers stand beside the bar";
+}
+
+TEST_F(ImageStage, AutomaticLimitsLeaveOutliersOut) {
+  std::vector<float> values(1000);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i) / 1000;
+  values[999] = 1000;
+  Harness stage(line("a_{frame}.png", ""));
+  stage.put<float>("depth", {10, 100}, values);
+  stage.run();
+  expect_words(read_text(folder.path() / "a_0.png"), "depth, colours from 0.01");
+  expect_words(read_text(folder.path() / "a_0.png"), " to 0.989");
+}
+
+TEST_F(ImageStage, AnImageWithoutValidPixelsIsGrey) {
+  Harness stage(line("a_{frame}.png", "zoom=1"));
+  stage.put<float>("depth", {2, 2}, std::vector<float>(4, none));
+  stage.run();
+  EXPECT_EQ(cv::imread((folder.path() / "a_0.png").string()).at<cv::Vec3b>(37, 13), cv::Vec3b(170, 170, 170));
+}
+
+TEST_F(ImageStage, ChecksBeforeTheFirstFrame) {
+  expect_words(why("a.jpg", ""), "parameter 'path': ends in '.jpg', expected .png or .tif");
+  expect_words(why("a.tif", "format=color"), "parameter 'format': color is written as .png, but path ends in .tif");
+  expect_words(why("a.png", "format=float32"), "float32 is written as .tif, but path ends in .png");
+  expect_words(why("a.png", "channel=brightness"),
+               "there is no 'brightness'; what arrives has range, amplitude, flags, points");
+  expect_words(why("a.png", "channel=points"), "'points' has 3 dimensions, an image has two");
+  expect_words(why("a.png", "minimum=3"), "parameter 'minimum': 'range' is in m: write e.g. minimum: 500 mm");
+  expect_words(why("a.png", "channel=amplitude maximum='3 mm'"),
+               "'amplitude' is in counts: write e.g. maximum: 100 counts");
+  expect_words(why("a.png", "scale='3 s'"), "'scale' is '3 s': it has none of the units m|counts|1");
+  expect_words(why("a.png", "minimum='3 m' maximum='2 m'"), "parameter 'minimum': must be less than maximum");
+  expect_words(why("a_{x}.png", ""), "{x} is not known");
+  write_text(folder.path() / "b_4.png", "precious");
+  const std::string existing = thrown([&] {
+    Harness stage("image_writer path='" + (folder.path() / "b_{frame}.png").string() + "'");
+    put(stage);
+    stage.prepare();
+  });
+  expect_words(existing, "b_4.png exists already: --force or overwrite: true allows to replace it");
+}
+
+TEST_F(ImageStage, AFullDiskIsAnErrorAndLeavesNothing) {
+  const SmallDisk disk("16k");
+  if (!disk.available()) GTEST_SKIP() << "no right to mount a small disk";
+  Harness stage("image_writer path='" + (disk.path() / "a_{frame}.tif").string() + "'");
+  stage.put<float>("depth", {200, 200}, std::vector<float>(40000, 1));
+  expect_words(thrown([&] { stage.run(); }), "a_0.tif cannot be written: No space left on device");
+  EXPECT_TRUE(listing(disk.path()).empty());
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
