@@ -179,12 +179,13 @@ struct Statistics final : Sink {
     const Region r = region(lengths.rows(), lengths.columns());
     std::vector<double> values;
     std::vector<Eigen::Vector3d> points;
+    const bool plane = input.rays != nullptr && !value.given();
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column);
         if (!std::isfinite(length)) continue;
         values.push_back(length);
-        if (input.rays != nullptr && !value.given()) {
+        if (plane) {
           const float* ray = input.rays + 3 * (row * lengths.columns() + column);
           const Eigen::Vector3d direction = Eigen::Vector3f(ray[0], ray[1], ray[2]).cast<double>();
           points.push_back(input.channel == "depth" ? direction * ((length - input.offset) / direction.z())
@@ -226,8 +227,8 @@ struct Statistics final : Sink {
       inputs.push_back(std::move(entry));
     }
     nlohmann::json all{{"format", "tofgraph-statistics"}, {"version", 1}, {"unit", "m"}, {"inputs", inputs}};
-    if (columns.given()) all["columns"] = *columns;
-    if (rows.given()) all["rows"] = *rows;
+    if (columns.given()) all["columns"] = std::vector<std::uint64_t>(columns->begin(), columns->end());
+    if (rows.given()) all["rows"] = std::vector<std::uint64_t>(rows->begin(), rows->end());
     if (value.given()) all["value"] = *value;
     return all.dump(2) + "\n";
   }

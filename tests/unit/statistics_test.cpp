@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Statistics against closed forms, published numbers and another library's decomposition.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <tofgraph/harness.hpp>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/program.hpp"
+#include "tests/unit/cameras.hpp"
+#include "tests/unit/full_disk.hpp"
+
+namespace tofgraph::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+const float none = std::numeric_limits<float>::quiet_NaN();
+
+class StatisticsStage : public testing::Test {
+ protected:
+  TemporaryFolder folder;
+  fs::path path = folder.path() / "out" / "s.json";
+  std::string line(const std::string& more = {}) const { return "statistics path=" + path.string() + " " + more; }
+
+  /// What the stage says of these frames of one channel.
+  json of(const std::string& channel, const std::vector<std::uint64_t>& size,
+          const std::vector<std::vector<float>>& frames, const std::string& more = {},
+          const tofgraph_camera* camera = nullptr) const {
+    Harness stage(line("overwrite=true " + more));
+    if (camera != nullptr) stage.camera(test::profile_of(*camera));
+    for (const auto& frame : frames) {
+      stage.put<float>(channel, size, frame);
+      stage.run();
+    }
+    stage.finish();
+    return json::parse(read_text(path)).at("inputs").at(0);
+  }
+};
+
+void expect_words(const std::string& message, const std::string& words) {
+  EXPECT_NE(message.find(words), std::string::npos) << words << " is not in: " << message;
+}
+
+TEST_F(StatisticsStage, OneToTenIsKnown) {
+  std::vector<float> values;
+  for (int i = 1; i <= 10; ++i) values.push_back(static_cast<float>(i));
+  const json s = of("depth", {2, 5}, {values}, "value='5 m'");
+  EXPECT_EQ(s["count"], 10);
+  EXPECT_DOUBLE_EQ(s["mean"], 5.5);
+  EXPECT_DOUBLE_EQ(s["sd"], std::sqrt(82.5 / 9));    // sum of squares about the mean: n (n^2 - 1) / 12
+  EXPECT_DOUBLE_EQ(s["rms"], std::sqrt(85.0 / 10));  // 16 + 9 + 4 + 1 + 0 + 1 + 4 + 9 + 16 + 25
+  EXPECT_EQ(s["min"], 1);
+  EXPECT_EQ(s["max"], 10);
+  EXPECT_EQ(s["rms_against"], "value");
+  EXPECT_EQ(s["channel"], "depth");
+  EXPECT_EQ(s["name"], "input");
+}
+
+TEST_F(StatisticsStage, FramesAreKeptApartAndPooled) {
+  const json s = of("range", {1, 2}, {{1, 3}, {none, 11}, {none, none}}, "value='1 m'");
+  ASSERT_EQ(s["frames"].size(), 3U);
+  EXPECT_EQ(s["frames"][0]["mean"], 2);
+  EXPECT_EQ(s["frames"][0]["frame"], 0);
+  EXPECT_EQ(s["frames"][1]["count"], 1);
+  EXPECT_EQ(s["frames"][1]["mean"], 11);
+  EXPECT_TRUE(s["frames"][1]["sd"].is_null()) << "one value has no deviation";
+  EXPECT_EQ(s["frames"][2]["count"], 0);
+  for (const char* key : {"mean", "sd", "rms", "min", "max"}) EXPECT_TRUE(s["frames"][2][key].is_null()) << key;
+  EXPECT_EQ(s["count"], 3);
+  EXPECT_DOUBLE_EQ(s["mean"], 5);
+  EXPECT_DOUBLE_EQ(s["sd"], std::sqrt((16.0 + 4 + 36) / 2));  // of 1, 3, 11
+  EXPECT_DOUBLE_EQ(s["rms"], std::sqrt((0.0 + 4 + 100) / 3));
+}
+
+TEST_F(StatisticsStage, TheRegionHasBothEnds) {
+  std::vector<float> values(20);
+  for (std::size_t i = 0; i < 20; ++i) values[i] = static_cast<float>(i);
+  const json s = of("distance", {4, 5}, {values}, "columns=[1,2] rows=[2,3]");
+  EXPECT_EQ(s["count"], 4);
+  EXPECT_DOUBLE_EQ(s["mean"], (11.0 + 12 + 16 + 17) / 4);
+}
+
+TEST_F(StatisticsStage, ManyFramesOfSmallDeviationsKeepTheirDigits) {
+  // 7 m with +-1 um: squares of the values themselves would lose it.
+  const json s = of("depth", {1, 2}, std::vector<std::vector<float>>(1000, {7.0F, 7.0F + 4.76837158203125e-7F}));
+  EXPECT_NEAR(s["sd"].get<double>(), 4.76837158203125e-7 / 2 * std::sqrt(2000.0 / 1999), 1e-15);
+}
+
+TEST_F(StatisticsStage, ABoardHasThePublishedMeanAndDeviation) {
+  // The reference's table of modelled depths: 500 mm, whole sensor: 517.32 mm, sd 10.03 mm.
+  const Outcome outcome = shell(
+      "\"$TOFGRAPH\" run 'simulator distance=\"500 mm\" noise=none ! four_phase_decoder ! statistics path=s.json' "
+      "--camera camcube2",
+      folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json s = json::parse(read_text(folder.path() / "s.json"))["inputs"][0];
+  EXPECT_NEAR(s["mean"].get<double>(), 517.32e-3, 0.01e-3);
+  EXPECT_NEAR(s["sd"].get<double>(), 10.03e-3, 0.01e-3);
+  EXPECT_EQ(s["count"], 204 * 204);
+  EXPECT_TRUE(s["rms"].is_null()) << "a raw distance is no point of a plane";
+  EXPECT_TRUE(s["rms_against"].is_null());
+}
+
+// The plane.
+
+constexpr std::uint32_t height = 24, width = 32;
+
+test::Camera small_camera() { return {width, height, 12.8e-3, 400e-6, {{"lamp", {0, 0, 0}, 1}}}; }
+
+TEST_F(StatisticsStage, ATiltedPlaneHasNoRms) {
+  const test::Camera camera = small_camera();
+  const double normal[] = {0.2, -0.3, std::sqrt(1 - 0.13)}, offset = 1.7;  // m, in the optical frame
+  std::vector<float> range, depth;
+  for (std::size_t i = 0; i < width * height; ++i) {
+    const float* ray = &camera.rays[3 * i];
+    const double r = offset / (normal[0] * ray[0] + normal[1] * ray[1] + normal[2] * ray[2]);
+    range.push_back(static_cast<float>(r));
+    depth.push_back(static_cast<float>(r * ray[2] + 12.8e-3));  // from the sensor plane
+  }
+  const json of_range = of("range", {height, width}, {range}, "", &camera.view);
+  EXPECT_LT(of_range["rms"].get<double>(), 2e-7) << "floats of 2 m";
+  EXPECT_EQ(of_range["rms_against"], "plane");
+  EXPECT_LT(of("depth", {height, width}, {depth}, "", &camera.view)["rms"].get<double>(), 2e-7);
+  EXPECT_GT(of_range["sd"].get<double>(), 0.05) << "which is not the deviation of the values";
+}
+
+TEST_F(StatisticsStage, AChessboardOfStepsIsItsStepFromThePlane) {
+  const test::Camera camera = small_camera();
+  std::vector<float> depth;
+  for (std::size_t i = 0; i < width * height; ++i)
+    depth.push_back((i % width + i / width) % 2 == 0 ? 2.0F - 0.015625F : 2.0F + 0.015625F);
+  // The steps make points of two parallel planes that share every direction: no other plane is nearer.
+  EXPECT_NEAR(of("depth", {height, width}, {depth}, "", &camera.view)["rms"].get<double>(), 0.015625, 2e-6);
+}
+
+TEST_F(StatisticsStage, TheFittedPlaneIsThatOfAnotherLibrary) {
+  const test::Camera camera = small_camera();
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<float> range;
+  cv::Mat points;
+  for (std::size_t i = 0; i < width * height; ++i) {
+    const float* ray = &camera.rays[3 * i];
+    range.push_back(i % 17 == 0 ? none : static_cast<float>(1.5 / ray[2] + 0.3 * ray[0] + noise(random)));
+    if (!std::isnan(range.back()))
+      points.push_back(cv::Mat(cv::Matx13d(ray[0], ray[1], ray[2]) * double{range.back()}));
+  }
+  cv::Mat centre;
+  cv::reduce(points, centre, 0, cv::REDUCE_AVG);
+  const cv::SVD decomposition(points - cv::repeat(centre, points.rows, 1), cv::SVD::NO_UV);
+  const double expected = decomposition.w.at<double>(2) / std::sqrt(points.rows);
+  EXPECT_NEAR(of("range", {height, width}, {range}, "", &camera.view)["rms"].get<double>(), expected, 1e-12);
+}
+
+TEST_F(StatisticsStage, NoPlaneWithoutTheFocalLengthInMetres) {
+  test::Camera camera = small_camera();
+  camera.view.focal_length = std::nan("");
+  camera.view.pitch[0] = camera.view.pitch[1] = std::nan("");
+  const std::vector<float> values(width * height, 2);
+  EXPECT_TRUE(of("depth", {height, width}, {values}, "", &camera.view)["rms_against"].is_null());
+  EXPECT_EQ(of("range", {height, width}, {values}, "", &camera.view)["rms_against"], "plane");
+}
+
+// Many inputs, formats, mistakes.
+
+TEST_F(StatisticsStage, InputsCarryTheNamesOfTheirNodes) {
+  const std::string nodes =
+      "pipeline: 1\ncamera: camcube2\nnodes:\n"
+      "  - {name: board, stage: simulator, noise: none, frames: 2}\n"
+      "  - {name: decode, stage: four_phase_decoder}\n"
+      "  - {name: correct, stage: optimized_bistatic}\n"
+      "  - {stage: statistics, inputs: [decode, correct], value: 500 mm, columns: [100, 103], rows: [100, 103]";
+  write_text(folder.path() / "p.yaml",
+             nodes + ", path: s.csv}\n  - {name: second, stage: statistics, inputs: [correct]}\n");
+  const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml", folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream csv(read_text(folder.path() / "s.csv"));
+  std::vector<std::string> lines;
+  for (std::string text; std::getline(csv, text);) lines.push_back(text);
+  ASSERT_EQ(lines.size(), 7U);
+  EXPECT_EQ(lines[0], "name,channel,frame,count,mean_m,sd_m,min_m,max_m,rms_m,rms_against");
+  EXPECT_EQ(lines[1].substr(0, 23), "decode,distance,all,32,");
+  EXPECT_EQ(lines[2].substr(0, 21), "decode,distance,0,16,");
+  EXPECT_EQ(lines[4].substr(0, 21), "correct,depth,all,32,");
+  EXPECT_EQ(lines[6].substr(0, 19), "correct,depth,1,16,");
+  EXPECT_EQ(lines[6].substr(lines[6].rfind(',') + 1), "value");
+  expect_words(outcome.out, "mean/mm");
+  expect_words(outcome.out, "correct              depth");
+}
+
+TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
+  const auto why = [&](const std::string& more) {
+    return thrown([&] {
+      Harness stage(more);
+      stage.put<float>("depth", {4, 5}, std::vector<float>(20));
+      stage.prepare();
+    });
+  };
+  expect_words(why("statistics columns=[1,5]"),
+               "parameter 'columns': 5 is outside of the image, whose columns are 0 to 4");
+  expect_words(why("statistics rows=[3,2]"), "parameter 'rows': expected the first and the last, e.g. rows: [90, 113]");
+  expect_words(why("statistics rows=[1.5,2]"), "expected the first and the last");
+  expect_words(why("statistics path=a.txt"), "'path': ");
+  expect_words(why("statistics path=a.txt"), "says nothing about the format: end it in .csv or .json");
+  expect_words(why("statistics channel=range"), "needs range; what arrives has depth");
+  write_text(path, "precious");
+  expect_words(why(line()), path.string() + " exists already: --force or overwrite: true allows to replace it");
+}
+
+TEST_F(StatisticsStage, AFullDiskIsAnErrorAtTheEnd) {
+  const SmallDisk disk("4k");
+  if (!disk.available()) GTEST_SKIP() << "no right to mount a small disk";
+  Harness stage("statistics path=" + (disk.path() / "s.json").string());
+  for (int i = 0; i < 100; ++i) {
+    stage.put<float>("depth", {1, 2}, {1, 2});
+    stage.run();
+  }
+  expect_words(thrown([&] { stage.finish(); }), "s.json cannot be written: No space left on device");
+  EXPECT_TRUE(listing(disk.path()).empty());
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
