@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
         ++valid;
       }
       std::printf("frame %llu: %u x %u points, %d valid, mean depth %.4f m\n",
-                  static_cast<unsigned long long>(frame.metadata().number), cloud->width, cloud->height, valid, sum / valid);
+                  static_cast<unsigned long long>(frame.metadata().number), cloud->width, cloud->height, valid,
+                  sum / valid);
     });
     const auto result = pipeline.run();
     std::printf("%llu frames in %.3f s\n", static_cast<unsigned long long>(result.frames), result.seconds);

@@ -6,13 +6,13 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <unistd.h>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <unistd.h>
 
 namespace tofgraph::tests {
 
@@ -53,8 +53,10 @@ class TemporaryFolder {
 inline Outcome shell(const std::string& command, const std::filesystem::path& folder) {
   const TemporaryFolder scratch;
   const std::string out = (scratch.path() / "out").string(), err = (scratch.path() / "err").string();
-  const std::string line = "cd '" + folder.string() + "' && export TOFGRAPH='" TOFGRAPH_PROGRAM "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR
-                           "/tests/plugins' XDG_CACHE_HOME='" TOFGRAPH_BINARY_DIR "/tests/cache'; (" + command + ") >'" + out + "' 2>'" + err + "' </dev/null";
+  const std::string line = "cd '" + folder.string() +
+                           "' && export TOFGRAPH='" TOFGRAPH_PROGRAM "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR
+                           "/tests/plugins' XDG_CACHE_HOME='" TOFGRAPH_BINARY_DIR "/tests/cache'; (" +
+                           command + ") >'" + out + "' 2>'" + err + "' </dev/null";
   const int status = std::system(line.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
 }

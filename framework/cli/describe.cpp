@@ -5,8 +5,8 @@
 #include "core/quantity.hpp"
 #include "io/profile.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace tofgraph::cli {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "io/profile.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace tofgraph::cli {
 namespace {

@@ -5,8 +5,8 @@
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <unistd.h>
 #include <csignal>

@@ -89,7 +89,8 @@ void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, D
   if (centre.size() == 2)
     std::ranges::copy(centre, camera.principal_point);
   else if (document.is_map())
-    diagnostics.error(place_of(document, "principal_point"), "'principal_point' needs two numbers", "example: principal_point: [101.5, 101.5]");
+    diagnostics.error(place_of(document, "principal_point"), "'principal_point' needs two numbers",
+                      "example: principal_point: [101.5, 101.5]");
   const std::vector<double> distortion = reader.numbers("distortion", "", "[0, 0, 0, 0, 0]");
   if (distortion.size() > 5)
     diagnostics.error(place_of(document, "distortion"), "'distortion' has at most five numbers: k1 k2 p1 p2 k3");
@@ -102,7 +103,8 @@ std::uint32_t read_size(Reader& reader, std::string_view key, Diagnostics& diagn
   const double size = reader.number(key, "", "204", std::nullopt);
   if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
   if (diagnostics.errors() == errors) {
-    diagnostics.error(reader.take(key)->value.at, fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
+    diagnostics.error(reader.take(key)->value.at,
+                      fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
   }
   return 1;
 }

@@ -20,8 +20,7 @@ namespace tofgraph {
 struct CaptureWriter final : Sink {
   In<void> every{this, "*", {.text = "what is recorded"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
-  Param<std::string> channels{
-      this, "channels", {.text = "which to record, e.g. [distance, amplitude]; default: all"}};
+  Param<std::string> channels{this, "channels", {.text = "which to record, e.g. [distance, amplitude]; default: all"}};
   Param<std::int64_t> compression{
       this, "compression", {.fallback = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};

@@ -11,11 +11,14 @@
 namespace tofgraph::tests {
 namespace {
 
-Outcome run(const std::string& arguments, const TemporaryFolder& folder) { return shell("\"$TOFGRAPH\" run " + arguments, folder.path()); }
+Outcome run(const std::string& arguments, const TemporaryFolder& folder) {
+  return shell("\"$TOFGRAPH\" run " + arguments, folder.path());
+}
 
 TEST(Graph, FramesArriveInOrderWithSeveralInFlight) {
   const TemporaryFolder folder;
-  const Outcome outcome = run("'ramp frames=500 ! scale factor=2 ! make_depth offset=\"500 mm\" ! collect path=a.txt' --threads 4", folder);
+  const Outcome outcome =
+      run("'ramp frames=500 ! scale factor=2 ! make_depth offset=\"500 mm\" ! collect path=a.txt' --threads 4", folder);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   std::istringstream lines(read_text(folder.path() / "a.txt"));
   for (int i = 0; i < 500; ++i) {
@@ -49,12 +52,13 @@ TEST(Graph, FanOutSharesTheFrameAndEverySinkRuns) {
 
 TEST(Graph, BranchesJoinByFrameNumber) {
   const TemporaryFolder folder;
-  write_text(folder.path() / "p.yaml",
-             "pipeline: 1\nnodes:\n"
-             "  - {name: grab, stage: ramp, frames: 200}\n"
-             "  - {name: slow, stage: make_depth, offset: 250 mm, pause: 1 ms, inputs: [grab]}\n"
-             "  - {name: joined, stage: scale, channel: depth, factor: 2, inputs: {depth: slow, depth|distance: grab}}\n"
-             "  - {stage: collect, path: a.txt}\n");
+  write_text(
+      folder.path() / "p.yaml",
+      "pipeline: 1\nnodes:\n"
+      "  - {name: grab, stage: ramp, frames: 200}\n"
+      "  - {name: slow, stage: make_depth, offset: 250 mm, pause: 1 ms, inputs: [grab]}\n"
+      "  - {name: joined, stage: scale, channel: depth, factor: 2, inputs: {depth: slow, depth|distance: grab}}\n"
+      "  - {stage: collect, path: a.txt}\n");
   Outcome outcome = run("p.yaml", folder);
   EXPECT_EQ(outcome.exit_code, 2) << "no port has that name";
   write_text(folder.path() / "p.yaml",
@@ -72,7 +76,9 @@ TEST(Graph, SteadyStateAllocatesNoBuffers) {
   const TemporaryFolder folder;
   std::set<int> allocated;
   for (const char* frames : {"200", "2000"}) {
-    const Outcome outcome = run(std::string("'ramp width=300 height=300 frames=") + frames + " ! scale ! make_depth ! null' --force --stats s.json", folder);
+    const Outcome outcome = run(std::string("'ramp width=300 height=300 frames=") + frames +
+                                    " ! scale ! make_depth ! null' --force --stats s.json",
+                                folder);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     allocated.insert(nlohmann::json::parse(read_text(folder.path() / "s.json"))["buffers_allocated"].get<int>());
   }
@@ -84,7 +90,8 @@ TEST(Graph, AnErrorDrainsTheGraphAndNamesNodeAndFrame) {
   const TemporaryFolder folder;
   const Outcome outcome = run("'ramp frames=1000 ! make_depth fail_at=20 ! collect path=a.txt' --threads 2", folder);
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.err.find("node 'make_depth' (make_depth), frame 20: told to fail"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("node 'make_depth' (make_depth), frame 20: told to fail"), std::string::npos)
+      << outcome.err;
   const std::string text = read_text(folder.path() / "a.txt");
   EXPECT_NE(text.find("19 make_depth=19\n"), std::string::npos) << "what came before the error is complete";
   EXPECT_EQ(text.find("21 "), std::string::npos);
@@ -92,7 +99,9 @@ TEST(Graph, AnErrorDrainsTheGraphAndNamesNodeAndFrame) {
 
 TEST(Graph, AnInterruptEndsInOrder) {
   const TemporaryFolder folder;
-  const Outcome outcome = shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=a.txt' & sleep 0.7; kill -INT $!; wait $!", folder.path());
+  const Outcome outcome =
+      shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=a.txt' & sleep 0.7; kill -INT $!; wait $!",
+            folder.path());
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
   EXPECT_NE(read_text(folder.path() / "a.txt").find("\n100 ramp=100\n"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt.part"));
@@ -147,7 +156,11 @@ TEST(Explain, TellsWhatWasDoneAndDrawsTheGraph) {
   const std::string line = " 'ramp ! make_depth table=t.txt offset=\"3 mm\" ! collect path=a.txt'";
   const Outcome text = shell("\"$TOFGRAPH\" explain" + line, folder.path());
   ASSERT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_NE(text.out.find("makes   depth (float32 4 x 8, m): along z from the sensor plane; applied so far: make_depth, linearised"), std::string::npos) << text.out;
+  EXPECT_NE(
+      text.out.find(
+          "makes   depth (float32 4 x 8, m): along z from the sensor plane; applied so far: make_depth, linearised"),
+      std::string::npos)
+      << text.out;
   EXPECT_NE(text.out.find("offset=3 mm"), std::string::npos);
   // The published SHA-256 of "abc" (FIPS 180-2, B.1).
   EXPECT_NE(text.out.find("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"), std::string::npos);
@@ -158,7 +171,9 @@ TEST(Explain, TellsWhatWasDoneAndDrawsTheGraph) {
 TEST(CommandLine, HelpAndVersion) {
   const Outcome help = shell("\"$TOFGRAPH\" --help && \"$TOFGRAPH\" run --help", "/tmp");
   EXPECT_EQ(help.exit_code, 0);
-  EXPECT_NE(help.out.find("Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted"), std::string::npos);
+  EXPECT_NE(
+      help.out.find("Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted"),
+      std::string::npos);
   EXPECT_NE(help.out.find("--stats"), std::string::npos);
   EXPECT_EQ(shell("\"$TOFGRAPH\" --version", "/tmp").out, "tofgraph " TOFGRAPH_VERSION "\n");
   EXPECT_EQ(shell("\"$TOFGRAPH\"", "/tmp").exit_code, 2);

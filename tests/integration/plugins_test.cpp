@@ -8,7 +8,9 @@ namespace {
 
 const std::string broken = TOFGRAPH_BINARY_DIR "/tests/broken";
 
-Outcome with_broken(const std::string& arguments) { return shell("\"$TOFGRAPH\" --plugin-path " + broken + " " + arguments, "/tmp"); }
+Outcome with_broken(const std::string& arguments) {
+  return shell("\"$TOFGRAPH\" --plugin-path " + broken + " " + arguments, "/tmp");
+}
 
 struct Case {
   const char* plugin;
@@ -35,7 +37,8 @@ INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
                                          Case{"no_descriptor", "gave no descriptor"},
                                          Case{"crashes_when_loaded", "crashed while it was loaded (signal 11"},
                                          Case{"ends_the_process", "ended the process that loaded it (exit code 7)"},
-                                         Case{"missing_library", "needs the library 'libtofgraph_absent.so', which is not installed"},
+                                         Case{"missing_library",
+                                              "needs the library 'libtofgraph_absent.so', which is not installed"},
                                          Case{"undefined_symbol", "needs the symbol 'tofgraph_defined_nowhere'"}),
                          [](const auto& info) { return std::string(info.param.plugin); });
 
@@ -47,16 +50,22 @@ TEST(BrokenPlugin, ThatThrowsInItsConstructorIsToldWithItsWords) {
 
 TEST(BrokenPlugin, ThatThrowsWhileRunningEndsTheRunInOrder) {
   const TemporaryFolder folder;
-  const Outcome run = shell("\"$TOFGRAPH\" --plugin-path " + broken + " run 'ramp ! throws_in_process ! collect path=a.txt'", folder.path());
+  const Outcome run = shell(
+      "\"$TOFGRAPH\" --plugin-path " + broken + " run 'ramp ! throws_in_process ! collect path=a.txt'", folder.path());
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find("node 'throws_in_process' (throws_in_process), frame 3: threw something that is no std::exception"), std::string::npos) << run.err;
-  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 throws_in_process=0\n1 throws_in_process=1\n2 throws_in_process=2\n");
+  EXPECT_NE(
+      run.err.find("node 'throws_in_process' (throws_in_process), frame 3: threw something that is no std::exception"),
+      std::string::npos)
+      << run.err;
+  EXPECT_EQ(read_text(folder.path() / "a.txt"),
+            "0 throws_in_process=0\n1 throws_in_process=1\n2 throws_in_process=2\n");
 }
 
 TEST(BrokenPlugin, ThatGivesAnotherShapeIsRefused) {
   const Outcome run = with_broken("run 'ramp ! wrong_shape ! null'");
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find("frame 0: 'depth' is float32 2 x 3, announced was float32 4 x 8, m"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("frame 0: 'depth' is float32 2 x 3, announced was float32 4 x 8, m"), std::string::npos)
+      << run.err;
 }
 
 TEST(BrokenPlugin, ThatWritesWhatItDidNotAnnounceIsRefused) {

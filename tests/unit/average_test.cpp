@@ -93,7 +93,8 @@ TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {
   for (std::uint16_t f = 0; f < 2; ++f) {
     stage.put<float>("depth", {1, 2}, {1.0F, f == 0 ? NAN : 2.0F});
     stage.put<float>("amplitude", {1, 2}, {100.0F + f, 10.0F});
-    stage.put<std::uint16_t>("flags", {1, 2}, {f == 0 ? std::uint16_t{8} : std::uint16_t{2}, f == 0 ? std::uint16_t{1} : std::uint16_t{0}});
+    stage.put<std::uint16_t>(
+        "flags", {1, 2}, {f == 0 ? std::uint16_t{8} : std::uint16_t{2}, f == 0 ? std::uint16_t{1} : std::uint16_t{0}});
     EXPECT_EQ(stage.run(), f == 1);
   }
   EXPECT_EQ(stage.get<float>("amplitude"), (Image{100.5F, 10.0F}));

@@ -95,7 +95,9 @@ TEST(PmdRawReader, ReadsTheWholeFramesAndReportsTheRest) {
   expect_frame(stage, 0);
   EXPECT_FALSE(stage.run());
   ASSERT_EQ(stage.messages().size(), 1U);
-  EXPECT_NE(stage.messages()[0].find("1 frames of 667904 bytes are read, the last 1000 bytes are not"), std::string::npos) << stage.messages()[0];
+  EXPECT_NE(stage.messages()[0].find("1 frames of 667904 bytes are read, the last 1000 bytes are not"),
+            std::string::npos)
+      << stage.messages()[0];
 }
 
 TEST(PmdRawReader, SaysWhatIsWrong) {
@@ -112,9 +114,12 @@ TEST(PmdRawReader, SaysWhatIsWrong) {
     }
     return "";
   };
-  EXPECT_NE(said("pmd_raw_reader file=" + file.string()).find("has 5 bytes, less than one frame of 667904 (204 x 204 px)"), std::string::npos);
+  EXPECT_NE(
+      said("pmd_raw_reader file=" + file.string()).find("has 5 bytes, less than one frame of 667904 (204 x 204 px)"),
+      std::string::npos);
   EXPECT_NE(said("pmd_raw_reader file=/nowhere.raw").find("cannot read /nowhere.raw"), std::string::npos);
-  EXPECT_NE(said("pmd_raw_reader file=" + file.string() + " phase_order=[0, 1, 2, 2]").find("each of 0, 1, 2, 3 once"), std::string::npos);
+  EXPECT_NE(said("pmd_raw_reader file=" + file.string() + " phase_order=[0, 1, 2, 2]").find("each of 0, 1, 2, 3 once"),
+            std::string::npos);
 }
 
 }  // namespace

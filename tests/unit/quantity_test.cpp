@@ -16,13 +16,30 @@ struct Right {
 };
 
 TEST(Quantity, IsReadInSi) {
-  const Right cases[] = {
-      {"50 mm", "m", 0.05},        {"50mm", "m", 0.05},          {"0.5 ms", "s", 0.0005},    {"20 MHz", "Hz", 20e6},
-      {"10 deg", "rad", std::numbers::pi / 18}, {"12 mm/ms", "m/s", 12},  {"25 degC", "K", 298.15},   {"3 %", "", 0.03},
-      {"100 ppm", "", 1e-4},       {"7.0e6 counts m^2/s", "counts m^2/s", 7e6}, {"1500 counts/s", "counts/s", 1500}, {"2", "", 2},
-      {"-5 um", "m", -5e-6},       {"+1 km", "m", 1000},         {"2 h", "s", 7200},         {"1 min", "s", 60},
-      {"1.2 px", "px", 1.2},       {"20 ns", "s", 20e-9},        {"3 klx", "lx", 3000},      {"2 mm/K", "m/K", 0.002},
-      {"2 mm/degC", "m/K", 0.002}, {"1 1/s", "Hz", 1},           {"5 mrad", "rad", 0.005},   {"4 e", "e", 4}};
+  const Right cases[] = {{"50 mm", "m", 0.05},
+                         {"50mm", "m", 0.05},
+                         {"0.5 ms", "s", 0.0005},
+                         {"20 MHz", "Hz", 20e6},
+                         {"10 deg", "rad", std::numbers::pi / 18},
+                         {"12 mm/ms", "m/s", 12},
+                         {"25 degC", "K", 298.15},
+                         {"3 %", "", 0.03},
+                         {"100 ppm", "", 1e-4},
+                         {"7.0e6 counts m^2/s", "counts m^2/s", 7e6},
+                         {"1500 counts/s", "counts/s", 1500},
+                         {"2", "", 2},
+                         {"-5 um", "m", -5e-6},
+                         {"+1 km", "m", 1000},
+                         {"2 h", "s", 7200},
+                         {"1 min", "s", 60},
+                         {"1.2 px", "px", 1.2},
+                         {"20 ns", "s", 20e-9},
+                         {"3 klx", "lx", 3000},
+                         {"2 mm/K", "m/K", 0.002},
+                         {"2 mm/degC", "m/K", 0.002},
+                         {"1 1/s", "Hz", 1},
+                         {"5 mrad", "rad", 0.005},
+                         {"4 e", "e", 4}};
   for (const Right& c : cases) {
     const Quantity read = parse_quantity(c.text, c.unit);
     EXPECT_TRUE(read.ok()) << c.text << ": " << read.problem;

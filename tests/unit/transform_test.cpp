@@ -3,8 +3,8 @@
 // Against Eigen's geometry.
 #include <tofgraph/harness.hpp>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 
@@ -29,10 +29,13 @@ TEST(Transform, ByAnglesAgreesWithEigen) {
   stage.run();
   const auto moved = stage.get<float>("points");
   const double degree = M_PI / 180;
-  const Eigen::Matrix3d r = (Eigen::AngleAxisd(130 * degree, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(-20 * degree, Eigen::Vector3d::UnitY()) *
-                             Eigen::AngleAxisd(10 * degree, Eigen::Vector3d::UnitX())).toRotationMatrix();
+  const Eigen::Matrix3d r = (Eigen::AngleAxisd(130 * degree, Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(-20 * degree, Eigen::Vector3d::UnitY()) *
+                             Eigen::AngleAxisd(10 * degree, Eigen::Vector3d::UnitX()))
+                                .toRotationMatrix();
   for (std::size_t i = 0; i < 2; ++i) {
-    const Eigen::Vector3d expected = r * Eigen::Vector3d(points[3 * i], points[3 * i + 1], points[3 * i + 2]) + Eigen::Vector3d(1, -0.5, 2);
+    const Eigen::Vector3d expected =
+        r * Eigen::Vector3d(points[3 * i], points[3 * i + 1], points[3 * i + 2]) + Eigen::Vector3d(1, -0.5, 2);
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(moved[3 * i + k], expected[static_cast<Eigen::Index>(k)], 3e-7);
   }
   EXPECT_TRUE(std::isnan(moved[6]) && std::isnan(moved[7]) && std::isnan(moved[8]));
