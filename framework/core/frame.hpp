@@ -7,9 +7,9 @@
 
 #include <tofgraph/plugin.h>
 
+#include <deque>
 #include <string>
 #include <string_view>
-#include <vector>
 
 /// What the border calls a frame.
 struct tofgraph_frame {
@@ -20,7 +20,7 @@ struct tofgraph_frame {
     tofgraph::core::BufferRef buffer;  ///< empty: the slot is free, its strings are kept for the next frame
   };
 
-  std::vector<Channel> channels;
+  std::deque<Channel> channels;  ///< views point to the strings in here, so that none may move
   tofgraph_metadata metadata{};
   tofgraph::core::BufferPool* pool = nullptr;
 
