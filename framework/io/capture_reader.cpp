@@ -255,8 +255,9 @@ void CaptureReader::Impl::read_array(const layout::Metadata& kind) {
   Dataset dataset(group, kind.name);
   dataset.check_metadata(kind);
   settle_frames(dataset);
-  Array& array = metadata.emplace_back(&kind, std::vector<layout::Element>(frames));
+  Array array{&kind, std::vector<layout::Element>(frames)};
   dataset.read_first(frames, kind.memory_type(), array.values.data());
+  metadata.push_back(std::move(array));
 }
 
 const CaptureHeader& CaptureReader::header() const { return impl_->header; }

@@ -179,14 +179,14 @@ std::string existing_problem(const fs::path& existing) {
 }  // namespace
 
 std::string output_problem(const OutputPattern& pattern, bool overwrite) {
-  const std::string problem = why_not_writable(pattern.path(0));
+  std::string problem = why_not_writable(pattern.path(0));
   if (!problem.empty() || overwrite) return problem;
   const fs::path existing = pattern.existing();
   return existing.empty() ? std::string() : existing_problem(existing);
 }
 
 std::string output_problem(const fs::path& file, bool overwrite) {
-  const std::string problem = why_not_writable(file);
+  std::string problem = why_not_writable(file);
   if (!problem.empty() || overwrite) return problem;
   std::error_code error;
   return fs::exists(file, error) ? existing_problem(file) : std::string();

@@ -56,7 +56,8 @@ void text(cv::Mat& picture, const std::string& words, cv::Point at) {
 
 /// Each pixel as zoom x zoom dots in the colour of its place in the range; invalid ones grey.
 cv::Mat colours(const cv::Mat& image, const Range& range, int zoom) {
-  cv::Mat level, picture, valid = (image == image), large;
+  cv::Mat level, picture, valid, large;
+  cv::compare(image, image, valid, cv::CMP_EQ);  // NaN equals nothing
   cv::Mat((image - range.low) * (255 / (range.high - range.low))).convertTo(level, CV_8U);
   cv::applyColorMap(level, picture, cv::COLORMAP_VIRIDIS);
   picture.setTo(invalid_grey, ~valid);
