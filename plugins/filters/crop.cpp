@@ -155,6 +155,7 @@ struct Crop final : Filter {
 
   void mark(Frame& frame) const {
     const Array<std::uint16_t> bits = flags(frame, height_, width_);
+    if (bits.size() == 0) return;
     const tofgraph_view light = minimum_amplitude.given() ? frame.find("amplitude") : tofgraph_view{};
     const tofgraph_view length = length_.empty() ? tofgraph_view{} : frame.find(length_.c_str());
     const auto* amplitude = static_cast<const float*>(light.data);

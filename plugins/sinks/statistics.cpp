@@ -158,6 +158,7 @@ struct Statistics final : Sink {
 
   /// The region within an image. @throws ConfigError when it is not
   Region region(std::size_t height, std::size_t width) const {
+    if (height == 0 || width == 0) return {1, 0, 1, 0};  // an empty cloud: nothing to go through
     const auto [first_column, last_column] = interval(columns, width);
     const auto [first_row, last_row] = interval(rows, height);
     return {first_column, last_column, first_row, last_row};
