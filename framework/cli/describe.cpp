@@ -28,6 +28,15 @@ std::string bounds(const json& parameter) {
   return fmt::format(", {} to {}", shown(low), shown(high));
 }
 
+/// Of an effect's parameter: what changes nothing, and a usual size.
+std::string typical(const json& p) {
+  const auto shown = [&](const char* key) { return core::format_quantity(p[key].get<double>(), text_of(p, "unit")); };
+  std::string text;
+  if (p.contains("off")) text += fmt::format("; off at {}", shown("off"));
+  if (p.contains("typical")) text += fmt::format("; typically {}", shown("typical"));
+  return text;
+}
+
 void print_parameter(const json& p) {
   std::string type = text_of(p, "type");
   if (p.contains("choices")) type += fmt::format(" ({})", text_of(p, "choices"));
@@ -36,7 +45,8 @@ void print_parameter(const json& p) {
       : p["default"].is_null()
           ? "optional"
           : fmt::format("default {}", text_of(p, "default").empty() ? "''" : text_of(p, "default"));
-  fmt::print("  {:24} {}{}; {}\n  {:24} {}\n", text_of(p, "name"), type, bounds(p), otherwise, "", text_of(p, "text"));
+  fmt::print("  {:24} {}{}; {}{}\n  {:24} {}\n", text_of(p, "name"), type, bounds(p), otherwise, typical(p), "",
+             text_of(p, "text"));
 }
 
 void print(const json& plugin) {
@@ -55,6 +65,11 @@ void print(const json& plugin) {
                  port["optional"].get<bool>() ? ", optional" : "",
                  text_of(port, "text").empty() ? "" : "; " + text_of(port, "text"));
     }
+  }
+  if (plugin.contains("level")) {
+    fmt::print("\nacts on the {}; touches {}\n", text_of(plugin, "level"), text_of(plugin, "touches"));
+    if (!text_of(plugin, "confused_with").empty()) fmt::print("confused with: {}\n", text_of(plugin, "confused_with"));
+    if (!text_of(plugin, "experiment").empty()) fmt::print("separated by: {}\n", text_of(plugin, "experiment"));
   }
   if (!plugin["parameters"].empty()) fmt::print("\nparameters\n");
   for (const json& parameter : plugin["parameters"]) print_parameter(parameter);

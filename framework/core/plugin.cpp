@@ -47,20 +47,25 @@ void check_version(const PluginFile& file, const tofgraph_descriptor& d) {
 }
 
 void check_descriptor(const PluginFile& file, const tofgraph_descriptor* d) {
-  const std::string advice = "build it with TOFGRAPH_STAGE and tofgraph_add_plugin()";
+  const std::string advice = "build it with TOFGRAPH_STAGE or TOFGRAPH_EFFECT and tofgraph_add_plugin()";
+  const bool effect = file.kind == "effect";
   if (d == nullptr) refuse(file, "its tofgraph_plugin() gave no descriptor", advice);
   check_version(file, *d);
   if (d->size < sizeof(tofgraph_descriptor))
     refuse(file, fmt::format("its descriptor has {} bytes, expected {}", d->size, sizeof(tofgraph_descriptor)), advice);
   const bool complete =
       d->kind != nullptr && d->name != nullptr && d->summary != nullptr && d->version != nullptr &&
-      d->create != nullptr && d->prepare != nullptr && d->process != nullptr && d->destroy != nullptr &&
+      d->create != nullptr && d->prepare != nullptr && (d->process != nullptr || effect) && d->destroy != nullptr &&
       (d->port_count == 0 || (d->ports != nullptr && d->port_size == sizeof(tofgraph_port))) &&
       (d->parameter_count == 0 || (d->parameters != nullptr && d->parameter_size == sizeof(tofgraph_parameter)));
   if (!complete) refuse(file, "its descriptor is not complete", advice);
   if (file.kind != d->kind || file.name != d->name) {
     refuse(file, fmt::format("calls itself {} '{}'", d->kind, d->name),
            "name the file tofgraph_KIND_NAME.so after what is in it");
+  }
+  if (effect && effect_of(*d) == nullptr) {
+    refuse(file, "has no extension \"effect\" of version 1 with a level and apply()",
+           "end the file with TOFGRAPH_EFFECT(Class, \"text\")");
   }
 }
 
@@ -97,6 +102,25 @@ nlohmann::json describe_parameter(const tofgraph_parameter& p) {
 }
 
 }  // namespace
+
+const tofgraph_effect* effect_of(const tofgraph_descriptor& d) {
+  for (std::uint64_t i = 0; i < d.extension_count && d.extensions != nullptr; ++i) {
+    const tofgraph_extension& extension = d.extensions[i];
+    if (std::strcmp(extension.name, "effect") != 0 || extension.version != 1) continue;
+    const auto* effect = static_cast<const tofgraph_effect*>(extension.data);
+    const bool complete = effect != nullptr && effect->size >= sizeof(tofgraph_effect) && effect->apply != nullptr &&
+                          effect->level >= TOFGRAPH_GEOMETRY && effect->level <= TOFGRAPH_TAPS &&
+                          effect->touches != nullptr && effect->confused_with != nullptr &&
+                          effect->experiment != nullptr;
+    return complete ? effect : nullptr;
+  }
+  return nullptr;
+}
+
+const char* level_name(const tofgraph_effect& effect) {
+  static constexpr const char* names[] = {"", "geometry", "phasor", "samples", "taps"};
+  return names[effect.level];
+}
 
 PluginFile plugin_file(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
@@ -136,6 +160,12 @@ nlohmann::json describe(const tofgraph_descriptor& d) {
   for (std::uint64_t i = 0; i < d.port_count; ++i) json["ports"].push_back(describe_port(d.ports[i]));
   for (std::uint64_t i = 0; i < d.parameter_count; ++i)
     json["parameters"].push_back(describe_parameter(d.parameters[i]));
+  if (const tofgraph_effect* effect = effect_of(d)) {
+    json["level"] = level_name(*effect);
+    json["touches"] = effect->touches;
+    json["confused_with"] = effect->confused_with;
+    json["experiment"] = effect->experiment;
+  }
   return json;
 }
 

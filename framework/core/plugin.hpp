@@ -35,6 +35,12 @@ const tofgraph_descriptor& load_plugin(const PluginFile& file);
 /// The kind and name in a file's name; kind is empty when it is no plugin's.
 PluginFile plugin_file(const std::filesystem::path& path);
 
+/// What makes a plugin an effect; null for a stage.
+const tofgraph_effect* effect_of(const tofgraph_descriptor& descriptor);
+
+/// geometry, phasor, samples or taps.
+const char* level_name(const tofgraph_effect& effect);
+
 /// A descriptor as data: what `describe`, the schema and the documentation are made from.
 nlohmann::json describe(const tofgraph_descriptor& descriptor);
 

@@ -186,14 +186,69 @@ typedef struct tofgraph_extension {
   const void* data;
 } tofgraph_extension;
 
-/** Extension "effect", version 1: a piece of the simulator's physics. */
+/** Extension "effect", version 1: a piece of the simulator's physics. Light passes the levels in this order. */
 enum { TOFGRAPH_GEOMETRY = 1, TOFGRAPH_PHASOR, TOFGRAPH_SAMPLES, TOFGRAPH_TAPS };
-typedef struct tofgraph_light_state tofgraph_light_state; /* the pixels of one condition, at the effect's level */
+
+/** Flags of an effect. LATE: phasor: when the light of the level is whole, turns its phase; taps: after the noise, once
+ * a frame. IMAGE: looks at neighbours: the points are the pixels, row by row. */
+enum { TOFGRAPH_LATE = 1, TOFGRAPH_IMAGE = 2 };
+
+/** Flags of a condition. LASER: the board's distance was read from another instrument than the rail. */
+enum { TOFGRAPH_LASER = 1, TOFGRAPH_LENS_CAPPED = 2, TOFGRAPH_RAIL_COVERED = 4 };
+
+/** What is set and known while some frames are taken; unknown: NaN. */
+typedef struct tofgraph_condition {
+  uint32_t size, flags;
+  const char *target, *ambient; /* labels; ambient: "dark" or another */
+  double integration_time, modulation_frequency; /* s, Hz */
+  double temperature, time_since_power_on;       /* K, s */
+  double distance, tilt[2], roll; /* m from the sensor plane along the axis; rad; the camera about its axis, rad */
+  double velocity;                /* m/s of the board, away positive; NaN: not stated */
+} tofgraph_condition;
+
+/** The light of one source, or, where path is null, light from inside the camera. Per point. */
+typedef struct tofgraph_source_light {
+  const char* name;
+  double position[3];     /* m, sensor frame; geometry may change it */
+  double on;              /* 1, 0: switched off */
+  const double* path;     /* m, source to surface */
+  double* phasor;         /* real, imaginary: amplitude e^(j phase), counts */
+  double* strength;       /* counts: the amplitude that counts in the intensity, sum / (2 contrast) */
+} tofgraph_source_light;
+
+/** The light of one condition at the effect's level; what a level does not have yet is null or 0. */
+typedef struct tofgraph_light_state {
+  uint32_t size, source_size;
+  const tofgraph_camera* camera;
+  const tofgraph_condition* condition;
+  uint32_t physical, source_count; /* not 0: the light falls with angles already */
+  tofgraph_source_light* sources;
+  /* geometry: what is added to the profile's lens and to what the boards' poses are said to be */
+  double distortion[5], principal_point[2]; /* k1 k2 p1 p2 k3, px */
+  double scale, offset, tilt[2];            /* z -> (1 + scale) z + offset, m, rad */
+  /* phasor: points on surfaces; rows x columns of them where they are the pixels */
+  uint64_t points, rows, columns;
+  double spacing;                    /* px between neighbours in a row and a column */
+  const double *pixel, *ray;         /* 2: column and row, px; 3: unit, optical frame */
+  const double *position, *normal;   /* 3: m, sensor frame; 3: unit, towards the camera's side */
+  const double *reflected, *inside;  /* m: surface to lens centre, lens centre to pixel */
+  const double* reflectivity;
+  const double *distance, *amplitude; /* late: half of the mean path, not wrapped, m; of all light, counts */
+  double* turn;                       /* rad, added to the phase at the end of the level */
+  /* samples: four exposures; sample k is Re(phasor e^(j step)) + extra */
+  double *exposure, *intensity, *extra; /* 4 x points: phasor (real, imaginary); mean of the taps, counts; counts */
+  double step[4];                      /* rad: k pi/2 */
+  int (*displace)(struct tofgraph_light_state* state, uint32_t exposure, double displacement); /* m, boards, along z */
+  /* taps: 4 x (A, B) x points, counts */
+  double* taps;
+  double noise_factor; /* of the standard deviation */
+} tofgraph_light_state;
+
 typedef struct tofgraph_effect {
-  uint32_t size, level;
-  const char* touches;                     /* observables: distance amplitude intensity null1 null2 variance */
+  uint32_t size, level, flags, reserved;
+  const char* touches;                    /* observables: distance amplitude intensity null1 null2 variance */
   const char *confused_with, *experiment; /* effects that ordinary data cannot tell from it, and what can */
-  int (*apply)(void* self, tofgraph_light_state* state);
+  int (*apply)(void* self, tofgraph_light_state* state); /* [several threads] */
 } tofgraph_effect;
 
 typedef struct tofgraph_descriptor {
@@ -210,9 +265,9 @@ typedef struct tofgraph_descriptor {
   /** Makes a stage. The values live only during the call; host and context as long as the stage. */
   int (*create)(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self);
   /** Checks what arrives and says what leaves. Opens inputs, writes nothing. Sources get one stream without
-   * channels, whose camera is the pipeline's or null. */
+   * channels, whose camera is the pipeline's or null; so do effects, with the scene's. */
   int (*prepare)(void* self, const tofgraph_stream* const* streams, uint64_t count);
-  /** One frame: sources fill it, filters change it, sinks store it. [STATELESS: several threads] */
+  /** One frame: sources fill it, filters change it, sinks store it. [STATELESS: several threads] Null in effects. */
   int (*process)(void* self, tofgraph_frame* const* frames, uint64_t count);
   /** After the last frame, if nothing failed in this stage: complete the outputs. May be null. */
   int (*finish)(void* self);

@@ -13,9 +13,10 @@
 ///     TOFGRAPH_STAGE(Scale, "Multiplies the depth by a factor")
 ///
 /// A `process` that is const may run for several frames at once; any other runs frame by frame, in order.
-/// Sources return false when there is no further frame, filters when nothing leaves for this one. A stage over any number of streams takes
-/// `std::span<Frame>`. `prepare(Setup&)`, `finish()` and, in sources, `stop()` are optional. Errors are exceptions:
-/// `ConfigError` names a parameter, anything else derived from std::exception is told with the node and the frame.
+/// Sources return false when there is no further frame, filters when nothing leaves for this one. A stage over any
+/// number of streams takes `std::span<Frame>`. `prepare(Setup&)`, `finish()` and, in sources, `stop()` are optional.
+/// Errors are exceptions: `ConfigError` names a parameter, anything else derived from std::exception is told with the
+/// node and the frame.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -130,6 +131,10 @@ struct Filter : Stage {
 };
 struct Sink : Stage {
   static constexpr const char* kind = "sink";
+};
+/// A piece of the simulator's physics: see effect.hpp.
+struct Effect : Stage {
+  static constexpr const char* kind = "effect";
 };
 
 }  // namespace tofgraph

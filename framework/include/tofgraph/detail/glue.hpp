@@ -74,6 +74,14 @@ template <class T> struct Glue {
     });
   }
 
+  /// What process() is for the host; effects have none.
+  static constexpr auto process_call() -> int (*)(void*, tofgraph_frame* const*, std::uint64_t) {
+    if constexpr (std::is_base_of_v<Effect, T>)
+      return nullptr;
+    else
+      return process;
+  }
+
   static int finish(void* self) {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] { return stage.finish(), TOFGRAPH_OK; });
@@ -82,7 +90,8 @@ template <class T> struct Glue {
   static void destroy(void* self) { delete static_cast<T*>(self); }
 
   /// The descriptor, made once from an instance whose members say what the contract is.
-  static const tofgraph_descriptor* descriptor(const char* summary) noexcept {
+  static const tofgraph_descriptor* descriptor(const char* summary,
+                                               const tofgraph_extension* extension = nullptr) noexcept {
     static std::vector<tofgraph_port> ports;
     static std::vector<tofgraph_parameter> parameters;
     static const tofgraph_descriptor result = [&] {
@@ -102,7 +111,8 @@ template <class T> struct Glue {
       return tofgraph_descriptor{
           sizeof(tofgraph_descriptor), TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR, flags, T::kind, TOFGRAPH_PLUGIN_NAME,
           summary, TOFGRAPH_PLUGIN_VERSION, port_size, parameter_size, sizeof(tofgraph_extension), 0, ports.data(),
-          ports.size(), parameters.data(), parameters.size(), nullptr, 0, create, prepare, process, finish, stop, destroy};
+          ports.size(), parameters.data(), parameters.size(), extension, extension != nullptr ? 1U : 0U, create, prepare,
+          process_call(), finish, stop, destroy};
       // clang-format on
     }();
     return &result;

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Odd harmonics of light and demodulation, which four samples alias into the phase.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// c_k += a m_h cos(h (Psi + k pi/2) + psi_h), h = 3, 5, 7, with m_h = amplitude_h / K, K = c / (4 pi f).
+/// In the phase: -m3 sin(4 Psi + psi3) + m5 sin(4 Psi + psi5), and order 7 with 8 Psi.
+struct Wiggling final : Effect {
+  static constexpr EffectInfo info{
+      .touches = "distance amplitude variance",
+      .confused_with = "adc_nonlinearity",
+      .experiment =
+          "a rail span of more than 1.9 m, or an electronic delay; series of reflectivity and integration time"};
+  static constexpr ParamSpec size(const char* text) {
+    return {.unit = "m", .fallback = "0 mm", .min = -0.5, .max = 0.5, .text = text, .off = 0, .typical = 5e-3};
+  }
+  static constexpr ParamSpec angle(const char* text) {
+    return {.unit = "rad", .fallback = "0 rad", .min = -M_PI, .max = M_PI, .text = text, .typical = 1};
+  }
+  static constexpr ParamSpec higher(const char* text) {
+    return {.unit = "m", .fallback = "0 mm", .min = -0.5, .max = 0.5, .text = text};
+  }
+  static constexpr ParamSpec fixed_angle(const char* text) {
+    return {.unit = "rad", .fallback = "0 rad", .min = -M_PI, .max = M_PI, .text = text};
+  }
+  Param<double> amplitude{this, "amplitude", size("of the error by the third harmonic, as a length")};
+  Param<double> phase{this, "phase", angle("psi3")};
+  Param<double> amplitude5{this, "amplitude5", higher("the same of the fifth harmonic")};
+  Param<double> phase5{this, "phase5", fixed_angle("psi5")};
+  Param<double> amplitude7{this, "amplitude7", higher("the same of the seventh harmonic")};
+  Param<double> phase7{this, "phase7", fixed_angle("psi7")};
+
+  void apply(SamplesLevel& light) const {
+    add(light, 3, *amplitude, *phase);
+    add(light, 5, *amplitude5, *phase5);
+    add(light, 7, *amplitude7, *phase7);
+  }
+
+ private:
+  static void add(const SamplesLevel& light, int order, double length, double angle) {
+    if (length == 0) return;
+    const std::complex<double> harmonic = std::polar(length * light.radians_per_metre(), angle);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::complex<double> turned = harmonic * std::polar(1.0, order * light.step(k));
+      for (std::size_t i = 0; i < light.points(); ++i) {
+        const std::complex<double> p = light.phasor(k, i);
+        const double square = std::norm(p);
+        if (square > 0) light.extra(k, i) += (power(p, order) * turned).real() / std::pow(square, (order - 1) / 2);
+      }
+    }
+  }
+  static std::complex<double> power(std::complex<double> p, int order) {
+    std::complex<double> result = p;
+    for (int i = 1; i < order; ++i) result *= p;
+    return result;
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::Wiggling, "Odd harmonics of light and demodulation")
