@@ -80,12 +80,13 @@ bool parse_bool(const std::string& text, std::int64_t& value) {
 ParameterValues::ParameterValues(const tofgraph_descriptor& stage, const std::vector<const Entry*>& written,
                                  const Position& at, Diagnostics& diagnostics)
     : at_(at), values_(stage.parameter_count) {
+  const char* what = std::string_view(stage.kind) == "effect" ? "effect" : "stage";
   std::vector<std::string> names;
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) names.emplace_back(stage.parameters[i].name);
   for (const Entry* entry : written) {
     positions_.emplace_back(entry->key, entry->value.at);
     if (std::ranges::find(names, entry->key) != names.end()) continue;
-    diagnostics.error(entry->at, fmt::format("the stage {} has no parameter '{}'", stage.name, entry->key),
+    diagnostics.error(entry->at, fmt::format("the {} {} has no parameter '{}'", what, stage.name, entry->key),
                       suggestion(entry->key, names, "parameters"));
   }
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
@@ -98,7 +99,7 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, const std::ve
     } else if (p.fallback != nullptr) {
       parse(p, parse_value(p.fallback, at), values_[i], diagnostics);
     } else if (p.required != 0) {
-      diagnostics.error(at, fmt::format("the stage {} needs the parameter '{}': {}", stage.name, p.name, p.text),
+      diagnostics.error(at, fmt::format("the {} {} needs the parameter '{}': {}", what, stage.name, p.name, p.text),
                         example(p));
     }
   }

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A board that fills the view: what rails and gap searches look at.
+#pragma once
+
+#include "simulation/hit.hpp"
+
+namespace tofgraph::simulation {
+
+/// Pose and reflectivity; see physics::board for the frame.
+struct Board {
+  double distance = 0.5;          ///< m from the sensor plane, on the axis
+  double tilt_x = 0, tilt_y = 0;  ///< rad
+  double reflectivity = 0.85;
+};
+
+inline Tracer board_tracer(double focal_length, const Board& board) {
+  return [focal_length, board](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
+    const physics::Geometry geometry{focal_length, {}};
+    const double distance = change.scale * board.distance + change.offset + change.displacement;
+    const physics::Plane plane = physics::board(distance, board.tilt_x + change.tilt_x, board.tilt_y + change.tilt_y);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const double reflected = physics::reflected_path(geometry, rays[i], plane);
+      if (!(reflected > 0)) continue;
+      const Vector3 normal = physics::dot(plane.normal, rays[i]) > 0 ? -1.0 * plane.normal : plane.normal;
+      hits[i] = {reflected, physics::point_on_ray(geometry, rays[i], reflected), normal, board.reflectivity, 0,
+                 nullptr};
+    }
+  };
+}
+
+}  // namespace tofgraph::simulation

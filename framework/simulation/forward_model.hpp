@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// From a scene to what the taps hold on average: geometry, phasors, samples, taps, with the effects of a model at
+/// their levels. Equations (5.9)-(5.13), (5.61), (5.92) of the reference. The same code makes whole images and, on a
+/// coarse grid of pixels, what a search for effects evaluates thousands of times.
+#pragma once
+
+#include "simulation/effect.hpp"
+#include "simulation/hit.hpp"
+
+#include <complex>
+#include <string>
+#include <vector>
+
+namespace tofgraph::simulation {
+
+/// Pixels that are evaluated: all of an image, or the centres of equal blocks.
+struct Pixels {
+  std::size_t rows = 0, columns = 0;
+  double spacing = 1;         ///< px between neighbours
+  std::vector<double> at;     ///< column and row of each, px
+  std::vector<Vector3> rays;  ///< with the profile's lens; NaN outside its model
+  std::size_t size() const { return rows * columns; }
+};
+Pixels whole_image(const tofgraph_camera& camera);
+/// @param rows, columns of blocks; they need not divide the image's size
+Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t columns);
+
+/// One condition, and which of the camera's sources are on (empty: all).
+struct Shot {
+  tofgraph_condition condition{};
+  std::vector<bool> on;
+};
+/// Nothing known but the times, everything on.
+Shot shot_of(const tofgraph_camera& camera, double integration_time);
+
+/// What the taps hold before noise and readout.
+struct Expectation {
+  std::vector<double> taps;  ///< 4 x (A, B) x pixels, counts; NaN outside the lens model
+  double noise_factor = 1;   ///< on the noise's standard deviation
+  std::vector<Hit> hits;     ///< a pixel's centre
+};
+
+class ForwardModel {
+ public:
+  /// @param camera must live as long as the model; it needs gain, contrast, modulation frequency and lengths in metres
+  /// @param edge_samples pixels at edges of the scene are the mean of so many rays in each direction
+  /// @throws std::invalid_argument what the profile lacks
+  ForwardModel(const tofgraph_camera& camera, bool physical, std::vector<EffectPtr> effects,
+               std::size_t edge_samples = 4);
+
+  /// @throws EffectError
+  Expectation expect(const Tracer& tracer, const Shot& shot, const Pixels& pixels) const;
+
+  /// True when an effect acts on the taps with their noise.
+  bool has_readout() const { return first_readout_ < effects_.size(); }
+  /// Applies these effects. @param taps 4 x (A, B) x pixels, counts
+  void read_out(const Shot& shot, const Pixels& pixels, std::span<double> taps) const;
+
+  const tofgraph_camera& camera() const { return camera_; }
+  const std::vector<EffectPtr>& effects() const { return effects_; }
+
+ private:
+  class Evaluation;
+
+  const tofgraph_camera& camera_;
+  bool physical_;
+  std::vector<EffectPtr> effects_;  ///< by level, within a level in the model's order, late phasor effects last
+  std::size_t first_readout_ = 0;   ///< from here on all act on the taps with their noise
+  std::size_t edge_samples_;
+};
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulation/frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::simulation {
+
+Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
+               const physics::TapNoise& noise, NoiseSeed seed)
+    : model_(model), pixels_(pixels), shot_(shot), seed_(seed), noisy_(noise.known()) {
+  Expectation expectation = model.expect(tracer, shot, pixels);
+  hits_ = std::move(expectation.hits);
+  const std::size_t n = pixels.size();
+  mean_.assign(expectation.taps.begin(), expectation.taps.end());
+  deviation_.assign(8 * n, 0);
+  if (noisy_) {
+    const double read = noise.read_noise * noise.read_noise;
+    std::ranges::transform(expectation.taps, deviation_.begin(), [&](double counts) {
+      return static_cast<float>(expectation.noise_factor * std::sqrt(read + noise.shot_noise * std::max(counts, 0.0)));
+    });
+  }
+  if (model.has_readout()) return;
+  sample_mean_.resize(4 * n);
+  sample_deviation_.resize(4 * n);
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t a = 2 * k * n + i, b = a + n;
+      sample_mean_[k * n + i] = static_cast<float>(expectation.taps[a] - expectation.taps[b]);
+      sample_deviation_[k * n + i] = std::hypot(deviation_[a], deviation_[b]);
+    }
+  }
+}
+
+void Frames::draw(std::uint64_t frame, const std::vector<float>& mean, const std::vector<float>& deviation, bool second,
+                  std::size_t plane, float* out) const {
+  const std::size_t first = second ? pixels_.size() : 0;
+  std::array<const float*, 4> means{}, deviations{};
+  std::array<float*, 4> outs{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t at = first + k * plane;
+    means[k] = mean.data() + at;
+    deviations[k] = deviation.data() + at;
+    outs[k] = out + at;
+  }
+  add_noise({seed_.seed, frame, 2 * seed_.condition + (second ? 1U : 0U)}, pixels_.size(), means, deviations, outs);
+}
+
+std::vector<float> Frames::read_out(std::uint64_t frame) const {
+  std::vector<float> taps = mean_;
+  if (noisy_) {
+    draw(frame, mean_, deviation_, false, 2 * pixels_.size(), taps.data());
+    draw(frame, mean_, deviation_, true, 2 * pixels_.size(), taps.data());
+  }
+  if (!model_.has_readout()) return taps;
+  std::vector<double> exact(taps.begin(), taps.end());
+  model_.read_out(shot_, pixels_, exact);
+  std::ranges::copy(exact, taps.begin());
+  return taps;
+}
+
+void Frames::taps(std::uint64_t frame, std::uint16_t* out) const {
+  const std::vector<float> values = read_out(frame);
+  std::ranges::transform(values, out, [](float value) {  // the analogue-to-digital converter; NaN becomes 0
+    return value > 0 ? static_cast<std::uint16_t>(std::min(value, 65535.0F) + 0.5F) : std::uint16_t{0};
+  });
+}
+
+void Frames::phases(std::uint64_t frame, float* out) const {
+  const std::size_t n = pixels_.size();
+  if (!model_.has_readout()) {
+    if (noisy_)
+      draw(frame, sample_mean_, sample_deviation_, false, n, out);
+    else
+      std::ranges::copy(sample_mean_, out);
+    return;
+  }
+  const std::vector<float> values = read_out(frame);
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t i = 0; i < n; ++i) out[k * n + i] = values[2 * k * n + i] - values[(2 * k + 1) * n + i];
+  }
+}
+
+void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) const {
+  const std::size_t n = pixels_.size();
+  std::vector<float> samples(4 * n);
+  phases(frame, samples.data());
+  const double scale = physics::metres_per_radian(shot_.condition.modulation_frequency);
+  for (std::size_t i = 0; i < n; ++i) {
+    const physics::Decoded decoded =
+        physics::decode({samples[i], samples[n + i], samples[2 * n + i], samples[3 * n + i]});
+    distance[i] = static_cast<float>(scale * decoded.phase);
+    amplitude[i] = static_cast<float>(decoded.amplitude);
+  }
+}
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file From what the taps hold on average to frames with noise, as a camera hands them out.
+#pragma once
+
+#include "physics/four_phase.hpp"
+#include "simulation/forward_model.hpp"
+#include "simulation/noise.hpp"
+
+namespace tofgraph::simulation {
+
+/// Seed of the noise, and the number of the condition, which has noise of its own.
+struct NoiseSeed {
+  std::uint64_t seed = 1;
+  std::uint32_t condition = 0;
+};
+
+/// The frames of one condition. Frames of different numbers may be made at the same time.
+class Frames {
+ public:
+  /// @param model, pixels must live as long
+  /// @param noise not known(): none
+  Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
+         const physics::TapNoise& noise, NoiseSeed seed);
+
+  /// 4 x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
+  void taps(std::uint64_t frame, std::uint16_t* out) const;
+  /// 4 x pixels: A_k - B_k, counts, not rounded. Pixels outside the lens model are NaN.
+  void phases(std::uint64_t frame, float* out) const;
+  /// Decoded phases, pixels: m, counts.
+  void distance(std::uint64_t frame, float* distance, float* amplitude) const;
+
+  bool noisy() const { return noisy_; }
+  /// Where the pixels' centres look.
+  const std::vector<Hit>& hits() const { return hits_; }
+
+ private:
+  /// The taps of one frame after noise and readout.
+  std::vector<float> read_out(std::uint64_t frame) const;
+  void draw(std::uint64_t frame, const std::vector<float>& mean, const std::vector<float>& deviation, bool second,
+            std::size_t plane, float* out) const;
+
+  const ForwardModel& model_;
+  const Pixels& pixels_;
+  Shot shot_;
+  NoiseSeed seed_;
+  bool noisy_;
+  std::vector<float> mean_, deviation_;                ///< 4 x (A, B) x pixels
+  std::vector<float> sample_mean_, sample_deviation_;  ///< 4 x pixels, where there is no readout
+  std::vector<Hit> hits_;
+};
+
+}  // namespace tofgraph::simulation

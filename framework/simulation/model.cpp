@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulation/model.hpp"
+
+#include <fmt/format.h>
+
+namespace tofgraph::simulation {
+namespace {
+
+using core::Diagnostics;
+using core::Entry;
+using core::Value;
+
+void read_effect(const Value& item, const core::Catalogue& catalogue, Diagnostics& diagnostics, Model& model) {
+  const Entry* name = item.is_map() ? item.find("effect") : nullptr;
+  if (name == nullptr) {
+    diagnostics.error(item.at, "an effect is a map with its name under 'effect'",
+                      "example: - {effect: wiggling, amplitude: 5 mm, phase: 0.4 rad}");
+    return;
+  }
+  const core::PluginFile* file = catalogue.find(name->value.text);
+  if (file == nullptr || file->kind != "effect") {
+    std::vector<std::string> names;
+    for (const core::PluginFile& other : catalogue.files()) {
+      if (other.kind == "effect") names.push_back(other.name);
+    }
+    diagnostics.error(name->value.at, fmt::format("there is no effect '{}'", name->value.text),
+                      core::suggestion(name->value.text, names, "effects"));
+    return;
+  }
+  try {
+    const tofgraph_descriptor& descriptor = catalogue.load(*file);
+    std::vector<const Entry*> written;
+    for (const Entry& entry : item.entries) {
+      if (&entry != name) written.push_back(&entry);
+    }
+    model.effects.push_back({&descriptor, {descriptor, written, item.at, diagnostics}, item.at});
+  } catch (const core::PluginError& error) {
+    diagnostics.error(name->value.at, error.what());
+  }
+}
+
+}  // namespace
+
+Model read_model(const Value& document, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
+  Model model;
+  core::Reader reader(document, diagnostics, "the model");
+  if (document.find("model") != nullptr) core::check_version(document, "model", 1, diagnostics);
+  reader.take("model");
+  reader.take("name");
+  reader.take("comment");
+  model.camera = reader.word("camera", "");
+  const std::string light = reader.word("light", "reference");
+  if (light != "reference" && light != "physical") {
+    const Entry* entry = document.find("light");
+    const std::vector<std::string> choices = {"reference", "physical"};
+    diagnostics.error(entry->value.at, fmt::format("light is '{}'", light),
+                      core::suggestion(light, choices, "choices"));
+  }
+  model.physical = light == "physical";
+  if (const Entry* effects = reader.take("effects")) {
+    if (!effects->value.is_list() && effects->value.kind != Value::Kind::null)
+      diagnostics.error(effects->value.at, fmt::format("effects is {}, expected a list", effects->value.described()),
+                        "example: effects: [{effect: wiggling, amplitude: 5 mm}]");
+    for (const Value& item : effects->value.items) read_effect(item, catalogue, diagnostics, model);
+  }
+  reader.finish();
+  return model;
+}
+
+std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics) {
+  std::vector<EffectPtr> effects;
+  if (!diagnostics.ok()) return effects;  // values that were refused are not handed on
+  for (const ModelEffect& effect : model.effects) {
+    try {
+      effects.push_back(std::make_shared<const Effect>(*effect.descriptor, effect.values.data(), camera));
+    } catch (const EffectError& error) {
+      diagnostics.error(error.parameter.empty() ? effect.at : effect.values.position_of(error.parameter), error.what());
+    }
+  }
+  return effects;
+}
+
+nlohmann::json described(const Model& model) {
+  nlohmann::json effects = nlohmann::json::array();
+  for (const ModelEffect& effect : model.effects)
+    effects.push_back({{"effect", effect.descriptor->name}, {"parameters", effect.values.shown()}});
+  return {{"light", model.physical ? "physical" : "reference"}, {"effects", effects}};
+}
+
+}  // namespace tofgraph::simulation

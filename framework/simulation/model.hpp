@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Model files: what the simulation knows of the camera's light and of its effects.
+#pragma once
+
+#include "core/document.hpp"
+#include "core/parameters.hpp"
+#include "core/plugin.hpp"
+#include "simulation/effect.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::simulation {
+
+struct ModelEffect {
+  const tofgraph_descriptor* descriptor;
+  core::ParameterValues values;
+  core::Position at;
+};
+
+struct Model {
+  std::string camera;     ///< a profile's name or path, "" where the model is part of a scene
+  bool physical = false;  ///< light: physical
+  std::vector<ModelEffect> effects;
+};
+
+/// Reads a model: a file with `model: 1`, or the part of a scene. Every mistake goes to the diagnostics.
+Model read_model(const core::Value& document, const core::Catalogue& catalogue, core::Diagnostics& diagnostics);
+
+/// The effects, made for a camera; what they refuse goes to the diagnostics at the place of the parameter.
+std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics);
+
+/// The effects as they were written, defaults included, for the provenance.
+nlohmann::json described(const Model& model);
+
+}  // namespace tofgraph::simulation
