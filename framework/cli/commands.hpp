@@ -31,6 +31,8 @@ void add_check(CLI::App& app, Common& common);
 void add_explain(CLI::App& app, Common& common);
 void add_list(CLI::App& app, Common& common);
 void add_describe(CLI::App& app, Common& common);
+void add_simulate(CLI::App& app, Common& common);
+void add_gallery(CLI::App& app, Common& common);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {
@@ -42,6 +44,11 @@ struct PipelineArguments {
   /// The document of a file, or of the one-line form. @throws core::ConfigurationError
   core::Value document() const;
 };
+
+/// Runs a command that lives in a module of its own, which brings what it needs (HDF5, Embree, OpenCV, Ceres).
+/// @param arguments what the module expects, see its header in cli/
+/// @returns the exit code
+int run_module(const std::string& name, const void* arguments);
 
 /// A message on standard error.
 void say(const std::string& text);

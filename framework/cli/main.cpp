@@ -63,6 +63,8 @@ int main(int argc, char** argv) {
   cli::add_explain(app, common);
   cli::add_list(app, common);
   cli::add_describe(app, common);
+  cli::add_simulate(app, common);
+  cli::add_gallery(app, common);
   try {
     app.parse(argc, argv);
     return common.command();

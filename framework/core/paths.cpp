@@ -30,6 +30,7 @@ std::filesystem::path library_folder() {
 }  // namespace
 
 std::filesystem::path plugin_folder() { return library_folder() / "plugins"; }
+std::filesystem::path command_folder() { return library_folder() / "commands"; }
 std::filesystem::path scanner() { return library_folder() / "tofgraph-scan"; }
 std::filesystem::path profile_folder() { return prefix() / "share" / "tofgraph" / "profiles"; }
 

@@ -10,6 +10,7 @@
 namespace tofgraph::core {
 
 std::filesystem::path plugin_folder();   ///< lib/tofgraph/plugins
+std::filesystem::path command_folder();  ///< lib/tofgraph/commands: those that need more than the command line has
 std::filesystem::path scanner();         ///< the program that reads descriptors in a process of its own
 std::filesystem::path profile_folder();  ///< share/tofgraph/profiles
 std::filesystem::path cache_folder();    ///< $XDG_CACHE_HOME/tofgraph or ~/.cache/tofgraph

@@ -8,13 +8,13 @@
 namespace tofgraph::simulation {
 
 /// Pose and reflectivity; see physics::board for the frame.
-struct Board {
+struct BoardPose {
   double distance = 0.5;          ///< m from the sensor plane, on the axis
   double tilt_x = 0, tilt_y = 0;  ///< rad
   double reflectivity = 0.85;
 };
 
-inline Tracer board_tracer(double focal_length, const Board& board) {
+inline Tracer board_tracer(double focal_length, const BoardPose& board) {
   return [focal_length, board](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
     const physics::Geometry geometry{focal_length, {}};
     const double distance = change.scale * board.distance + change.offset + change.displacement;

@@ -30,6 +30,8 @@ inline constexpr ChannelInfo known_channels[] = {
     {"sigma", "H W", TOFGRAPH_F32, "m", "standard deviation of a length"},
     {"flags", "H W", TOFGRAPH_U16, "", "why a pixel is not good, as bits"},
     {"points", "H W 3", TOFGRAPH_F32, "m", "optical frame: x right, y down, z forward"},
+    {"true_depth", "H W", TOFGRAPH_F32, "m", "of a simulation: the depth without any error"},
+    {"reflectivity", "H W", TOFGRAPH_F32, "", "of a simulation: the surface's, 0 .. 1"},
     {"rays", "H W 3", TOFGRAPH_F32, "", "unit vector of each pixel in the optical frame"},
 };
 

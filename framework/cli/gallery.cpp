@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/gallery.hpp"
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+
+void add_gallery(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<GalleryArguments>();
+  CLI::App* command = app.add_subcommand("gallery", "A page that shows what every effect does");
+  command->add_option("-o,--out", arguments->out, "The page (.html)")->required();
+  command->add_option("--camera", arguments->camera, "A profile by name or path; default: camcube2");
+  command->add_option("--light", arguments->light, "reference (default) or physical")
+      ->check(CLI::IsMember({"reference", "physical"}));
+  command->add_flag("--force", arguments->force, "Replace the page if it exists");
+  command->callback([arguments, &common] {
+    common.command = [arguments, &common] {
+      arguments->quiet = common.quiet;
+      arguments->plugin_folders = common.plugin_folders;
+      return run_module("gallery", arguments.get());
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

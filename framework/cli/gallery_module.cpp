@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/gallery.hpp"
+#include "cli/progress.hpp"
+#include "io/output_file.hpp"
+#include "io/profile.hpp"
+#include "report/effect_gallery.hpp"
+#include "simulation/forward_model.hpp"
+
+#include <fmt/format.h>
+
+namespace tofgraph::cli {
+namespace {
+
+int gallery(const GalleryArguments& arguments) {
+  const auto profile = io::find_profile(arguments.camera, std::filesystem::current_path());
+  if (profile.empty() || !std::filesystem::exists(profile)) {
+    const std::vector<std::string> names = io::profile_names();
+    throw core::ConfigurationError(fmt::format("--camera {}: error: there is no such profile\n         {}",
+                                               arguments.camera, core::suggestion(arguments.camera, names, "cameras")));
+  }
+  if (const std::string problem = io::output_problem(std::filesystem::path(arguments.out), arguments.force);
+      !problem.empty())
+    throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
+  const auto camera = io::load_profile(profile);
+  const core::Catalogue catalogue(arguments.plugin_folders);
+  Progress progress(arguments.quiet);
+  report::write_effect_gallery(catalogue, camera->view(), arguments.out,
+                               {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::gallery(*static_cast<const tofgraph::cli::GalleryArguments*>(arguments));
+}

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/simulate.hpp"
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+
+void add_simulate(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* command = app.add_subcommand("simulate", "Make the recordings that a camera would make of a scene");
+  command->add_option("SCENE", arguments->scene, "A scene file")->required();
+  command->add_option("-o,--out", arguments->out,
+                      "The capture (.h5); for a scene with a sequence, a folder with a campaign and its captures");
+  command->add_option("--model", arguments->model, "A model file: light and effects, in place of the scene's");
+  command->add_option("--preview", arguments->preview,
+                      "A picture (.png) of the first condition: phases, amplitude, distance, cloud");
+  command->add_option("--seed", arguments->seed, "Of the noise, in place of the scene's");
+  command->add_option("--frames", arguments->frames, "Of each condition, in place of the scene's")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--compression", arguments->compression, "Of the captures: 0 (none, default) to 9")
+      ->check(CLI::Range(0, 9));
+  command->add_option("--threads", arguments->threads, "Threads; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_flag("--truth", arguments->truth, "Add the depth and points without error, and the reflectivity");
+  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->footer("Example: tofgraph simulate pipelines/scenes/boxes.yaml -o boxes.h5 --preview boxes.png");
+  command->callback([arguments, &common] {
+    if (arguments->out.empty() && arguments->preview.empty()) throw CLI::RequiredError("-o OUT or --preview OUT.png");
+    common.command = [arguments, &common] {
+      arguments->quiet = common.quiet;
+      arguments->plugin_folders = common.plugin_folders;
+      return run_module("simulate", arguments.get());
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

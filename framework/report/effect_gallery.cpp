@@ -1,0 +1,212 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "report/effect_gallery.hpp"
+
+#include "core/document.hpp"
+#include "core/parameters.hpp"
+#include "core/quantity.hpp"
+#include "physics/four_phase.hpp"
+#include "report/page.hpp"
+#include "report/plot.hpp"
+#include "simulation/board.hpp"
+#include "simulation/forward_model.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+namespace tofgraph::report {
+namespace {
+
+using namespace simulation;
+
+/// What four samples and the taps tell of a pixel.
+struct Seen {
+  double distance, log_amplitude, log_intensity, null1, null2;
+};
+
+std::vector<Seen> seen_by(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels) {
+  Expectation expectation = model.expect(tracer, shot, pixels);
+  if (model.has_readout()) model.read_out(shot, pixels, expectation.taps);
+  const std::size_t n = pixels.size();
+  const double scale = physics::metres_per_radian(shot.condition.modulation_frequency);
+  std::vector<Seen> result;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, 4> c{};
+    double sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double a = expectation.taps[2 * k * n + i], b = expectation.taps[(2 * k + 1) * n + i];
+      c[k] = a - b;
+      sum += a + b;
+    }
+    const physics::Decoded decoded = physics::decode(c);
+    result.push_back({scale * decoded.phase, std::log(decoded.amplitude), std::log(sum / 8), decoded.null1 / (sum / 4),
+                      decoded.null2 / decoded.amplitude});
+  }
+  return result;
+}
+
+/// A wall at 1.5 m; before it, at 1 m, a board that covers the right half of the middle.
+Tracer wall_and_board(double focal_length) {
+  const Tracer wall = board_tracer(focal_length, {1.5, 0, 0, 0.85});
+  const Tracer near_board = board_tracer(focal_length, {1.0, 0, 0, 0.85});
+  return [wall, near_board](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
+    wall(change, rays, hits);
+    std::vector<Hit> before(rays.size());
+    near_board(change, rays, before);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const Vector3 p = before[i].point;
+      if (!(std::isfinite(before[i].reflected) && p.x > 0.02 && p.x < 0.26 && std::abs(p.y) < 0.2)) continue;
+      hits[i] = before[i];
+      hits[i].object = 1;
+    }
+  };
+}
+
+/// An effect at its typical size: every parameter that has one at that, the others at their defaults.
+struct Typical {
+  EffectPtr effect;
+  std::string parameters;
+};
+Typical typical(const tofgraph_descriptor& descriptor, const tofgraph_camera& camera) {
+  std::vector<core::Entry> entries;
+  std::string text;
+  for (std::uint64_t i = 0; i < descriptor.parameter_count; ++i) {
+    const tofgraph_parameter& p = descriptor.parameters[i];
+    if (std::isnan(p.typical)) continue;
+    const std::string value = fmt::format("{:.6g}{}{}", p.typical, *p.unit != 0 ? " " : "", p.unit);
+    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", p.name, core::format_quantity(p.typical, p.unit));
+    entries.push_back({p.name, {}, core::parse_value(value, {})});
+  }
+  std::vector<const core::Entry*> written;
+  for (const core::Entry& entry : entries) written.push_back(&entry);
+  core::Diagnostics diagnostics;
+  const core::ParameterValues values(descriptor, written, {}, diagnostics);
+  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  return {std::make_shared<const Effect>(descriptor, values.data(), camera), text};
+}
+
+class Gallery {
+ public:
+  Gallery(const tofgraph_camera& camera, bool physical)
+      : camera_(camera),
+        physical_(physical),
+        image_(whole_image(camera)),
+        coarse_(superpixels(camera, 12, 12)),
+        scene_(wall_and_board(camera.focal_length)),
+        shot_(shot_of(camera, 2e-3)),
+        ideal_(camera, physical, {}),
+        plain_(seen_by(ideal_, scene_, shot_, image_)) {
+    // Everything that effects may depend on happens: ambient light, half way through the warm-up.
+    shot_.condition.ambient = "lamp";
+    shot_.condition.time_since_power_on = 600;
+    for (double z = 0.5; z <= 7.01; z += 0.1) distances_.push_back(z);
+  }
+
+  void add(Page& page, const tofgraph_descriptor& descriptor) const {
+    const tofgraph_effect& border = *core::effect_of(descriptor);
+    page.heading(descriptor.name);
+    page.paragraph(
+        fmt::format("{}. Level: {}. Touches: {}.{}{}", descriptor.summary, core::level_name(border), border.touches,
+                    *border.confused_with != 0 ? fmt::format(" Confused with: {}.", border.confused_with) : "",
+                    *border.experiment != 0 ? fmt::format(" Separated by: {}.", border.experiment) : ""));
+    try {
+      const Typical made = typical(descriptor, camera_);
+      const ForwardModel model(camera_, physical_, {made.effect});
+      std::vector<std::string> figures = maps(model);
+      for (std::string& figure : series(model)) figures.push_back(std::move(figure));
+      page.figures(figures, fmt::format("{} with {}", descriptor.name,
+                                        made.parameters.empty() ? "its defaults" : made.parameters));
+    } catch (const EffectError& error) {
+      page.paragraph(fmt::format("No pictures: {}", error.what()));
+    }
+  }
+
+ private:
+  std::vector<std::string> maps(const ForwardModel& model) const {
+    const std::vector<Seen> seen = seen_by(model, scene_, shot_, image_);
+    const auto draw = [&](const std::string& title, const std::string& unit, auto value) {
+      HeatMap map{.title = title, .unit = unit, .rows = image_.rows, .columns = image_.columns};
+      double most = 0;
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        map.values.push_back(value(seen[i], plain_[i]));
+        if (std::isfinite(map.values.back())) most = std::max(most, std::abs(map.values.back()));
+      }
+      map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // nothing but rounding is nothing
+      return heat_map(map, 300, 250);
+    };
+    const double range = physics::unambiguous_range(camera_.modulation_frequency);
+    return {
+        draw("distance", "mm",
+             [range](const Seen& a, const Seen& b) { return 1e3 * std::remainder(a.distance - b.distance, range); }),
+        draw("amplitude", "%",
+             [](const Seen& a, const Seen& b) { return 100 * std::expm1(a.log_amplitude - b.log_amplitude); }),
+        draw("intensity", "%",
+             [](const Seen& a, const Seen& b) { return 100 * std::expm1(a.log_intensity - b.log_intensity); }),
+        draw("null channel N1 / 2I", "%", [](const Seen& a, const Seen& b) { return 100 * (a.null1 - b.null1); }),
+        draw("null channel N2 / a", "%", [](const Seen& a, const Seen& b) { return 100 * (a.null2 - b.null2); })};
+  }
+
+  /// The image's mean over the distance of a board.
+  std::vector<std::string> series(const ForwardModel& model) const {
+    std::array<Curve, 4> c;
+    const double range = physics::unambiguous_range(camera_.modulation_frequency);
+    for (const double z : distances_) {
+      const Tracer board = board_tracer(camera_.focal_length, {z, 0, 0, 0.85});
+      const auto with = seen_by(model, board, shot_, coarse_), without = seen_by(ideal_, board, shot_, coarse_);
+      std::array<double, 4> mean{};
+      for (std::size_t i = 0; i < with.size(); ++i) {
+        mean[0] += 1e3 * std::remainder(with[i].distance - without[i].distance, range);
+        mean[1] += 100 * std::expm1(with[i].log_amplitude - without[i].log_amplitude);
+        mean[2] += 100 * (with[i].null1 - without[i].null1);
+        mean[3] += 100 * (with[i].null2 - without[i].null2);
+      }
+      for (std::size_t k = 0; k < 4; ++k) {
+        c[k].x.push_back(z);
+        c[k].y.push_back(mean[k] / static_cast<double>(with.size()));
+      }
+    }
+    c[1].name = "amplitude";
+    c[2].name = "N1 / 2I";
+    c[3].name = "N2 / a";
+    return {
+        curves({"a board: mean error of the distance", "distance of the board / m", "mm", {c[0]}, false}, 460, 250),
+        curves({"a board: the other channels", "distance of the board / m", "%", {c[1], c[2], c[3]}, false}, 460, 250)};
+  }
+
+  const tofgraph_camera& camera_;
+  bool physical_;
+  Pixels image_, coarse_;
+  Tracer scene_;
+  Shot shot_;
+  ForwardModel ideal_;
+  std::vector<Seen> plain_;
+  std::vector<double> distances_;
+};
+
+}  // namespace
+
+void write_effect_gallery(const core::Catalogue& catalogue, const tofgraph_camera& camera,
+                          const std::filesystem::path& file, const GalleryOptions& options) {
+  std::vector<core::PluginFile> effects;
+  for (const core::PluginFile& plugin : catalogue.files()) {
+    if (plugin.kind == "effect") effects.push_back(plugin);
+  }
+  static_cast<void>(catalogue.describe(effects));  // all at once in one other process
+  const Gallery gallery(camera, options.physical);
+  Page page(fmt::format("Effects of a time-of-flight camera: {}", camera.name));
+  page.paragraph(
+      "Each effect alone at its typical size, as the difference to the ideal camera. The maps show a wall at 1.5 m "
+      "with a "
+      "board at 1 m before the right half of its middle, 2 ms; the curves the mean over a board that fills the view. "
+      "The room is lit and the camera has been on for ten minutes.");
+  page.contents();
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    gallery.add(page, catalogue.load(effects[i]));
+    if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(effects.size()));
+  }
+  page.write(file);
+}
+
+}  // namespace tofgraph::report

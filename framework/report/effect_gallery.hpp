@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What every effect does to distance, amplitude and the null channels at its typical size, to look at.
+#pragma once
+
+#include "core/plugin.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+namespace tofgraph::report {
+
+struct GalleryOptions {
+  bool physical = false;                       ///< light: physical
+  std::function<void(double share)> progress;  ///< 0..1; may be empty
+};
+
+/// Writes a page (HTML, self-contained) with all effects of a catalogue for a camera.
+/// @throws std::runtime_error
+void write_effect_gallery(const core::Catalogue& catalogue, const tofgraph_camera& camera,
+                          const std::filesystem::path& file, const GalleryOptions& options);
+
+}  // namespace tofgraph::report

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A report as one HTML file that needs nothing else.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::report {
+
+/// Text for HTML: markup characters are escaped.
+std::string escaped(std::string_view text);
+
+class Page {
+ public:
+  explicit Page(std::string title) : title_(std::move(title)) {}
+
+  /// The sentence at the top that says what came out. @param mood good, warn, bad or plain: its colour
+  void verdict(std::string_view text, std::string_view mood = "plain");
+  void heading(std::string_view text);
+  void paragraph(std::string_view text);
+  void table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows);
+  /// Pictures (SVG) side by side, with one caption.
+  void figures(std::span<const std::string> svgs, std::string_view caption = {});
+  /// Links to the headings so far at this place of the page.
+  void contents();
+
+  std::string html() const;
+  /// Whole or not at all. @throws std::runtime_error
+  void write(const std::filesystem::path& file) const;
+
+ private:
+  std::string title_, body_;
+  std::vector<std::string> headings_;
+};
+
+}  // namespace tofgraph::report

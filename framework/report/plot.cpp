@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "report/plot.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+
+extern char** environ;  // NOLINT(readability-redundant-declaration)
+
+namespace tofgraph::report {
+namespace {
+
+/// A text for gnuplot's single quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
+}
+
+/// gnuplot's word for a number; what is not finite is missing.
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
+
+/// Feeds one end of a child and drains the two others, whichever is ready.
+void exchange(const std::string& in, int to, int from, int errors, std::string& out, std::string& error) {
+  std::size_t sent = 0;
+  std::array<pollfd, 3> ends = {{{to, POLLOUT, 0}, {from, POLLIN, 0}, {errors, POLLIN, 0}}};
+  while (ends[1].fd >= 0 || ends[2].fd >= 0) {
+    if (poll(ends.data(), ends.size(), -1) < 0 && errno != EINTR) break;
+    if (ends[0].fd >= 0 && ends[0].revents != 0) {
+      const ssize_t n = write(to, in.data() + sent, in.size() - sent);
+      if (n > 0) sent += static_cast<std::size_t>(n);
+      if ((n < 0 && errno != EAGAIN && errno != EINTR) || sent == in.size()) {
+        close(to);
+        ends[0].fd = -1;
+      }
+    }
+    for (std::size_t i = 1; i < 3; ++i) {
+      if (ends[i].fd < 0 || ends[i].revents == 0) continue;
+      char block[65536];
+      const ssize_t n = read(ends[i].fd, block, sizeof block);
+      if (n > 0) (i == 1 ? out : error).append(block, static_cast<std::size_t>(n));
+      if (n == 0) {
+        close(ends[i].fd);
+        ends[i].fd = -1;
+      }
+    }
+  }
+  if (ends[0].fd >= 0) close(to);
+}
+
+constexpr const char* style =
+    "set encoding utf8\n"
+    "set border lc rgb '#555555'\n"
+    "set tics textcolor rgb '#333333'\n"
+    "set title font ',13'\n"
+    "set key top left reverse Left samplen 2\n";
+
+/// The largest magnitude, or the span, but for 2 % of outliers.
+double usual_limit(std::span<const double> values) {
+  std::vector<double> sizes;
+  for (const double v : values) {
+    if (std::isfinite(v)) sizes.push_back(std::abs(v));
+  }
+  if (sizes.empty()) return 1;
+  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
+  std::ranges::nth_element(sizes, place);
+  return *place > 0 ? *place : *std::ranges::max_element(sizes);
+}
+
+std::string names(const char* axis, const std::vector<std::string>& texts, bool from_top) {
+  std::string result;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    if (texts.size() > 16 && i % (texts.size() / 8) != 0) continue;
+    std::string text;  // gnuplot takes the names of tics for formats
+    for (const char c : texts[i]) text += c == '%' ? "%%" : std::string(1, c);
+    result += fmt::format("{}{} {}", result.empty() ? "" : ", ", quoted(text), from_top ? texts.size() - 1 - i : i);
+  }
+  return texts.empty() ? "" : fmt::format("set {}tics ({}) {}\n", axis, result, *axis == 'x' ? "rotate by -40" : "");
+}
+
+}  // namespace
+
+std::string gnuplot(const std::string& script, int width, int height) {
+  int in[2], out[2], err[2];
+  if (pipe2(in, O_CLOEXEC) != 0 || pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0)
+    throw std::runtime_error(fmt::format("cannot start gnuplot: {}", std::strerror(errno)));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
+  std::string program = "gnuplot", option = "-";
+  std::array<char*, 3> arguments = {program.data(), option.data(), nullptr};
+  pid_t child = 0;
+  const int failed = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  for (const int end : {in[0], out[1], err[1]}) close(end);
+  if (failed != 0) {
+    for (const int end : {in[1], out[0], err[0]}) close(end);
+    throw std::runtime_error(
+        fmt::format("cannot start gnuplot: {}; install it (Debian: gnuplot-nox)", std::strerror(failed)));
+  }
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
+  fcntl(in[1], F_SETFL, O_NONBLOCK);
+  std::string svg, errors;
+  const std::string whole =
+      fmt::format("set terminal svg size {},{} dynamic font 'sans-serif,11' background rgb 'white'\n", width, height) +
+      style + script + "\nunset output\n";
+  exchange(whole, in[1], out[0], err[0], svg, errors);
+  std::signal(SIGPIPE, before);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (status != 0 || svg.find("</svg>") == std::string::npos) throw std::runtime_error("gnuplot failed: " + errors);
+  return svg.substr(svg.find("<svg"));
+}
+
+std::string heat_map(const HeatMap& map, int width, int height) {
+  double limit = map.limit.value_or(usual_limit(map.values));
+  if (!(limit > 0)) limit = 1;
+  std::string script = fmt::format("set title {}\nset cblabel {}\nunset key\n", quoted(map.title), quoted(map.unit));
+  script += map.signed_values
+                ? "set palette defined (-1 '#2166ac', -0.5 '#92c5de', 0 '#f7f7f7', 0.5 '#f4a582', 1 '#b2182b')\n"
+                : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+  script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
+  script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
+                        static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
+  script += map.x_names.empty() && map.x_label.empty() ? "unset xtics\n" : names("x", map.x_names, false);
+  script += map.y_names.empty() && map.y_label.empty() ? "unset ytics\n" : names("y", map.y_names, true);
+  script += fmt::format("set xlabel {}\nset ylabel {}\n", quoted(map.x_label), quoted(map.y_label));
+  script +=
+      "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '#bbbbbb' fillstyle solid noborder\n";
+  script += "$values << END\n";
+  for (std::size_t r = map.rows; r-- > 0;) {  // gnuplot's first row is the lowest
+    for (std::size_t c = 0; c < map.columns; ++c) script += number(map.values[r * map.columns + c]) + " ";
+    script += "\n";
+  }
+  script += "END\nplot $values matrix using 1:2:3 with image";
+  if (map.write_values) script += ", $values matrix using 1:2:(sprintf('%.2g', $3)) with labels font ',9'";
+  return gnuplot(script, width, height);
+}
+
+std::string curves(const Curves& plot, int width, int height) {
+  static constexpr std::array<const char*, 6> colours = {"#1f4e9c", "#c0392b", "#2a8c4a",
+                                                         "#8e44ad", "#d68910", "#555555"};
+  std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
+                                   quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
+  if (plot.logarithmic_x) script += "set logscale x\n";
+  std::string commands;
+  for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+    const Curve& curve = plot.curves[i];
+    script += fmt::format("$curve{} << END\n", i);
+    for (std::size_t k = 0; k < curve.x.size(); ++k) {
+      script += fmt::format("{} {} {}\n", number(curve.x[k]), number(curve.y[k]),
+                            curve.error.empty() ? "0" : number(curve.error[k]));
+    }
+    script += "END\n";
+    const char* colour = colours.at(i % colours.size());
+    const std::string how = curve.points && !curve.error.empty() ? "using 1:2:3 with yerrorbars pt 7 ps 0.5"
+                            : curve.points                       ? "using 1:2 with points pt 7 ps 0.5"
+                                                                 : "using 1:2 with lines lw 2";
+    commands += fmt::format("{}$curve{} {} lc rgb '{}' {}", i == 0 ? "plot " : ", ", i, how, colour,
+                            curve.name.empty() ? "notitle" : "title " + quoted(curve.name));
+  }
+  return gnuplot(script + commands, width, height);
+}
+
+}  // namespace tofgraph::report

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Plots as SVG, drawn by gnuplot: one look for all reports.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::report {
+
+/// Runs gnuplot on a script and gives what it draws. @throws std::runtime_error when gnuplot is missing or objects
+std::string gnuplot(const std::string& script, int width, int height);
+
+/// An image as colours with a scale. NaN is left grey.
+struct HeatMap {
+  std::string title, unit;
+  std::size_t rows = 0, columns = 0;
+  std::vector<double> values;  ///< row by row, the first at the top
+  std::string x_label, y_label;
+  std::vector<std::string> x_names, y_names;  ///< of columns and rows; empty: numbers
+  bool signed_values = true;                  ///< blue - white - red around 0; otherwise a rising scale
+  std::optional<double> limit;                ///< the scale's end; default: 98 % of the values are within
+  bool write_values = false;                  ///< the number in each field
+};
+std::string heat_map(const HeatMap& map, int width = 330, int height = 270);
+
+/// A line, or points with bars.
+struct Curve {
+  std::string name;
+  std::vector<double> x, y, error;  ///< error: half a bar, or empty
+  bool points = false;
+};
+struct Curves {
+  std::string title, x_label, y_label;
+  std::vector<Curve> curves;
+  bool logarithmic_x = false;
+};
+std::string curves(const Curves& plot, int width = 520, int height = 300);
+
+}  // namespace tofgraph::report
