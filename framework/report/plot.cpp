@@ -116,7 +116,7 @@ std::string gnuplot(const std::string& script, int width, int height) {
   fcntl(in[1], F_SETFL, O_NONBLOCK);
   std::string svg, errors;
   const std::string whole =
-      fmt::format("set terminal svg size {},{} dynamic font 'sans-serif,11' background rgb 'white'\n", width, height) +
+      fmt::format("set terminal svg size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height) +
       style + script + "\nunset output\n";
   exchange(whole, in[1], out[0], err[0], svg, errors);
   std::signal(SIGPIPE, before);
