@@ -3,6 +3,7 @@
 #include "cli/commands.hpp"
 
 #include "io/profile.hpp"
+#include "simulation/scene_file.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -10,14 +11,37 @@
 namespace tofgraph::cli {
 namespace {
 
+std::string check_profile(const core::Value& document, core::Diagnostics& diagnostics) {
+  io::read_profile(document, diagnostics);
+  return "the profile is right";
+}
+
+std::string check_scene(const core::Value& document, core::Diagnostics& diagnostics) {
+  const simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
+  if (!diagnostics.ok()) return {};
+  const std::size_t conditions = simulation::expand(scene).size();
+  return fmt::format("the scene is right, {} object{}, {} condition{}", scene.objects.size(),
+                     scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
+}
+
+/// How a kind of file is checked; gives what is said when it is right.
+struct Kind {
+  std::string_view key;
+  std::string (*check)(const core::Value& document, core::Diagnostics& diagnostics);
+};
+
+constexpr Kind kinds[] = {{"profile", check_profile}, {"scene", check_scene}};
+
 /// Checks a file by the kind that its first key names.
 int check(const PipelineArguments& arguments, const Common& common) {
   const core::Value document = arguments.document();
-  if (document.find("profile") != nullptr && document.find("pipeline") == nullptr) {
+  for (const Kind& kind : kinds) {
+    if (document.entries.empty() || document.entries.front().key != kind.key) continue;
     core::Diagnostics diagnostics;
-    const auto camera = io::read_profile(document, diagnostics);
-    if (!camera) throw core::ConfigurationError(diagnostics);
-    if (!common.quiet) say(fmt::format("{}: the profile is right", arguments.pipeline));
+    const std::string said = kind.check(document, diagnostics);
+    if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+    if (!diagnostics.all().empty()) say(diagnostics.text());
+    if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));
     return done;
   }
   // Existing outputs are a matter of the run, not of the pipeline.
@@ -30,7 +54,8 @@ int check(const PipelineArguments& arguments, const Common& common) {
 
 void add_check(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
-  CLI::App* command = app.add_subcommand("check", "Say every mistake in a pipeline or profile, run nothing");
+  CLI::App* command =
+      app.add_subcommand("check", "Say every mistake in a pipeline, profile, scene or campaign; run nothing");
   arguments->add_to(*command);
   command->callback(
       [arguments, &common] { common.command = [arguments, &common] { return check(*arguments, common); }; });

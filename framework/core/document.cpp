@@ -5,13 +5,16 @@
 #include "core/quantity.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 namespace tofgraph::core {
@@ -172,11 +175,90 @@ double Reader::number(std::string_view key, std::string_view unit, std::string_v
   return otherwise;
 }
 
+double Reader::number_within(std::string_view key, std::string_view unit, std::string_view example,
+                             std::optional<double> fallback, double least, double most) {
+  const std::size_t errors = diagnostics_.errors();
+  const double value = number(key, unit, example, fallback);
+  const Entry* entry = map_.find(key);
+  if (entry == nullptr || diagnostics_.errors() != errors || (value >= least && value <= most)) return value;
+  const auto limit = [&](double bound) { return format_quantity(bound, unit); };
+  const std::string allowed = std::isinf(most)    ? fmt::format("at least {}", limit(least))
+                              : std::isinf(least) ? fmt::format("at most {}", limit(most))
+                                                  : fmt::format("{} to {}", limit(least), limit(most));
+  diagnostics_.error(
+      entry->value.at,
+      fmt::format("'{}' is {}: it is out of range: {} is allowed", key, entry->value.described(), allowed),
+      fmt::format("example: {}: {}", key, example));
+  return fallback.value_or(least);
+}
+
+std::int64_t Reader::whole_number(std::string_view key, std::string_view example, std::optional<std::int64_t> fallback,
+                                  std::int64_t least, std::int64_t most) {
+  const Entry* entry = fallback ? take(key) : need(key, example);
+  const std::int64_t otherwise = fallback.value_or(least);
+  if (entry == nullptr) return otherwise;
+  const std::string& text = entry->value.text;
+  std::int64_t number = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool whole = entry->value.is_scalar() && failed == std::errc() && end == text.data() + text.size();
+  if (whole && number >= least && number <= most) return number;
+  diagnostics_.error(
+      entry->value.at,
+      fmt::format("'{}' is {}, expected a whole number {}", key, entry->value.described(),
+                  most == std::numeric_limits<std::int64_t>::max() ? fmt::format("from {} on", least)
+                                                                   : fmt::format("from {} to {}", least, most)),
+      fmt::format("example: {}: {}", key, example));
+  return otherwise;
+}
+
 std::string Reader::word(std::string_view key, std::string fallback) {
   const Entry* entry = take(key);
   if (entry == nullptr) return fallback;
   if (entry->value.is_scalar()) return entry->value.text;
   diagnostics_.error(entry->value.at, fmt::format("'{}' is {}, expected a word", key, entry->value.described()));
+  return fallback;
+}
+
+std::string Reader::choice(std::string_view key, std::span<const std::string> words) {
+  const Entry* entry = take(key);
+  if (entry == nullptr) return words.front();
+  if (entry->value.is_scalar() && std::ranges::find(words, entry->value.text) != words.end()) return entry->value.text;
+  diagnostics_.error(
+      entry->value.at,
+      fmt::format("'{}' is {}, expected one of: {}", key, entry->value.described(), fmt::join(words, " ")),
+      fmt::format("example: {}: {}", key, words.front()));
+  return words.front();
+}
+
+std::filesystem::path Reader::input_file(std::string_view key, std::string_view example) {
+  const Entry* entry = need(key, example);
+  if (entry == nullptr) return {};
+  const Value& value = entry->value;
+  if (value.kind != Value::Kind::scalar || value.text.empty()) {
+    diagnostics_.error(value.at, fmt::format("'{}' is {}, expected a file", key, value.described()),
+                       fmt::format("example: {}: {}", key, example));
+    return {};
+  }
+  const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
+  std::filesystem::path file = (base / value.text).lexically_normal();
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error))
+    diagnostics_.error(value.at, fmt::format("'{}': {} is a folder", key, file.string()));
+  else if (!std::filesystem::exists(file, error))
+    diagnostics_.error(value.at, fmt::format("'{}': there is no file {}", key, file.string()));
+  return file;
+}
+
+std::vector<double> Reader::numbers(std::string_view key, std::string_view unit, std::string_view example,
+                                    std::vector<double> fallback) {
+  const std::size_t errors = diagnostics_.errors();
+  std::vector<double> values = numbers(key, unit, example);
+  const Entry* entry = map_.find(key);
+  if (entry == nullptr || diagnostics_.errors() != errors) return fallback;
+  if (values.size() == fallback.size()) return values;
+  diagnostics_.error(entry->value.at,
+                     fmt::format("'{}' needs {} numbers, here are {}", key, fallback.size(), values.size()),
+                     fmt::format("example: {}: {}", key, example));
   return fallback;
 }
 

@@ -5,8 +5,10 @@
 
 #include "core/diagnostics.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -58,9 +60,22 @@ class Reader {
   const Entry* need(std::string_view key, std::string_view example);
   /// A number with the dimension of `unit` in SI; fallback where the key is missing or wrong.
   double number(std::string_view key, std::string_view unit, std::string_view example, std::optional<double> fallback);
+  /// The same with bounds, in SI; what is outside is a mistake that shows them.
+  double number_within(std::string_view key, std::string_view unit, std::string_view example,
+                       std::optional<double> fallback, double least, double most);
+  /// A pure whole number; nothing as fallback: the key is needed.
+  std::int64_t whole_number(std::string_view key, std::string_view example, std::optional<std::int64_t> fallback,
+                            std::int64_t least, std::int64_t most);
   std::string word(std::string_view key, std::string fallback);
+  /// One of a few words; another one is a mistake, and gives the first.
+  std::string choice(std::string_view key, std::span<const std::string> words);
+  /// A file that must be there; relative paths are relative to the file that the value stands in.
+  std::filesystem::path input_file(std::string_view key, std::string_view example);
   /// A list of numbers of one unit.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example);
+  /// The same with a fallback for a list that is not there or wrong; a list of another length than its is a mistake.
+  std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example,
+                              std::vector<double> fallback);
   /// Every key that was not taken is an error with the nearest known one.
   void finish();
 

@@ -53,24 +53,6 @@ std::vector<const Entry*> pointers(const std::vector<Entry>& entries) {
   return result;
 }
 
-CameraPtr find_camera(const PipelineSpec& pipeline, Diagnostics& diagnostics) {
-  if (!pipeline.camera) return nullptr;
-  const Value& value = *pipeline.camera;
-  const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
-  const auto file = io::find_profile(value.text, base);
-  if (file.empty()) {
-    diagnostics.error(value.at, fmt::format("there is no camera profile '{}'", value.text),
-                      suggestion(value.text, io::profile_names(), "profiles") + " (or a path to a .yaml file)");
-    return nullptr;
-  }
-  try {
-    return io::load_profile(file);
-  } catch (const ConfigurationError& error) {
-    diagnostics.error(value.at, fmt::format("the camera profile cannot be used:\n{}", error.what()));
-    return nullptr;
-  }
-}
-
 }  // namespace
 
 Graph::~Graph() = default;
@@ -86,7 +68,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
     building.stages.push_back(find_stage(node, catalogue, diagnostics));
     building.names.push_back(node.name);
   }
-  camera_ = find_camera(pipeline, diagnostics);
+  if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   order(building, diagnostics);
   prepare(diagnostics);
 }

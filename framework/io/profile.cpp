@@ -166,6 +166,22 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   return result;
 }
 
+core::CameraPtr find_camera(const Value& name, Diagnostics& diagnostics) {
+  const auto base = name.at.source ? name.at.source->base : std::filesystem::path{};
+  const auto file = find_profile(name.text, base);
+  if (file.empty()) {
+    diagnostics.error(name.at, fmt::format("there is no camera profile '{}'", name.text),
+                      core::suggestion(name.text, profile_names(), "profiles") + " (or a path to a .yaml file)");
+    return nullptr;
+  }
+  try {
+    return load_profile(file);
+  } catch (const core::ConfigurationError& error) {
+    diagnostics.error(name.at, fmt::format("the camera profile cannot be used:\n{}", error.what()));
+    return nullptr;
+  }
+}
+
 core::CameraPtr load_profile(const std::filesystem::path& file) {
   Diagnostics diagnostics;
   const Value document = core::load_document(file);

@@ -22,6 +22,9 @@ std::filesystem::path find_profile(const std::string& name, const std::filesyste
 /// Reads a profile. Mistakes go to the diagnostics; null when there are any.
 core::CameraPtr read_profile(const core::Value& document, core::Diagnostics& diagnostics);
 
+/// The profile that a document names, by name or path. Mistakes go to the diagnostics; null when there are any.
+core::CameraPtr find_camera(const core::Value& name, core::Diagnostics& diagnostics);
+
 /// Reads a profile by name or path. @throws core::ConfigurationError with every mistake.
 core::CameraPtr load_profile(const std::filesystem::path& file);
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "simulation/hit.hpp"
+#include "simulation/pose.hpp"
 
 namespace tofgraph::simulation {
 
@@ -12,13 +13,17 @@ struct BoardPose {
   double distance = 0.5;          ///< m from the sensor plane, on the axis
   double tilt_x = 0, tilt_y = 0;  ///< rad
   double reflectivity = 0.85;
+  double roll = 0;      ///< rad, of the camera about its axis
+  double velocity = 0;  ///< m/s along z, away positive
 };
 
 inline Tracer board_tracer(double focal_length, const BoardPose& board) {
   return [focal_length, board](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
     const physics::Geometry geometry{focal_length, {}};
-    const double distance = change.scale * board.distance + change.offset + change.displacement;
-    const physics::Plane plane = physics::board(distance, board.tilt_x + change.tilt_x, board.tilt_y + change.tilt_y);
+    const double distance =
+        change.scale * board.distance + change.offset + change.displacement + change.time * board.velocity;
+    physics::Plane plane = physics::board(distance, board.tilt_x + change.tilt_x, board.tilt_y + change.tilt_y);
+    if (board.roll != 0) plane.normal = rotation(0, 0, -board.roll) * plane.normal;  // seen by the rolled camera
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const double reflected = physics::reflected_path(geometry, rays[i], plane);
       if (!(reflected > 0)) continue;

@@ -135,11 +135,13 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     displace = [](tofgraph_light_state* state, std::uint32_t k, double displacement) {
       return static_cast<Evaluation*>(state)->move_exposure(k, displacement);
     };
-    if (const double v = shot_.condition.velocity; std::isfinite(v) && v != 0) {
-      for (std::uint32_t k = 1; k < 4; ++k) move_exposure(k, k * v / (4 * camera->frame_rate));
+    if (shot_.moving) {
+      for (std::size_t k = 1; k < 4; ++k) {
+        changes_[k].time = static_cast<double>(k) / (4 * camera->frame_rate);
+        shine_again(k);
+      }
     }
     apply_level(TOFGRAPH_SAMPLES);
-    if (!error_.empty()) throw std::runtime_error(error_);
     Expectation result;
     expose(result);
     result.hits = std::move(hits_);
@@ -184,28 +186,14 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     return (1 / physics::norm(along)) * along;
   }
 
-  static Vector3 rolled(Vector3 v, double cosine, double sine) {
-    return {cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, v.z};
-  }
-
-  /// Rays into the scene and back, with the camera rolled about its axis.
-  void trace_rolled(const std::vector<Vector3>& rays, std::vector<Hit>& hits) const {
+  void trace_rays(const std::vector<Vector3>& rays, std::vector<Hit>& hits) const {
     BoardChange change = moved_;
     change.scale = 1 + scale;
     change.offset = offset;
     change.tilt_x = tilt[0];
     change.tilt_y = tilt[1];
     hits.assign(rays.size(), {});
-    const double roll = shot_.condition.roll;
-    if (roll == 0 || std::isnan(roll)) return tracer_(change, rays, hits);
-    const double cosine = std::cos(roll), sine = std::sin(roll);
-    std::vector<Vector3> outside;
-    for (const Vector3& ray : rays) outside.push_back(rolled(ray, cosine, sine));
-    tracer_(change, outside, hits);
-    for (Hit& hit : hits) {
-      hit.point = rolled(hit.point, cosine, -sine);
-      hit.normal = rolled(hit.normal, cosine, -sine);
-    }
+    tracer_(change, rays, hits);
   }
 
   void trace() {
@@ -218,7 +206,7 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     if (other_lens) {
       for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = ray_at(lens, pixels_.at[2 * i], pixels_.at[2 * i + 1]);
     }
-    trace_rolled(rays, hits_);
+    trace_rays(rays, hits_);
     for (std::size_t i = 0; i < rays.size(); ++i)
       points_.add(pixels_.at[2 * i], pixels_.at[2 * i + 1], rays[i], hits_[i], camera->focal_length);
     if (model_.edge_samples_ > 1 && spacing == 1) add_edges(lens);
@@ -246,7 +234,7 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
       }
     }
     std::vector<Hit> hits;
-    trace_rolled(rays, hits);
+    trace_rays(rays, hits);
     for (std::size_t i = 0; i < rays.size(); ++i)
       points_.add(at[2 * i], at[2 * i + 1], rays[i], hits[i], camera->focal_length);
   }
@@ -383,26 +371,29 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     distance = distances_.data();
   }
 
+  /// Exposure k sees the scene as changes_[k] says: what effects made of its light before stays, in proportion.
+  void shine_again(std::size_t k) {
+    Evaluation other(model_, tracer_, shot_, pixels_, changes_[k]);
+    other.shine();
+    const std::size_t n = pixels_.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      Complex& now = exposures_[k * n + i];
+      now = clean_[k][i] != Complex{} ? now * (other.light_[i] / clean_[k][i]) : other.light_[i];
+      double& amount = intensities_[k * n + i];
+      amount = clean_strength_[k][i] > 0 ? amount * (other.strength_[i] / clean_strength_[k][i]) : other.strength_[i];
+    }
+    clean_[k] = std::move(other.light_);
+    clean_strength_[k] = std::move(other.strength_);
+  }
+
   int move_exposure(std::uint32_t k, double displacement) noexcept {
+    if (k > 3) return TOFGRAPH_ERROR;
+    if (displacement == 0) return TOFGRAPH_OK;
     try {
-      if (k > 3 || displacement == 0) return k > 3 ? TOFGRAPH_ERROR : TOFGRAPH_OK;
-      displacement_[k] += displacement;
-      BoardChange change = moved_;
-      change.displacement += displacement_[k];
-      Evaluation other(model_, tracer_, shot_, pixels_, change);
-      other.shine();
-      const std::size_t n = pixels_.size();
-      for (std::size_t i = 0; i < n; ++i) {
-        Complex& now = exposures_[k * n + i];
-        now = clean_[k][i] != Complex{} ? now * (other.light_[i] / clean_[k][i]) : other.light_[i];
-        double& amount = intensities_[k * n + i];
-        amount = clean_strength_[k][i] > 0 ? amount * (other.strength_[i] / clean_strength_[k][i]) : other.strength_[i];
-      }
-      clean_[k] = std::move(other.light_);
-      clean_strength_[k] = std::move(other.strength_);
+      changes_[k].displacement += displacement;
+      shine_again(k);
       return TOFGRAPH_OK;
-    } catch (const std::exception& error) {
-      error_ = error.what();
+    } catch (const std::exception&) {
       return TOFGRAPH_ERROR;
     }
   }
@@ -445,8 +436,7 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
   std::vector<Complex> light_, exposures_;
   std::array<std::vector<Complex>, 4> clean_;
   std::array<std::vector<double>, 4> clean_strength_;
-  std::array<double, 4> displacement_{};
-  std::string error_;
+  std::array<BoardChange, 4> changes_{};
 };
 
 ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::vector<EffectPtr> effects,

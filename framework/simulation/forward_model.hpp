@@ -31,6 +31,7 @@ Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t 
 struct Shot {
   tofgraph_condition condition{};
   std::vector<bool> on;
+  bool moving = false;  ///< the scene is not the same in the four exposures, even without effects
 };
 /// Nothing known but the times, everything on.
 Shot shot_of(const tofgraph_camera& camera, double integration_time);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "physics/geometry.hpp"
+#include "simulation/surface.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -13,13 +14,6 @@
 namespace tofgraph::simulation {
 
 using physics::Vector3;
-
-/// How a surface returns light, where that is not Lambert's way.
-struct Surface {
-  double roughness = 0;  ///< rad, of Oren and Nayar; 0: Lambert
-  double specular = 0;   ///< strength of the gloss, relative to a white Lambert surface
-  double exponent = 60;  ///< of the gloss
-};
 
 /// Where a ray meets the scene; lengths in metres, sensor frame.
 struct Hit {
@@ -35,7 +29,8 @@ struct Hit {
 struct BoardChange {
   double scale = 1, offset = 0;   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad
-  double displacement = 0;        ///< m
+  double displacement = 0;        ///< m, away positive
+  double time = 0;                ///< s since the begin of the first exposure, for what moves by itself
 
   bool operator==(const BoardChange&) const = default;
 };

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file One condition of a measurement or a simulation: what stood before the camera, and how it was looked at.
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/document.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::simulation {
+struct Objects;
+}
+
+namespace tofgraph::io {
+
+/// A number that is not known.
+inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A window of the image, first and last inclusive.
+struct Roi {
+  std::uint32_t first_column = 0, last_column = 0, first_row = 0, last_row = 0;
+};
+
+/// What a table says was measured: statistics over the window, NaN where the table has no such column.
+struct Measured {
+  double depth = unknown, depth_sd = unknown;  ///< m; mean after the correction, and the pixels' spread
+  double distance = unknown;                   ///< m, mean of the raw half paths
+  double amplitude = unknown;                  ///< counts
+  double count = unknown;                      ///< how many values are in the mean
+};
+
+/// One condition. SI; angles in rad, temperatures in K; NaN is "not known".
+struct Condition {
+  std::string id;
+  core::Position at;  ///< where it is written; for messages
+
+  // What stood there.
+  double board_distance = unknown;                     ///< m, sensor plane to board on the axis; NaN: there is no board
+  double board_tilt_x = unknown;                       ///< rad, R = R_y(tilt_y) R_x(tilt_x)
+  double board_tilt_y = unknown;                       ///< rad
+  std::optional<std::array<double, 2>> board_size;     ///< m; none: it fills the view
+  std::string target;                                  ///< label; conditions with one label share one reflectivity
+  double reflectivity = unknown;                       ///< 0..1
+  std::filesystem::path scene;                         ///< a scene file for anything but a board; empty: none
+  std::shared_ptr<const simulation::Objects> objects;  ///< of a scene; null: the board above is all there is
+
+  // How it was looked at.
+  double integration_time = unknown;     ///< s
+  std::vector<std::string> sources;      ///< names of those that are on; empty: all of the profile's
+  std::string ambient = "dark";          ///< dark, or a label
+  double time_since_power_on = unknown;  ///< s
+  double roll = 0;                       ///< rad, camera about its axis, right-handed
+  double velocity = unknown;             ///< m/s, board along z, away positive
+  std::string reference;                 ///< rail, laser; empty: not stated
+  std::string lens;                      ///< open, capped; empty: not stated
+  std::string rail;                      ///< bare, covered; empty: not stated
+  double temperature = unknown;          ///< K
+
+  // What came out.
+  std::filesystem::path capture;                       ///< empty: none
+  std::optional<std::array<std::uint64_t, 2>> frames;  ///< first and last; none: all
+  std::optional<Roi> roi;                              ///< none: the whole image
+  std::optional<std::uint64_t> order;                  ///< place in the order measured; none: as written
+  Measured measured;
+
+  bool has_board() const { return !std::isnan(board_distance); }
+};
+
+/// The keys that read_settings knows.
+const std::vector<std::string>& setting_keys();
+
+/// Reads the keys of "how it was looked at", and `target`, which are the same in campaigns and scenes.
+/// @param camera knows the sources' names; null: they are not checked
+void read_settings(core::Reader& reader, const core::Value& map, const core::Camera* camera, Condition& condition,
+                   core::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::io

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulation/objects.hpp"
+
+#include "core/quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tofgraph::simulation {
+namespace {
+
+std::string metres(double value) { return core::format_quantity(value, "m"); }
+
+template <class Form> constexpr bool has_target = requires(const Form& form) { form.target; };
+
+std::string behind(Vector3 position, Vector3 lens) {
+  return fmt::format("is behind the camera: it ends at z = {}, and the lens is {} from the sensor plane",
+                     metres(position.z), metres(lens.z));
+}
+
+std::string problem_of(const Target& target, Vector3 lens) {
+  if (!(target.distance > lens.z)) return behind({0, 0, target.distance}, lens);
+  const Pose pose = target.pose();
+  if (dot(pose.rotation.z, pose.position - lens) > 0) return {};
+  return fmt::format("shows the camera its edge or its back: tilts {:.4g} deg and {:.4g} deg",
+                     target.tilt_x * 180 / M_PI, target.tilt_y * 180 / M_PI);
+}
+
+/// Half the extent of a box along z of the sensor frame.
+double half_depth(const Pose& pose, const std::array<double, 3>& size) {
+  const Rotation& r = pose.rotation;
+  return (std::abs(r.x.z) * size[0] + std::abs(r.y.z) * size[1] + std::abs(r.z.z) * size[2]) / 2;
+}
+
+std::string problem_of(const Box& box, Vector3 lens) {
+  const Pose pose = box.placement.pose();
+  const Vector3 own = pose.rotation.inverse(lens - pose.position);
+  if (std::abs(own.x) <= box.size[0] / 2 && std::abs(own.y) <= box.size[1] / 2 && std::abs(own.z) <= box.size[2] / 2)
+    return "has the camera inside";
+  const double end = box.placement.position.z + half_depth(pose, box.size);
+  return end > lens.z ? "" : behind({0, 0, end}, lens);
+}
+
+std::string problem_of(const Sphere& sphere, Vector3 lens) {
+  if (norm(sphere.position - lens) <= sphere.radius) return "has the camera inside";
+  const double end = sphere.position.z + sphere.radius;
+  return end > lens.z ? "" : behind({0, 0, end}, lens);
+}
+
+std::string problem_of(const Corner& corner, Vector3 lens) {
+  return corner.placement.position.z > lens.z ? "" : behind(corner.placement.position, lens);
+}
+
+std::string problem_of(const MeshObject&, Vector3) { return {}; }
+
+}  // namespace
+
+Pose Target::pose() const { return {{center_x, center_y, distance}, rotation(tilt_x, tilt_y, 0)}; }
+
+Target Target::changed(const BoardChange& change) const {
+  Target result = *this;
+  result.distance = change.scale * distance + change.offset + change.displacement;
+  result.tilt_x += change.tilt_x;
+  result.tilt_y += change.tilt_y;
+  return result;
+}
+
+const Target* Object::target() const {
+  return std::visit(
+      [](const auto& own) -> const Target* {
+        if constexpr (has_target<std::decay_t<decltype(own)>>) return &own.target;
+        return nullptr;
+      },
+      form);
+}
+
+std::string problem_of(const Object& object, Vector3 lens_centre) {
+  const std::string problem = std::visit(
+      [&](const auto& own) {
+        if constexpr (has_target<std::decay_t<decltype(own)>>)
+          return problem_of(own.target, lens_centre);
+        else
+          return problem_of(own, lens_centre);
+      },
+      object.form);
+  return problem.empty() ? problem : fmt::format("the {} '{}' {}", object.type, object.name, problem);
+}
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A scene ready to be looked at.
+#pragma once
+
+#include "simulation/mesh.hpp"
+#include "simulation/scene_file.hpp"
+#include "simulation/shapes.hpp"
+
+#include <map>
+#include <span>
+
+namespace tofgraph::simulation {
+
+/// What is read once for all conditions of a scene, by its path.
+struct Assets {
+  std::map<std::filesystem::path, std::shared_ptr<const Mesh>> meshes;
+  std::map<std::filesystem::path, std::shared_ptr<const Image>> images;
+};
+
+/// Reads the meshes and images of a scene without mistakes. Mistakes and warnings go to the diagnostics.
+void load_assets(SceneFile& scene, core::Diagnostics& diagnostics);
+
+/// The objects as the camera sees them in one condition. Immutable; several threads may trace at the same time.
+class World {
+ public:
+  /// @param surfaces one an object, null where the scene says nothing of it; they must live as long as the hits
+  World(Vector3 lens_centre, Shapes shapes, std::vector<const Surface*> surfaces)
+      : lens_centre_(lens_centre), shapes_(std::move(shapes)), surfaces_(std::move(surfaces)) {}
+
+  /// The first surface on each ray. A ray that is NaN (outside the lens model) meets nothing.
+  /// @param rays unit vectors from the lens centre, sensor frame @param hits as many as rays, overwritten
+  void trace(std::span<const Vector3> rays, std::span<Hit> hits) const;
+
+  Vector3 lens_centre() const { return lens_centre_; }
+
+ private:
+  Vector3 lens_centre_;
+  Shapes shapes_;
+  std::vector<const Surface*> surfaces_;
+};
+
+/// The world of a condition of this scene, or of a campaign's condition that knows its board (the scene then only gives
+/// the camera).
+///
+/// The poses in the file are those of a camera without roll; a camera rolled by +roll sees them turned by -roll about
+/// its axis. Tilts and displacements of `change` are made before that.
+/// At change.time objects with a velocity have moved; with the condition's velocity also the boards, chessboards and
+/// cards, along z.
+/// @throws std::runtime_error when the camera cannot look at an object, when there is no board, and when load_assets
+/// was not called for a scene that needs it
+World make_world(const SceneFile& scene, const Condition& condition, const BoardChange& change = {});
+
+}  // namespace tofgraph::simulation

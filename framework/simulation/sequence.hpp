@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What changes from one condition of a scene to the next.
+#pragma once
+
+#include "simulation/objects.hpp"
+#include "simulation/scene_file.hpp"
+
+#include <vector>
+
+namespace tofgraph::simulation {
+
+/// Reads `sequence:`; the keys must be an object's (`board.distance`) or the scene's.
+std::vector<SequenceStep> read_sequence(const core::Value& list, const SceneFile& scene,
+                                        core::Diagnostics& diagnostics);
+
+/// Reads every value of the sequence once, in place of the scene's own.
+void check_values(const SceneFile& scene, core::Diagnostics& diagnostics);
+
+/// Reports every condition in which the camera cannot look at an object; the same mistake once.
+void check_geometry(const SceneFile& scene, core::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::simulation

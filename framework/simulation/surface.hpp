@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file How a surface sends light back, beside its reflectivity.
+#pragma once
+
+namespace tofgraph::simulation {
+
+struct Surface {
+  double roughness = 0;  ///< rad, Oren-Nayar's deviation of the facets' slope; 0: Lambert
+  double specular = 0;   ///< k_s of the added lobe k_s (n.h)^m, independent of the reflectivity
+  double exponent = 60;  ///< m of the lobe
+  bool given = false;    ///< written in the scene
+};
+
+}  // namespace tofgraph::simulation
