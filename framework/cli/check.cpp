@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
+#include "io/campaign.hpp"
 #include "io/profile.hpp"
 #include "simulation/scene_file.hpp"
 
@@ -24,13 +25,18 @@ std::string check_scene(const core::Value& document, core::Diagnostics& diagnost
                      scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
 }
 
+std::string check_campaign(const core::Value& document, core::Diagnostics& diagnostics) {
+  const std::size_t conditions = io::read_campaign(document, diagnostics).conditions.size();
+  return fmt::format("the campaign is right, {} condition{}", conditions, conditions == 1 ? "" : "s");
+}
+
 /// How a kind of file is checked; gives what is said when it is right.
 struct Kind {
   std::string_view key;
   std::string (*check)(const core::Value& document, core::Diagnostics& diagnostics);
 };
 
-constexpr Kind kinds[] = {{"profile", check_profile}, {"scene", check_scene}};
+constexpr Kind kinds[] = {{"profile", check_profile}, {"scene", check_scene}, {"campaign", check_campaign}};
 
 /// Checks a file by the kind that its first key names.
 int check(const PipelineArguments& arguments, const Common& common) {

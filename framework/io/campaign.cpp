@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/campaign.hpp"
+
+#include "core/quantity.hpp"
+#include "io/profile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::io {
+namespace {
+
+using core::Diagnostics;
+using core::Entry;
+using core::Reader;
+using core::Value;
+
+/// Two whole numbers, first and last; `most` is the largest last.
+template <class Number> std::optional<std::array<Number, 2>> read_span(const Entry& entry, Number most,
+                                                                       std::string_view example,
+                                                                       Diagnostics& diagnostics) {
+  const Value& value = entry.value;
+  std::array<Number, 2> span{};
+  bool right = value.is_list() && value.items.size() == 2;
+  for (std::size_t i = 0; right && i < 2; ++i) {
+    const auto number = core::parse_quantity(value.items[i].text, "");
+    right = value.items[i].is_scalar() && number.ok() && number.value >= 0 && number.value <= 1e15 &&
+            number.value == std::floor(number.value);
+    if (right) span[i] = static_cast<Number>(number.value);
+  }
+  if (right && span[0] <= span[1] && span[1] <= most) return span;
+  const std::string limit = most < std::numeric_limits<Number>::max() ? fmt::format(", at most {}", most) : "";
+  diagnostics.error(
+      value.at, fmt::format("'{}' must be two whole numbers, the first and the last, from 0 on{}", entry.key, limit),
+      fmt::format("example: {}: {}", entry.key, example));
+  return std::nullopt;
+}
+
+std::optional<Roi> read_roi(const Value& value, const core::Camera* camera, Diagnostics& diagnostics) {
+  Reader reader(value, diagnostics, "'roi'");
+  constexpr std::uint32_t any = std::numeric_limits<std::uint32_t>::max();
+  const std::uint32_t last_column = camera != nullptr ? camera->view().width - 1 : any;
+  const std::uint32_t last_row = camera != nullptr ? camera->view().height - 1 : any;
+  const Entry* columns = reader.need("columns", "[0, 203]");
+  const Entry* rows = reader.need("rows", "[0, 203]");
+  reader.finish();
+  if (columns == nullptr || rows == nullptr) return std::nullopt;
+  const auto c = read_span<std::uint32_t>(*columns, last_column, "[0, 203]", diagnostics);
+  const auto r = read_span<std::uint32_t>(*rows, last_row, "[0, 203]", diagnostics);
+  if (!c || !r) return std::nullopt;
+  return Roi{c->at(0), c->at(1), r->at(0), r->at(1)};
+}
+
+void read_board(const Value& value, const core::Camera* camera, Condition& condition, Diagnostics& diagnostics) {
+  const std::size_t errors = diagnostics.errors();
+  Reader reader(value, diagnostics, "the board");
+  condition.board_distance = reader.number("distance", "m", "500 mm", std::nullopt);
+  const double most = std::numbers::pi / 2;
+  condition.board_tilt_x = reader.number_within("tilt_x", "rad", "10 deg", 0.0, -most, most);
+  condition.board_tilt_y = reader.number_within("tilt_y", "rad", "10 deg", 0.0, -most, most);
+  if (const Entry* size = value.find("size")) {
+    const std::vector<double> lengths = reader.numbers("size", "m", "[841 mm, 594 mm]", {1, 1});
+    condition.board_size = {lengths[0], lengths[1]};
+    if (!(std::min(lengths[0], lengths[1]) > 0))
+      diagnostics.error(size->value.at, "'size' must be positive lengths", "example: size: [841 mm, 594 mm]");
+  } else {
+    reader.take("size");
+  }
+  reader.finish();
+  if (diagnostics.errors() != errors) return;
+  const std::string problem = detail::distance_problem(condition.board_distance, camera);
+  if (!problem.empty()) diagnostics.error(value.find("distance")->value.at, fmt::format("'distance' {}", problem));
+}
+
+/// Says what is missing for the truth of a condition.
+void check_truth(const Campaign& campaign, const Value& map, const Condition& condition, Diagnostics& diagnostics) {
+  if (!map.is_map() || map.find("board") != nullptr || map.find("scene") != nullptr || campaign.pattern ||
+      condition.lens == "capped")
+    return;
+  diagnostics.error(map.at, "the condition says nothing of what stood there: a board, a scene, or a capped lens",
+                    "example: board: {distance: 500 mm}");
+}
+
+Condition read_condition(const Campaign& campaign, const Value& map, Diagnostics& diagnostics) {
+  const core::Camera* camera = campaign.camera.get();
+  Condition condition;
+  condition.at = map.at;
+  Reader reader(map, diagnostics, "the condition");
+  condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
+  condition.capture = reader.input_file("capture", "captures/white_0500.h5");
+  if (const Entry* frames = reader.take("frames"))
+    condition.frames =
+        read_span<std::uint64_t>(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
+  if (const Entry* board = reader.take("board")) read_board(board->value, camera, condition, diagnostics);
+  condition.reflectivity = reader.number_within("reflectivity", "", "0.8", condition.reflectivity, 0, 1);
+  read_settings(reader, map, camera, condition, diagnostics);
+  if (const Entry* roi = reader.take("roi")) condition.roi = read_roi(roi->value, camera, diagnostics);
+  if (map.find("scene") != nullptr) condition.scene = reader.input_file("scene", "corner.yaml");
+  reader.take("scene");
+  if (map.find("order") != nullptr)
+    condition.order = static_cast<std::uint64_t>(
+        reader.whole_number("order", "3", std::nullopt, 0, std::numeric_limits<std::int64_t>::max()));
+  reader.take("order");
+  reader.finish();
+  check_truth(campaign, map, condition, diagnostics);
+  return condition;
+}
+
+void read_conditions(const Value& list, Campaign& campaign, Diagnostics& diagnostics) {
+  if (!list.is_list() || list.items.empty()) {
+    diagnostics.error(list.at,
+                      fmt::format("'conditions' is {}, expected a list of at least one condition",
+                                  list.is_list() ? "an empty list" : list.described()),
+                      "example: conditions: [{id: white-0500, capture: white_0500.h5, board: {distance: 500 mm}}]");
+    return;
+  }
+  for (const Value& item : list.items) {
+    Condition condition = read_condition(campaign, item, diagnostics);
+    const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
+    if (same != campaign.conditions.end())
+      diagnostics.error(item.at, fmt::format("two conditions have the id '{}'", condition.id),
+                        fmt::format("the first stands in line {}", same->at.line));
+    campaign.conditions.push_back(std::move(condition));
+  }
+}
+
+Pattern read_pattern(const Value& value, Diagnostics& diagnostics) {
+  static const std::vector<std::string> types = {"chessboard"};
+  Reader reader(value, diagnostics, "the pattern");
+  Pattern pattern;
+  reader.choice("type", types);
+  pattern.columns = reader.whole_number("columns", "8", std::nullopt, 2, 1000);
+  pattern.rows = reader.whole_number("rows", "6", std::nullopt, 2, 1000);
+  pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
+  reader.finish();
+  return pattern;
+}
+
+}  // namespace
+
+std::string detail::distance_problem(double distance, const core::Camera* camera) {
+  const double lens = camera != nullptr && camera->view().focal_length > 0 ? camera->view().focal_length : 0;
+  if (distance > lens) return {};
+  return fmt::format("is {}: the board would be behind the lens, which is {} from the sensor plane",
+                     core::format_quantity(distance, "m"), core::format_quantity(lens, "m"));
+}
+
+Campaign read_campaign(const Value& document, Diagnostics& diagnostics) {
+  Campaign campaign;
+  core::check_version(document, "campaign", 1, diagnostics);
+  Reader reader(document, diagnostics, "the campaign");
+  reader.take("campaign");
+  campaign.name = reader.word("name", "");
+  if (const Entry* camera = reader.need("camera", "camcube2")) {
+    campaign.camera_name = camera->value.text;
+    campaign.camera = find_camera(camera->value, diagnostics);
+  }
+  if (const Entry* pattern = reader.take("pattern")) campaign.pattern = read_pattern(pattern->value, diagnostics);
+  const Entry* conditions = reader.take("conditions");
+  const Entry* table = reader.take("table");
+  reader.finish();
+  if (conditions != nullptr && table != nullptr)
+    diagnostics.error(table->at, "a campaign has either 'conditions' or a 'table'");
+  else if (conditions != nullptr)
+    read_conditions(conditions->value, campaign, diagnostics);
+  else if (table != nullptr)
+    detail::read_table(table->value, campaign, diagnostics);
+  else if (document.is_map())
+    diagnostics.error(document.at, "the campaign has neither 'conditions' nor a 'table'",
+                      "example: conditions: [{id: white-0500, capture: white_0500.h5, board: {distance: 500 mm}}]");
+  return campaign;
+}
+
+Campaign read_campaign(const std::filesystem::path& file, Diagnostics& diagnostics) {
+  return read_campaign(core::load_document(file), diagnostics);
+}
+
+}  // namespace tofgraph::io

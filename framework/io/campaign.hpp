@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Campaigns: measured or simulated data with the truth of its scene. Opens no capture.
+#pragma once
+
+#include "io/condition.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+/// What was looked at for the calibration of a lens.
+struct Pattern {
+  std::int64_t columns = 0, rows = 0;  ///< inner corners of the chessboard
+  double square = 0;                   ///< m
+};
+
+struct Campaign {
+  std::string name;
+  std::string camera_name;  ///< as written: a profile's name, or a path relative to the campaign
+  core::CameraPtr camera;   ///< always there in a campaign without mistakes
+  std::optional<Pattern> pattern;
+  std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
+  std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated
+  bool from_table = false;            ///< statistics only, no captures
+};
+
+/// Reads a campaign: `conditions`, whose captures and scenes must be there, or a `table`. Mistakes go to the
+/// diagnostics, those of a table with its line and column; the result is then not to be used.
+Campaign read_campaign(const core::Value& document, core::Diagnostics& diagnostics);
+/// @throws core::ConfigurationError when the file cannot be read or is no YAML
+Campaign read_campaign(const std::filesystem::path& file, core::Diagnostics& diagnostics);
+
+/// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures
+/// and scenes are written relative to the file's folder.
+/// @throws std::runtime_error when it cannot be written
+/// @throws std::invalid_argument for statistics from a table
+void write_campaign(const Campaign& campaign, const std::filesystem::path& file);
+
+namespace detail {
+/// The rows of `table:`. Part of read_campaign.
+void read_table(const core::Value& table, Campaign& campaign, core::Diagnostics& diagnostics);
+/// Why a board cannot stand at this distance of this camera, or nothing.
+std::string distance_problem(double distance, const core::Camera* camera);
+}  // namespace detail
+
+}  // namespace tofgraph::io

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// A campaign that exists only as statistics: a table with comma-separated values, its first line the columns' names.
+#include "io/campaign.hpp"
+
+#include "core/quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+namespace tofgraph::io {
+namespace {
+
+using core::Diagnostics;
+using core::Position;
+using core::Reader;
+using core::Value;
+
+struct Cell {
+  std::string text;
+  Position at;
+};
+
+using Row = std::vector<Cell>;
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+Row split(const std::string& line, std::size_t number, const std::shared_ptr<const core::SourceText>& source) {
+  Row row;
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    const std::string_view cell = trimmed(std::string_view(line).substr(begin, end - begin));
+    row.push_back({std::string(cell), {source, number, begin + 1, std::max<std::size_t>(cell.size(), 1)}});
+    begin = end + 1;
+  }
+  return row;
+}
+
+/// The rows with something in them; the first one holds the names.
+std::vector<Row> read_rows(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  const auto source =
+      std::make_shared<core::SourceText>(core::SourceText{file.string(), text.str(), file.parent_path()});
+  std::vector<Row> rows;
+  std::istringstream lines(source->text);
+  std::string line;
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    if (!trimmed(line).empty()) rows.push_back(split(line, number, source));
+  }
+  return rows;
+}
+
+/// A key of the table: which column, in which unit, and where a row's value goes.
+struct Column {
+  std::size_t index = 0;
+  std::string key;
+  std::string written_unit;  ///< as in the campaign; empty for pure numbers
+  std::string unit;          ///< SI
+  bool required = false;     ///< in every row
+  std::function<void(Condition&, double)> store;
+};
+
+class TableReader {
+ public:
+  TableReader(const Value& table, Campaign& campaign, Diagnostics& diagnostics)
+      : reader_(table, diagnostics, "the table"), campaign_(campaign), diagnostics_(diagnostics) {
+    const std::size_t errors = diagnostics.errors();
+    const std::filesystem::path file = reader_.input_file("file", "thesis_offset_tables.csv");
+    if (diagnostics.errors() == errors && table.is_map()) rows_ = read_rows(file);
+    if (rows_.empty() && diagnostics.errors() == errors)
+      diagnostics.error(table.find("file")->value.at, fmt::format("{} is empty", file.string()));
+    for (std::size_t i = 0; !rows_.empty() && i < rows_.front().size(); ++i) names_.push_back(rows_.front()[i].text);
+  }
+
+  void read() {
+    using C = Condition;
+    add("distance", "m", "{column: true_depth_mm, unit: mm}", true, [](C& c, double v) {
+      c.board_distance = v;
+      c.board_tilt_x = c.board_tilt_y = 0;
+    });
+    add("integration_time", "s", "{column: integration_time_ms, unit: ms}", false,
+        [](C& c, double v) { c.integration_time = v; });
+    const std::size_t before = columns_.size();
+    add("measured_depth", "m", "{column: corrected_mean_mm, unit: mm}", false,
+        [](C& c, double v) { c.measured.depth = v; });
+    add("measured_distance", "m", "{column: measured_mean_mm, unit: mm}", false,
+        [](C& c, double v) { c.measured.distance = v; });
+    add("amplitude", "counts", "{column: amplitude, unit: counts}", false,
+        [](C& c, double v) { c.measured.amplitude = v; });
+    const bool measured = columns_.size() > before;
+    add("measured_depth_sd", "m", "{column: corrected_std_mm, unit: mm}", false,
+        [](C& c, double v) { c.measured.depth_sd = v; });
+    add("count", "", "{column: pixels}", false, [](C& c, double v) { c.measured.count = v; });
+    add("roi_half_width", "", "{column: roi_half_width_px}", false, [this](C& c, double v) { narrow(c, v, true); });
+    add("roi_half_height", "", "{column: roi_half_height_px}", false, [this](C& c, double v) { narrow(c, v, false); });
+    read_target();
+    campaign_.corrected_with = reader_.word("corrected_with", "");
+    campaign_.from_table = true;
+    reader_.finish();
+    if (!measured && diagnostics_.ok())
+      diagnostics_.error(rows_.front().front().at,
+                         "the table has no measured column: measured_depth, measured_distance or amplitude",
+                         "example: measured_depth: {column: corrected_mean_mm, unit: mm}");
+    if (diagnostics_.ok()) read_conditions();
+  }
+
+ private:
+  /// Reads {column: NAME, unit: UNIT} of a key.
+  void add(const std::string& key, const std::string& unit, std::string_view example, bool required,
+           std::function<void(Condition&, double)> store) {
+    const core::Entry* entry = required ? reader_.need(key, example) : reader_.take(key);
+    if (entry == nullptr) return;
+    Reader reader(entry->value, diagnostics_, fmt::format("'{}'", key));
+    const auto index = column_of(reader, example);
+    std::string written;
+    if (!unit.empty()) {
+      const core::Entry* given = reader.need("unit", example);
+      written = given != nullptr ? given->value.text : unit;
+      const auto one = core::parse_quantity("1 " + written, unit);
+      if (!one.ok())
+        diagnostics_.error(given->value.at, fmt::format("the unit '{}' {}", written, one.problem),
+                           fmt::format("example: {}: {}", key, example));
+    }
+    reader.finish();
+    if (index) columns_.push_back({*index, key, written, unit, required, std::move(store)});
+  }
+
+  std::optional<std::size_t> column_of(Reader& reader, std::string_view example) {
+    const core::Entry* column = reader.need("column", example);
+    if (column == nullptr || names_.empty()) return std::nullopt;
+    const auto found = std::ranges::find(names_, column->value.text);
+    if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
+    diagnostics_.error(column->value.at, fmt::format("the table has no column {}", column->value.described()),
+                       core::suggestion(column->value.text, names_, "columns"));
+    return std::nullopt;
+  }
+
+  void read_target() {
+    const core::Entry* entry = reader_.take("target");
+    if (entry == nullptr) return;
+    Reader reader(entry->value, diagnostics_, "'target'");
+    target_ = column_of(reader, "{column: black_percent}");
+    reader.finish();
+  }
+
+  /// A centred window of 2 v pixels, as the published tables have them: columns w/2 - v .. w/2 + v - 1.
+  void narrow(Condition& condition, double half, bool across) const {
+    const tofgraph_camera& camera = campaign_.camera->view();
+    if (!condition.roi) condition.roi = Roi{0, camera.width - 1, 0, camera.height - 1};
+    const std::uint32_t middle = (across ? camera.width : camera.height) / 2;
+    const auto v = static_cast<std::uint32_t>(half);
+    (across ? condition.roi->first_column : condition.roi->first_row) = middle - v;
+    (across ? condition.roi->last_column : condition.roi->last_row) = middle + v - 1;
+  }
+
+  /// Why a number cannot be, or nothing.
+  std::string range_problem(const std::string& key, double value) const {
+    const tofgraph_camera& camera = campaign_.camera->view();
+    if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
+    if (key == "integration_time" && !(value > 0)) return "must be positive";
+    if ((key == "measured_depth_sd" || key == "count") && value < 0) return "must not be negative";
+    if (key.starts_with("roi_half")) {
+      const std::uint32_t most = (key == "roi_half_width" ? camera.width : camera.height) / 2;
+      if (!(value >= 1 && value <= most && value == std::floor(value)))
+        return fmt::format("must be a whole number of pixels from 1 to {}", most);
+    }
+    return {};
+  }
+
+  void read_conditions() {
+    for (std::size_t i = 1; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      if (row.size() != names_.size()) {
+        diagnostics_.error(row.front().at,
+                           fmt::format("the row has {} cells, and the first line {}", row.size(), names_.size()));
+        continue;
+      }
+      campaign_.conditions.push_back(read_row(row));
+    }
+    if (campaign_.conditions.empty() && diagnostics_.ok())
+      diagnostics_.error(rows_.front().front().at, "the table has no rows below the names of its columns");
+  }
+
+  Condition read_row(const Row& row) {
+    Condition condition;
+    condition.at = row.front().at;
+    condition.at.column = 0;
+    condition.id = fmt::format("line {}", condition.at.line);
+    for (const Column& column : columns_) {
+      const Cell& cell = row[column.index];
+      if (cell.text.empty() && !column.required) continue;
+      const auto value = core::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
+      std::string problem = value.problem;
+      if (value.ok()) problem = range_problem(column.key, value.value);
+      if (problem.empty())
+        column.store(condition, value.value);
+      else
+        diagnostics_.error(cell.at, fmt::format("the {} '{}' {}", column.key, cell.text, problem));
+    }
+    if (target_) condition.target = row[*target_].text;
+    return condition;
+  }
+
+  Reader reader_;
+  Campaign& campaign_;
+  Diagnostics& diagnostics_;
+  std::vector<Row> rows_;
+  std::vector<std::string> names_;
+  std::vector<Column> columns_;
+  std::optional<std::size_t> target_;
+};
+
+}  // namespace
+
+void detail::read_table(const Value& table, Campaign& campaign, Diagnostics& diagnostics) {
+  TableReader(table, campaign, diagnostics).read();
+}
+
+}  // namespace tofgraph::io
