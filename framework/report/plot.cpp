@@ -22,13 +22,6 @@ extern char** environ;  // NOLINT(readability-redundant-declaration)
 namespace tofgraph::report {
 namespace {
 
-/// A text for gnuplot's single quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
-  return result + "'";
-}
-
 /// gnuplot's word for a number; what is not finite is missing.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
 
@@ -67,18 +60,6 @@ constexpr const char* style =
     "set title font ',13'\n"
     "set key top left reverse Left samplen 2\n";
 
-/// The largest magnitude, or the span, but for 2 % of outliers.
-double usual_limit(std::span<const double> values) {
-  std::vector<double> sizes;
-  for (const double v : values) {
-    if (std::isfinite(v)) sizes.push_back(std::abs(v));
-  }
-  if (sizes.empty()) return 1;
-  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
-  std::ranges::nth_element(sizes, place);
-  return *place > 0 ? *place : *std::ranges::max_element(sizes);
-}
-
 std::string names(const char* axis, const std::vector<std::string>& texts, bool from_top) {
   std::string result;
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -90,9 +71,8 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
   return texts.empty() ? "" : fmt::format("set {}tics ({}) {}\n", axis, result, *axis == 'x' ? "rotate by -40" : "");
 }
 
-}  // namespace
-
-std::string gnuplot(const std::string& script, int width, int height) {
+/// What gnuplot writes to standard output for a script.
+std::string run_gnuplot(const std::string& whole) {
   int in[2], out[2], err[2];
   if (pipe2(in, O_CLOEXEC) != 0 || pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0)
     throw std::runtime_error(fmt::format("cannot start gnuplot: {}", std::strerror(errno)));
@@ -114,26 +94,71 @@ std::string gnuplot(const std::string& script, int width, int height) {
   }
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   fcntl(in[1], F_SETFL, O_NONBLOCK);
-  std::string svg, errors;
-  const std::string whole =
-      fmt::format("set terminal svg size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height) +
-      style + script + "\nunset output\n";
-  exchange(whole, in[1], out[0], err[0], svg, errors);
+  std::string drawn, errors;
+  exchange(whole, in[1], out[0], err[0], drawn, errors);
   std::signal(SIGPIPE, before);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (status != 0 || svg.find("</svg>") == std::string::npos) throw std::runtime_error("gnuplot failed: " + errors);
+  if (status != 0) throw std::runtime_error("gnuplot failed: " + errors);
+  return drawn;
+}
+
+}  // namespace
+
+const char* const signed_palette =
+    "set palette defined (-1 '#2166ac', -0.5 '#92c5de', 0 '#f7f7f7', 0.5 '#f4a582', 1 '#b2182b')\n";
+const char* const rising_palette =
+    "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
+}
+
+double usual_limit(std::span<const double> values) {
+  std::vector<double> sizes;
+  for (const double v : values) {
+    if (std::isfinite(v)) sizes.push_back(std::abs(v));
+  }
+  if (sizes.empty()) return 1;
+  const auto place = sizes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
+  std::ranges::nth_element(sizes, place);
+  return *place > 0 ? *place : *std::ranges::max_element(sizes);
+}
+
+std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
+                         std::span<const double> values) {
+  std::string block = fmt::format("${} << END\n", name);
+  for (std::size_t r = rows; r-- > 0;) {  // gnuplot's first row is the lowest
+    for (std::size_t c = 0; c < columns; ++c) block += number(values[r * columns + c]) + " ";
+    block += "\n";
+  }
+  return block + "END\n";
+}
+
+std::string gnuplot_svg(const std::string& script, int width, int height) {
+  const std::string terminal =
+      fmt::format("set terminal svg size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height);
+  const std::string svg = run_gnuplot(terminal + style + script + "\nunset output\n");
+  if (svg.find("</svg>") == std::string::npos) throw std::runtime_error("gnuplot drew nothing");
   return svg.substr(svg.find("<svg"));
+}
+
+std::string gnuplot_png(const std::string& script, int width, int height) {
+  const std::string terminal =
+      fmt::format("set terminal pngcairo size {},{} font 'sans,10' background rgb 'white'\n", width, height);
+  std::string png = run_gnuplot(terminal + style + script + "\nunset output\n");
+  if (!png.starts_with("\x89PNG")) throw std::runtime_error("gnuplot drew nothing");
+  return png;
 }
 
 std::string heat_map(const HeatMap& map, int width, int height) {
   double limit = map.limit.value_or(usual_limit(map.values));
   if (!(limit > 0)) limit = 1;
   std::string script = fmt::format("set title {}\nset cblabel {}\nunset key\n", quoted(map.title), quoted(map.unit));
-  script += map.signed_values
-                ? "set palette defined (-1 '#2166ac', -0.5 '#92c5de', 0 '#f7f7f7', 0.5 '#f4a582', 1 '#b2182b')\n"
-                : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+  script += map.signed_values ? signed_palette : rising_palette;
   script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
                         static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
@@ -142,14 +167,10 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   script += fmt::format("set xlabel {}\nset ylabel {}\n", quoted(map.x_label), quoted(map.y_label));
   script +=
       "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '#bbbbbb' fillstyle solid noborder\n";
-  script += "$values << END\n";
-  for (std::size_t r = map.rows; r-- > 0;) {  // gnuplot's first row is the lowest
-    for (std::size_t c = 0; c < map.columns; ++c) script += number(map.values[r * map.columns + c]) + " ";
-    script += "\n";
-  }
-  script += "END\nplot $values matrix using 1:2:3 with image";
+  script += matrix_block("values", map.rows, map.columns, map.values);
+  script += "plot $values matrix using 1:2:3 with image";
   if (map.write_values) script += ", $values matrix using 1:2:(sprintf('%.2g', $3)) with labels font ',9'";
-  return gnuplot(script, width, height);
+  return gnuplot_svg(script, width, height);
 }
 
 std::string curves(const Curves& plot, int width, int height) {
@@ -174,7 +195,7 @@ std::string curves(const Curves& plot, int width, int height) {
     commands += fmt::format("{}$curve{} {} lc rgb '{}' {}", i == 0 ? "plot " : ", ", i, how, colour,
                             curve.name.empty() ? "notitle" : "title " + quoted(curve.name));
   }
-  return gnuplot(script + commands, width, height);
+  return gnuplot_svg(script + commands, width, height);
 }
 
 }  // namespace tofgraph::report

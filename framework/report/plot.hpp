@@ -11,7 +11,20 @@
 namespace tofgraph::report {
 
 /// Runs gnuplot on a script and gives what it draws. @throws std::runtime_error when gnuplot is missing or objects
-std::string gnuplot(const std::string& script, int width, int height);
+std::string gnuplot_svg(const std::string& script, int width, int height);
+/// The same as the bytes of a PNG.
+std::string gnuplot_png(const std::string& script, int width, int height);
+
+/// A text in gnuplot's quotes.
+std::string quoted(const std::string& text);
+/// gnuplot's palettes: blue - white - red, and rising (viridis).
+extern const char* const signed_palette;
+extern const char* const rising_palette;
+/// A data block `$name` for `plot $name matrix`; the first row of values is the top one.
+std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
+                         std::span<const double> values);
+/// The magnitude below which 98 % of the values are; what is not finite does not count.
+double usual_limit(std::span<const double> values);
 
 /// An image as colours with a scale. NaN is left grey.
 struct HeatMap {

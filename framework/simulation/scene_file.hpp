@@ -61,4 +61,7 @@ SceneFile read_scene(const std::filesystem::path& file, core::Diagnostics& diagn
 /// The first object of type board gives the condition's board; its reflectivity and a label come along.
 std::vector<Condition> expand(const SceneFile& scene);
 
+/// The scene as it would be written for one of these conditions alone, without a sequence.
+core::Value document_of(const SceneFile& scene, std::size_t condition);
+
 }  // namespace tofgraph::simulation

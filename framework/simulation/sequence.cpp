@@ -265,4 +265,22 @@ std::vector<Condition> expand(const SceneFile& scene) {
   return conditions;
 }
 
+core::Value document_of(const SceneFile& scene, std::size_t condition) {
+  Value document = scene.document;
+  std::size_t number = 0;
+  for_each_combination(scene, [&](const Settings& settings) {
+    if (number++ != condition) return;
+    const auto objects = std::ranges::find(document.entries, std::string("objects"), &Entry::key);
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      objects->value.items[i] = description(scene, i, settings);
+      replace(objects->value.items[i], "name", core::parse_value(scene.objects[i], objects->at));
+    }
+    for (const Setting& setting : settings) {
+      if (object_in(*setting.key).empty()) replace(document, *setting.key, *setting.value);
+    }
+  });
+  std::erase_if(document.entries, [](const Entry& entry) { return entry.key == "sequence"; });
+  return document;
+}
+
 }  // namespace tofgraph::simulation

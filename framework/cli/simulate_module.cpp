@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/progress.hpp"
+#include "cli/simulate.hpp"
+#include "core/diagnostics.hpp"
+#include "io/campaign.hpp"
+#include "io/output_file.hpp"
+#include "report/scene_preview.hpp"
+#include "simulation/recording.hpp"
+#include "simulation/simulation.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <cmath>
+
+namespace tofgraph::cli {
+namespace {
+
+using simulation::Simulation;
+namespace fs = std::filesystem;
+
+/// Points in the optical frame, decoded phases: what the preview shows of the first frame.
+std::string preview_of(const Simulation& simulation) {
+  const auto condition = simulation.prepare(0);
+  const auto& frames = condition->frames;
+  const simulation::Pixels& pixels = simulation.pixels();
+  const std::size_t n = pixels.size();
+  std::vector<float> phases(4 * n), distance(n), amplitude(n), points;
+  frames.phases(0, phases.data());
+  frames.distance(0, distance.data(), amplitude.data());
+  for (const simulation::Hit& hit : frames.hits()) {
+    const bool there = std::isfinite(hit.reflected);
+    const double z = hit.point.z - simulation.camera().focal_length;
+    for (const double x : {hit.point.x, hit.point.y, z}) points.push_back(there ? static_cast<float>(x) : NAN);
+  }
+  const std::string title = simulation.scene().name.empty() ? "scene" : simulation.scene().name;
+  return report::scene_preview({title, pixels.rows, pixels.columns, phases, distance, amplitude, points});
+}
+
+void check_outputs(const SimulateArguments& arguments, bool campaign) {
+  const auto refuse = [](const char* option, const std::string& problem) {
+    if (!problem.empty()) throw core::ConfigurationError(fmt::format("{}: error: {}", option, problem));
+  };
+  if (!arguments.preview.empty()) refuse("--preview", io::output_problem(fs::path(arguments.preview), arguments.force));
+  if (arguments.out.empty()) return;
+  const fs::path out = fs::path(arguments.out).lexically_normal();
+  if (!campaign) return refuse("--out", io::output_problem(out, arguments.force));
+  refuse("--out", io::why_not_writable(out / "campaign.yaml"));
+  if (fs::exists(out) && !fs::is_directory(out))
+    refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
+  if (fs::exists(out) && !fs::is_empty(out) && !arguments.force)
+    refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces what a campaign has in it",
+                                out.string()));
+}
+
+int simulate(const SimulateArguments& arguments) {
+  const core::Catalogue catalogue(arguments.plugin_folders);
+  simulation::SimulationChanges changes{arguments.model, arguments.seed, {}};
+  if (arguments.frames != 0) changes.frames = arguments.frames;
+  core::Diagnostics diagnostics;
+  const auto simulation = Simulation::read(arguments.scene, catalogue, changes, diagnostics);
+  if (!simulation) throw core::ConfigurationError(diagnostics);
+  if (!arguments.quiet && !diagnostics.all().empty()) fmt::print(stderr, "{}", diagnostics.text());
+  const bool campaign = !simulation->scene().sequence.empty();
+  check_outputs(arguments, campaign);
+  if (!arguments.preview.empty()) {
+    io::write_file(arguments.preview, preview_of(*simulation));
+    if (!arguments.quiet) fmt::print(stderr, "{}: a picture of the first frame\n", arguments.preview);
+  }
+  if (arguments.out.empty()) return 0;
+
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                    arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
+  Progress progress(arguments.quiet);
+  std::atomic<std::uint64_t> done = 0;
+  const std::uint64_t all = simulation->conditions().size() * simulation->frames();
+  const simulation::RecordingOptions options{arguments.truth, arguments.force, arguments.compression, [&] {
+                                               progress.show(static_cast<double>(++done) / static_cast<double>(all),
+                                                             fmt::format("{} of {} frames", done.load(), all));
+                                             }};
+  if (campaign)
+    simulation::record_campaign(*simulation, arguments.out, options);
+  else
+    simulation::record(*simulation, 0, arguments.out, options);
+  if (!arguments.quiet)
+    fmt::print(stderr, "{}: {} condition{}, {} frames\n", arguments.out, simulation->conditions().size(),
+               simulation->conditions().size() == 1 ? "" : "s", all);
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::simulate(*static_cast<const tofgraph::cli::SimulateArguments*>(arguments));
+}

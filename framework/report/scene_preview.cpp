@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "report/scene_preview.hpp"
+
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+namespace tofgraph::report {
+namespace {
+
+/// Every n-th pixel: a picture of a few hundred dots shows no more.
+std::size_t stride_of(const PreviewFrame& frame) { return std::max<std::size_t>(1, frame.columns / 320); }
+
+std::string panel(const PreviewFrame& frame, std::span<const float> image, const std::string& title,
+                  const std::string& unit, bool around_zero) {
+  const std::size_t stride = stride_of(frame), rows = frame.rows / stride, columns = frame.columns / stride;
+  std::vector<double> values;
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < columns; ++c) values.push_back(image[r * stride * frame.columns + c * stride]);
+  }
+  const double limit = usual_limit(values);
+  const std::string range = around_zero ? fmt::format("set cbrange [{}:{}]\n", -limit, limit) : "set cbrange [*:*]\n";
+  return fmt::format("set title {}\nset cblabel {}\n{}{}set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", quoted(title),
+                     quoted(unit), around_zero ? signed_palette : rising_palette, range,
+                     static_cast<double>(columns) - 0.5, static_cast<double>(rows) - 0.5) +
+         matrix_block("image", rows, columns, values) + "plot $image matrix using 1:2:3 with image\n";
+}
+
+std::string cloud(const PreviewFrame& frame) {
+  std::string script =
+      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.25, 1\n"
+      "set view equal xyz\nset autoscale\nset border 0\nunset xlabel\nunset ylabel\n";
+  script += rising_palette;
+  script += "set cbrange [*:*]\n$points << END\n";
+  const std::size_t stride = 2 * stride_of(frame);
+  bool any = false;
+  for (std::size_t r = 0; r < frame.rows; r += stride) {
+    for (std::size_t c = 0; c < frame.columns; c += stride) {
+      const auto p = frame.points.subspan(3 * (r * frame.columns + c), 3);
+      if (!std::isfinite(p[2])) continue;
+      any = true;
+      script += fmt::format("{:.5g} {:.5g} {:.5g}\n", p[0], p[2], -p[1]);
+    }
+  }
+  return any ? script + "END\nsplot $points using 1:2:3:2 with points pt 7 ps 0.25 palette\n" : std::string();
+}
+
+}  // namespace
+
+std::string scene_preview(const PreviewFrame& frame) {
+  const std::size_t n = frame.rows * frame.columns;
+  std::string script =
+      fmt::format("set multiplot layout 2,4 title {}\nunset key\nunset xtics\nunset ytics\n", quoted(frame.title));
+  for (std::size_t k = 0; k < 4; ++k)
+    script += panel(frame, frame.phases.subspan(k * n, n), fmt::format("phase image {}", k), "counts", true);
+  script += panel(frame, frame.amplitude, "amplitude", "counts", false);
+  script += panel(frame, frame.distance, "distance", "m", false);
+  script += "set size 0.52, 0.6\nset origin 0.48, -0.06\n" + cloud(frame) + "unset multiplot\n";
+  return gnuplot_png(script, 1500, 720);
+}
+
+}  // namespace tofgraph::report

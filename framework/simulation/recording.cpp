@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulation/recording.hpp"
+
+#include "io/campaign.hpp"
+#include "io/capture.hpp"
+#include "io/output_file.hpp"
+#include "simulation/scene_text.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::simulation {
+namespace {
+
+/// The images of one frame, in the order of the capture's channels.
+class Images {
+ public:
+  Images(const Simulation& simulation, const ConditionFrames& condition, bool truth)
+      : simulation_(simulation), condition_(condition) {
+    const std::uint64_t height = simulation.pixels().rows, width = simulation.pixels().columns;
+    if (simulation.has_output("taps")) add("taps", {4, 2, height, width});
+    if (simulation.has_output("phases")) add("phases", {4, height, width});
+    if (simulation.has_output("distance")) {
+      add("distance", {height, width});
+      add("amplitude", {height, width});
+    }
+    if (!truth) return;
+    add("depth", {height, width}, "truth");
+    add("points", {height, width, 3}, "truth");
+    add("reflectivity", {height, width}, "truth");
+    fill_truth();
+  }
+
+  const std::vector<io::CaptureChannel>& channels() const { return channels_; }
+
+  std::vector<tofgraph_view> fill(std::uint64_t frame) {
+    for (std::size_t i = 0; i < channels_.size(); ++i) {
+      const std::string& name = channels_[i].name;
+      if (name == "taps")
+        condition_.frames.taps(frame, reinterpret_cast<std::uint16_t*>(buffers_[i].data()));
+      else if (name == "phases")
+        condition_.frames.phases(frame, floats(i));
+      else if (name == "distance")
+        condition_.frames.distance(frame, floats(i), floats(i + 1));
+    }
+    std::vector<tofgraph_view> views;
+    for (std::size_t i = 0; i < channels_.size(); ++i) views.push_back(view(i));
+    return views;
+  }
+
+ private:
+  float* floats(std::size_t i) { return reinterpret_cast<float*>(buffers_[i].data()); }
+
+  void add(const std::string& name, std::vector<std::uint64_t> extent, const std::string& applied = {}) {
+    const ChannelInfo* known = known_channel(name);
+    io::CaptureChannel channel;
+    channel.name = name;
+    channel.type = name == "taps" ? TOFGRAPH_U16 : TOFGRAPH_F32;
+    channel.extent = std::move(extent);
+    channel.unit = known->unit;
+    channel.applied = applied;
+    channels_.push_back(channel);
+    buffers_.emplace_back(channel.bytes());
+  }
+
+  void fill_truth() {
+    const std::size_t first = channels_.size() - 3;
+    const auto& hits = condition_.frames.hits();
+    std::ranges::copy(true_depth(hits), floats(first));
+    float* points = floats(first + 1);
+    float* reflectivity = floats(first + 2);
+    for (const Hit& hit : hits) {
+      const bool there = std::isfinite(hit.reflected);
+      const double z = hit.point.z - simulation_.camera().focal_length;
+      for (const double x : {hit.point.x, hit.point.y, z}) *points++ = there ? static_cast<float>(x) : NAN;
+      *reflectivity++ = there ? static_cast<float>(hit.reflectivity) : NAN;
+    }
+  }
+
+  tofgraph_view view(std::size_t i) {
+    const io::CaptureChannel& channel = channels_[i];
+    tofgraph_view result{};
+    result.data = buffers_[i].data();
+    result.type = channel.type;
+    result.rank = static_cast<std::uint32_t>(channel.extent.size());
+    std::ranges::copy(channel.extent, result.extent);
+    auto stride = static_cast<std::int64_t>(element_size(channel.type));
+    for (std::size_t k = channel.extent.size(); k-- > 0; stride *= static_cast<std::int64_t>(channel.extent[k]))
+      result.stride[k] = stride;
+    result.channel = channel.name.c_str();
+    result.unit = channel.unit.c_str();
+    return result;
+  }
+
+  const Simulation& simulation_;
+  const ConditionFrames& condition_;
+  std::vector<io::CaptureChannel> channels_;
+  std::vector<std::vector<std::byte>> buffers_;
+};
+
+/// What a campaign can say by its own keys.
+bool is_one_board(const Condition& condition) {
+  return condition.objects->all.size() == 1 && condition.objects->all.front().type == "board";
+}
+
+io::CaptureHeader header_of(const Simulation& simulation) {
+  const tofgraph_camera& camera = simulation.camera();
+  const nlohmann::json provenance = {
+      {"simulated",
+       {{"scene", simulation.scene().name}, {"model", described(simulation.model())}, {"seed", simulation.seed()}}}};
+  return {camera.name,
+          camera.width,
+          camera.height,
+          "simulated: " + simulation.scene().name,
+          "",
+          camera.profile != nullptr ? camera.profile : "",
+          provenance.dump()};
+}
+
+}  // namespace
+
+void record(const Simulation& simulation, std::size_t index, const std::filesystem::path& capture,
+            const RecordingOptions& options) {
+  const auto condition = simulation.prepare(index);
+  Images images(simulation, *condition, options.truth);
+  io::CaptureWriter writer(capture, header_of(simulation), images.channels(), {options.compression, options.overwrite});
+  for (std::uint64_t frame = 0; frame < simulation.frames(); ++frame) {
+    writer.append(simulation.metadata(condition->condition, frame), images.fill(frame));
+    if (options.frame_done) options.frame_done();
+  }
+  writer.finish();
+}
+
+void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
+                     const RecordingOptions& options) {
+  std::filesystem::create_directories(folder / "captures");
+  if (options.overwrite) std::filesystem::remove(folder / "campaign.yaml");  // while the captures change there is none
+  io::Campaign campaign;
+  campaign.name = simulation.scene().name;
+  campaign.camera = simulation.scene().camera;
+  campaign.camera_name = simulation.scene().document.find("camera")->value.text;
+  campaign.conditions = simulation.conditions();
+  for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
+    io::Condition& condition = campaign.conditions[i];
+    condition.capture = folder / "captures" / (condition.id + ".h5");
+    if (is_one_board(condition)) continue;
+    condition.scene = folder / "scenes" / (condition.id + ".yaml");
+    io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
+  }
+  tbb::parallel_for(std::size_t{0}, campaign.conditions.size(),
+                    [&](std::size_t i) { record(simulation, i, campaign.conditions[i].capture, options); });
+  io::write_campaign(campaign, folder / "campaign.yaml");
+}
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "simulation/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::simulation {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// The scene's own model, a file that it names, or the one that stands in its place.
+Model model_of(const SceneFile& scene, const SimulationChanges& changes, const core::Catalogue& catalogue,
+               core::Diagnostics& diagnostics) {
+  if (!changes.model.empty()) return read_model(core::load_document(changes.model), catalogue, diagnostics);
+  if (!scene.model) return {};
+  if (scene.model->is_map()) return read_model(*scene.model, catalogue, diagnostics);
+  const auto base = scene.model->at.source ? scene.model->at.source->base : std::filesystem::path{};
+  return read_model(core::load_document(base / scene.model->text), catalogue, diagnostics);
+}
+
+physics::TapNoise noise_of(const SceneFile& scene) {
+  const tofgraph_camera& camera = scene.camera->view();
+  switch (scene.noise.from) {
+    case SceneNoise::From::none:
+      return {};
+    case SceneNoise::From::scene:
+      return {scene.noise.read_noise, scene.noise.shot_noise};
+    default:
+      return {camera.read_noise, camera.shot_noise};
+  }
+}
+
+bool moves(const Condition& condition) {
+  if (std::isfinite(condition.velocity) && condition.velocity != 0) return true;
+  return condition.objects && std::ranges::any_of(condition.objects->all, [](const Object& object) {
+           return physics::norm(object.velocity) > 0;
+         });
+}
+
+}  // namespace
+
+Shot shot_of(const tofgraph_camera& camera, const Condition& condition) {
+  Shot shot = shot_of(camera, condition.integration_time);
+  tofgraph_condition& c = shot.condition;
+  const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
+  c.flags = flag(condition.reference == "laser", TOFGRAPH_LASER) |
+            flag(condition.lens == "capped", TOFGRAPH_LENS_CAPPED) |
+            flag(condition.rail == "covered", TOFGRAPH_RAIL_COVERED);
+  c.target = condition.target.c_str();
+  c.ambient = condition.ambient.c_str();
+  c.temperature = condition.temperature;
+  c.time_since_power_on = condition.time_since_power_on;
+  c.distance = condition.board_distance;
+  c.tilt[0] = condition.board_tilt_x;
+  c.tilt[1] = condition.board_tilt_y;
+  c.roll = condition.roll;
+  c.velocity = condition.velocity;
+  for (std::uint64_t s = 0; s < camera.light_count && !condition.sources.empty(); ++s)
+    shot.on.push_back(std::ranges::find(condition.sources, camera.lights[s].name) != condition.sources.end());
+  shot.moving = moves(condition);
+  return shot;
+}
+
+std::vector<float> true_depth(const std::vector<Hit>& hits) {
+  std::vector<float> depth;
+  for (const Hit& hit : hits) depth.push_back(std::isfinite(hit.reflected) ? static_cast<float>(hit.point.z) : NAN);
+  return depth;
+}
+
+std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, const core::Catalogue& catalogue,
+                                             const SimulationChanges& changes, core::Diagnostics& diagnostics) {
+  SceneFile scene = read_scene(file, diagnostics);
+  if (!diagnostics.ok()) return nullptr;
+  if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
+  if (changes.frames) scene.frames = *changes.frames;
+  Model model = model_of(scene, changes, catalogue, diagnostics);
+  const tofgraph_camera& camera = scene.camera->view();
+  const core::Value& document = scene.document;
+  if (!model.camera.empty() && model.camera != camera.name)
+    diagnostics.warning(document.at,
+                        fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
+  std::vector<EffectPtr> effects = make_effects(model, camera, diagnostics);
+  if (scene.noise.from == SceneNoise::From::profile && !noise_of(scene).known())
+    diagnostics.error(document.at,
+                      fmt::format("the profile of the camera '{}' has no read_noise and shot_noise", camera.name),
+                      "example: noise: {read_noise: 3 counts, shot_noise: 0.012 counts}, or noise: none");
+  if (!(camera.frame_rate > 0))
+    diagnostics.error(document.at, fmt::format("the profile of the camera '{}' has no frame_rate", camera.name),
+                      "example: frame_rate: 80 Hz");
+  if (!diagnostics.ok()) return nullptr;
+  load_assets(scene, diagnostics);
+  if (!diagnostics.ok()) return nullptr;
+  try {
+    return std::unique_ptr<Simulation>(new Simulation(std::move(scene), std::move(model), std::move(effects)));
+  } catch (const std::invalid_argument& problem) {
+    diagnostics.error(document.at, problem.what());
+    return nullptr;
+  }
+}
+
+Simulation::Simulation(SceneFile scene, Model model, std::vector<EffectPtr> effects)
+    : scene_(std::move(scene)),
+      model_(std::move(model)),
+      pixels_(whole_image(camera())),
+      forward_(camera(), model_.physical, std::move(effects), static_cast<std::size_t>(scene_.subpixels)),
+      noise_(noise_of(scene_)),
+      conditions_(expand(scene_)) {}
+
+bool Simulation::has_output(std::string_view name) const {
+  return std::ranges::find(scene_.output, name) != scene_.output.end();
+}
+
+std::unique_ptr<const ConditionFrames> Simulation::prepare(std::size_t index) const {
+  const Condition& condition = conditions_.at(index);
+  const Tracer tracer = [&](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
+    make_world(scene_, condition, change).trace(rays, hits);
+  };
+  const Shot shot = shot_of(camera(), condition);
+  return std::unique_ptr<const ConditionFrames>(new ConditionFrames{
+      condition, shot, Frames(forward_, tracer, shot, pixels_, noise_, {seed(), static_cast<std::uint32_t>(index)})});
+}
+
+tofgraph_metadata Simulation::metadata(const Condition& condition, std::uint64_t frame) const {
+  const double seconds = static_cast<double>(frame) / camera().frame_rate;
+  tofgraph_metadata m{};
+  m.size = sizeof m;
+  m.number = m.device_number = frame;
+  m.timestamp_ns = std::llround(seconds * 1e9);
+  m.integration_time = condition.integration_time;
+  m.modulation_frequency = camera().modulation_frequency;
+  m.temperature = condition.temperature;
+  m.time_since_power_on = std::isnan(condition.time_since_power_on) ? nan : condition.time_since_power_on + seconds;
+  return m;
+}
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A scene with a model: its conditions, and the frames of each.
+#pragma once
+
+#include "simulation/frames.hpp"
+#include "simulation/model.hpp"
+#include "simulation/scene.hpp"
+
+#include <optional>
+
+namespace tofgraph::simulation {
+
+/// What stands in place of the scene's own.
+struct SimulationChanges {
+  std::filesystem::path model;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> frames;
+};
+
+/// One condition, ready to give frames; frames of different numbers may be made at the same time.
+struct ConditionFrames {
+  Condition condition;
+  Shot shot;
+  Frames frames;
+};
+
+/// Conditions may be prepared from several threads at the same time.
+class Simulation {
+ public:
+  /// Reads a scene, its model and its assets. Mistakes go to the diagnostics; null when there are any.
+  static std::unique_ptr<Simulation> read(const std::filesystem::path& scene, const core::Catalogue& catalogue,
+                                          const SimulationChanges& changes, core::Diagnostics& diagnostics);
+
+  const SceneFile& scene() const { return scene_; }
+  const tofgraph_camera& camera() const { return scene_.camera->view(); }
+  const Model& model() const { return model_; }
+  const Pixels& pixels() const { return pixels_; }
+  std::uint64_t frames() const { return static_cast<std::uint64_t>(scene_.frames); }
+  std::uint64_t seed() const { return static_cast<std::uint64_t>(scene_.seed); }
+  const std::vector<Condition>& conditions() const { return conditions_; }
+  bool has_output(std::string_view name) const;
+
+  /// @throws std::exception what the scene or an effect cannot do in this condition
+  std::unique_ptr<const ConditionFrames> prepare(std::size_t condition) const;
+
+  /// Metadata of a frame: time stamps from the frame rate, from 0 in each condition.
+  tofgraph_metadata metadata(const Condition& condition, std::uint64_t frame) const;
+
+ private:
+  Simulation(SceneFile scene, Model model, std::vector<EffectPtr> effects);
+
+  SceneFile scene_;
+  Model model_;
+  Pixels pixels_;
+  ForwardModel forward_;
+  physics::TapNoise noise_;
+  std::vector<Condition> conditions_;
+};
+
+/// A condition of a scene or campaign as the forward model takes it.
+Shot shot_of(const tofgraph_camera& camera, const Condition& condition);
+
+/// Depth without error: z of each pixel's point, m; NaN where nothing is.
+std::vector<float> true_depth(const std::vector<Hit>& hits);
+
+}  // namespace tofgraph::simulation
