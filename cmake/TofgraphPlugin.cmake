@@ -3,6 +3,8 @@
 
 # The libraries that a source file needs, read from its #include lines, so that a new plugin is one file.
 function(tofgraph_libraries_of file result)
+  # Other includes may mean other libraries: an edited file is read again.
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(STRINGS ${file} includes REGEX "^#include [<\"]")
   foreach(line IN LISTS includes)  # what the file's own headers include counts as its own
     if(line MATCHES "\"((tests|plugins)/[^\"]+)\"")

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -32,21 +33,23 @@ std::string panel(const PreviewFrame& frame, std::span<const float> image, const
 
 std::string cloud(const PreviewFrame& frame) {
   std::string script =
-      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.25, 1\n"
-      "set view equal xyz\nset autoscale\nset border 0\nunset xlabel\nunset ylabel\n";
+      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.1, 1\n"
+      "set view equal xyz\nset autoscale\nset border 0\nunset xlabel\nunset ylabel\nunset ztics\n";
   script += rising_palette;
   script += "set cbrange [*:*]\n$points << END\n";
   const std::size_t stride = 2 * stride_of(frame);
-  bool any = false;
+  std::vector<std::span<const float>> points;
   for (std::size_t r = 0; r < frame.rows; r += stride) {
     for (std::size_t c = 0; c < frame.columns; c += stride) {
       const auto p = frame.points.subspan(3 * (r * frame.columns + c), 3);
       if (!std::isfinite(p[2])) continue;
-      any = true;
-      script += fmt::format("{:.5g} {:.5g} {:.5g}\n", p[0], p[2], -p[1]);
+      points.push_back(p);
     }
   }
-  return any ? script + "END\nsplot $points using 1:2:3:2 with points pt 7 ps 0.25 palette\n" : std::string();
+  std::ranges::sort(points, [](auto a, auto b) { return a[2] > b[2]; });  // near ones hide those behind
+  for (const auto& p : points) script += fmt::format("{:.5g} {:.5g} {:.5g}\n", p[0], p[2], -p[1]);
+  return !points.empty() ? script + "END\nsplot $points using 1:2:3:2 with points pt 7 ps 0.25 palette\n"
+                         : std::string();
 }
 
 }  // namespace

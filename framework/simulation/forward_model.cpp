@@ -445,7 +445,7 @@ ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::ve
   static_cast<void>(physics::geometry_of(camera));  // says what is missing
   const auto need = [&](double value, const char* what) {
     if (value > 0) return;
-    throw std::invalid_argument(std::string("the profile of the camera '") + camera.name + "' lacks " + what);
+    throw std::invalid_argument(std::string("the profile of the camera '") + camera.name + "' has no " + what);
   };
   need(camera.gain, "gain, e.g. gain: 7.0e6 counts m^2/s");
   need(camera.contrast, "contrast, e.g. contrast: 0.5");

@@ -24,7 +24,10 @@ struct CaptureReader final : Source {
   Param<InputFile> file{
       this, "file", {.required = true, .text = "a capture (.h5); .h5.part: one that is still running"}};
   Param<std::string> channels{
-      this, "channels", {.text = "which to read, e.g. [range, amplitude]; default: all. Lengths bring their flags"}};
+      this,
+      "channels",
+      {.text =
+           "which to read, e.g. [range, amplitude]; default: all but a simulation's truth. Lengths bring their flags"}};
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
 
   void prepare(Setup& setup) {
@@ -67,6 +70,9 @@ struct CaptureReader final : Source {
     io::CaptureChannel channel;
     std::optional<std::size_t> index;  ///< in the capture; nothing: flags that it does not have
   };
+
+  /// What a simulation recorded beside its frames, without error; it would stand in the way of what is computed.
+  static bool is_truth(const io::CaptureChannel& channel) { return channel.applied == "truth"; }
 
   /// NaN in one of these makes a pixel invalid; sigma can also be just unknown.
   static bool is_length(std::string_view name) {
@@ -120,7 +126,9 @@ struct CaptureReader final : Source {
       throw ConfigError("channels", fmt::format("the capture has no '{}', it has {}", name, fmt::join(names, ", ")));
     }
     if (wanted.empty()) {
-      for (const auto& channel : all) wanted.push_back(channel.name);
+      for (const auto& channel : all) {
+        if (!is_truth(channel)) wanted.push_back(channel.name);
+      }
     }
     if (std::ranges::any_of(wanted, is_length)) wanted.emplace_back("flags");
     for (std::size_t i = 0; i < all.size(); ++i) {

@@ -1,25 +1,30 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The ideal camera in front of a perpendicular white board: four-phase samples, with the profile's noise or none.
+// The digital twin as a camera: frames of a scene, or of a perpendicular board.
 #include <tofgraph/stage.hpp>
 
-#include <array>
 #include <cmath>
-#include <complex>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "physics/four_phase.hpp"
-#include "physics/random.hpp"
+#include "simulation/board.hpp"
+#include "simulation/simulation.hpp"
 
 namespace tofgraph {
 
-/// Light: `reference` (see physics::reference_light). Noise: each sample is the difference of two taps whose variance
-/// is read_noise^2 + shot_noise * counts; normal, and the same for the same seed, frame and pixel. Pixels outside the
-/// lens model are NaN. Without noise all frames share one buffer.
+/// With `scene`, the frames of its conditions one after the other; without, a board that fills the view. Noise: see
+/// simulation::Frames; the same for the same seed, condition, frame and pixel. Pixels outside the lens model are NaN.
+/// Phases without noise are computed once and shared by all frames of a condition.
 struct Simulator final : Source {
-  Out<float> phases{this, "phases"};
+  Out<float> phases{this, "phases", {.optional = true}};
+  Out<std::uint16_t> taps{this, "taps", {.optional = true}};
+  Out<float> distance_image{this, "distance", {.optional = true, .name = "distance"}};
+  Out<float> amplitude{this, "amplitude", {.optional = true}};
+  Out<float> true_depth{this, "true_depth", {.optional = true}};
+  Out<float> true_reflectivity{this, "reflectivity", {.optional = true}};
+  Param<InputFile> scene{this, "scene", {.text = "a scene file; default: a board as the parameters say"}};
+  Param<InputFile> model{this, "model", {.text = "a model file, light and effects; default: the scene's, or ideal"}};
   Param<double> distance{
       this,
       "distance",
@@ -33,14 +38,82 @@ struct Simulator final : Source {
       this,
       "noise",
       {.fallback = "profile", .choices = "profile none", .text = "profile: that of the camera's profile"}};
-  Param<std::int64_t> frames{this, "frames", {.fallback = "1", .min = 0, .text = "how many; 0: endless"}};
+  Param<std::int64_t> frames{
+      this,
+      "frames",
+      {.fallback = "1", .min = 0, .text = "how many, of each condition; 0: endless; default: the scene's"}};
   Param<double> frame_rate{
       this,
       "frame_rate",
       {.unit = "Hz", .min = 1e-3, .max = 1e6, .text = "for the time stamps; default: the camera's"}};
-  Param<std::int64_t> seed{this, "seed", {.fallback = "1", .min = 0, .text = "of the noise"}};
+  Param<std::int64_t> seed{this, "seed", {.fallback = "1", .min = 0, .text = "of the noise; default: the scene's"}};
+  Param<Choice> output{
+      this,
+      "output",
+      {.choices = "phases taps distance", .text = "what the camera hands out; default: the scene's, or phases"}};
+  Param<bool> truth{
+      this, "truth", {.fallback = "false", .text = "adds true_depth and reflectivity, without any error"}};
 
   void prepare(Setup& setup) {
+    if (scene.given())
+      prepare_scene(setup);
+    else
+      prepare_board(setup);
+    provide(setup);
+    const bool power = simulation_ && std::isfinite(simulation_->conditions().front().time_since_power_on);
+    setup.set_frames(count_ * (simulation_ ? simulation_->conditions().size() : 1),
+                     TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_MODULATION_FREQUENCY |
+                         (power ? TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON : 0));
+  }
+
+  bool process(Frame& frame) {
+    if (count_ != 0 && next_ == count_) {
+      if (!simulation_ || ++condition_ == simulation_->conditions().size()) return false;
+      load_condition();
+      next_ = 0;
+    }
+    write_metadata(frame.metadata());
+    write_images(frame);
+    ++next_;
+    ++total_;
+    return true;
+  }
+
+ private:
+  using Values = std::vector<float>;
+
+  void prepare_scene(Setup& setup) {
+    for (const detail::ParamBase* parameter : std::initializer_list<const detail::ParamBase*>{
+             &distance, &reflectivity, &integration_time, &noise, &frame_rate}) {
+      const char* name = parameter->parameter().name;
+      if (parameter->given()) throw ConfigError(name, "is the scene's: write it in " + *scene);
+    }
+    simulation::SimulationChanges changes{std::string(*model), {}, {}};
+    if (seed.given()) changes.seed = static_cast<std::uint64_t>(*seed);
+    if (frames.given()) changes.frames = *frames;
+    core::Diagnostics diagnostics;
+    try {
+      simulation_ = simulation::Simulation::read(std::string(*scene), core::Catalogue({}), changes, diagnostics);
+    } catch (const core::ConfigurationError& error) {
+      throw ConfigError("scene", error.what());
+    }
+    if (!simulation_) throw ConfigError("scene", diagnostics.text());
+    setup.uses_file(*scene);
+    if (!model->empty()) setup.uses_file(*model);
+    const tofgraph_camera& own = simulation_->camera();
+    const tofgraph_camera* given = setup.stream().camera;
+    if (given == nullptr)
+      setup.use_profile(own.name, own.profile);
+    else if (given->width != own.width || given->height != own.height || std::string(given->name) != own.name)
+      throw ConfigError("scene", std::string("is for the camera '") + own.name + "', the pipeline has '" + given->name +
+                                     "': leave one of the two out");
+    rows_ = own.height;
+    columns_ = own.width;
+    count_ = simulation_->frames();
+    load_condition();
+  }
+
+  void prepare_board(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
     const physics::Geometry geometry = physics::geometry_of(camera);
     if (*distance <= geometry.focal_length) {
@@ -48,12 +121,10 @@ struct Simulator final : Source {
                                         std::to_string(geometry.focal_length) +
                                         " m from the sensor plane, e.g. distance: 500 mm");
     }
-    noise_ = {camera.read_noise, camera.shot_noise};
-    exposure_ = {camera.gain, camera.contrast, *integration_time, camera.modulation_frequency};
-    need(camera, exposure_.modulation_frequency, "modulation_frequency: 20 MHz");
-    need(camera, exposure_.gain, "gain: 7.0e6 counts m^2/s");
-    need(camera, exposure_.contrast, "contrast: 0.5");
-    if (*noise == "profile" && !noise_.known()) {
+    std::vector<simulation::EffectPtr> effects = effects_of(setup, camera);
+    forward_ = std::make_unique<simulation::ForwardModel>(camera, physical_, std::move(effects));
+    const physics::TapNoise tap_noise{camera.read_noise, camera.shot_noise};
+    if (*noise == "profile" && !tap_noise.known()) {
       throw ConfigError("noise", "the profile of the camera '" + std::string(camera.name) +
                                      "' has no read_noise and shot_noise: give them there, or write noise: none");
     }
@@ -62,87 +133,131 @@ struct Simulator final : Source {
       throw ConfigError("frame_rate", "the camera's profile has none, so it has to be given, e.g. frame_rate: 80 Hz");
     rows_ = camera.height;
     columns_ = camera.width;
-    expose(camera, geometry);
-    setup.set_frames(static_cast<std::uint64_t>(*frames),
-                     TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_MODULATION_FREQUENCY);
+    count_ = static_cast<std::uint64_t>(*frames);
+    pixels_ = simulation::whole_image(camera);
+    const auto tracer = simulation::board_tracer(camera.focal_length, {*distance, 0, 0, *reflectivity});
+    const auto shot = simulation::shot_of(camera, *integration_time);
+    board_ = std::make_unique<simulation::Frames>(*forward_, tracer, shot, pixels_,
+                                                  *noise == "none" ? physics::TapNoise{} : tap_noise,
+                                                  simulation::NoiseSeed{static_cast<std::uint64_t>(*seed), 0});
+    now_ = board_.get();
+    metadata_ = shot.condition;
   }
 
-  bool process(Frame& frame) {
-    if (*frames != 0 && next_ == static_cast<std::uint64_t>(*frames)) return false;
-    tofgraph_metadata& metadata = frame.metadata();
-    metadata.device_number = next_;
-    metadata.timestamp_ns = std::llround(static_cast<double>(next_) * period_ * 1e9);
-    metadata.integration_time = exposure_.integration_time;
-    metadata.modulation_frequency = exposure_.modulation_frequency;
-    if (*noise == "none")
-      share(frame);
-    else
-      add_noise(phases(frame, 4, rows_, columns_), next_);
-    ++next_;
-    return true;
-  }
-
- private:
-  using Samples = std::vector<float>;
-
-  static void need(const tofgraph_camera& camera, double value, const std::string& example) {
-    if (value > 0) return;
-    throw std::runtime_error(std::string("the profile of the camera '") + camera.name + "' has no " +
-                             example.substr(0, example.find(':')) + ", e.g. " + example);
-  }
-
-  /// The four phase images without noise, and each pixel's deviation of a sample.
-  void expose(const tofgraph_camera& camera, const physics::Geometry& geometry) {
-    const std::size_t pixels = rows_ * columns_;
-    auto samples = std::make_shared<Samples>(4 * pixels);
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const physics::Vector3 ray = physics::unit_ray(camera.rays + 3 * i);
-      const double reflected = physics::reflected_path(geometry, ray, *distance);
-      const physics::Light light = physics::reference_light(geometry, ray, reflected, *reflectivity, exposure_);
-      const std::array<double, 4> c = physics::samples_of(light.phasor);
-      for (std::size_t k = 0; k < 4; ++k) (*samples)[k * pixels + i] = static_cast<float>(c[k]);
-      deviation_.push_back(std::sqrt(noise_.sample_variance(light.intensity)));
+  std::vector<simulation::EffectPtr> effects_of(const Setup& setup, const tofgraph_camera& camera) {
+    if (model->empty()) return {};
+    setup.uses_file(*model);
+    core::Diagnostics diagnostics;
+    try {
+      const core::Catalogue catalogue({});
+      const auto read = simulation::read_model(core::load_document(std::string(*model)), catalogue, diagnostics);
+      physical_ = read.physical;
+      std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics);
+      if (diagnostics.ok()) return effects;
+    } catch (const core::ConfigurationError& error) {
+      throw ConfigError("model", error.what());
     }
-    samples_ = std::move(samples);
+    throw ConfigError("model", diagnostics.text());
   }
 
-  void add_noise(const Array<float>& image, std::uint64_t number) const {
-    const std::size_t pixels = deviation_.size();
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const auto normal =
-          physics::normal_numbers(static_cast<std::uint64_t>(*seed), number, static_cast<std::uint32_t>(i));
-      for (std::size_t k = 0; k < 4; ++k) {
-        const std::size_t at = k * pixels + i;
-        image[at] = static_cast<float>((*samples_)[at] + deviation_[i] * normal[k]);
-      }
+  void load_condition() {
+    prepared_ = simulation_->prepare(condition_);
+    now_ = &prepared_->frames;
+    shared_ = nullptr;
+  }
+
+  bool hands_out(const char* name) const {
+    if (output.given()) return *output == name;
+    return simulation_ ? simulation_->has_output(name) : std::string_view(name) == "phases";
+  }
+
+  void provide(Setup& setup) {
+    if (hands_out("phases")) phases.provide(setup);
+    if (hands_out("taps")) taps.provide(setup);
+    if (hands_out("distance")) {
+      distance_image.provide(setup);
+      amplitude.provide(setup);
     }
+    if (!*truth) return;
+    true_depth.provide(setup);
+    true_reflectivity.provide(setup);
+  }
+
+  void write_metadata(tofgraph_metadata& metadata) const {
+    if (simulation_) {
+      const std::uint64_t number = metadata.number;
+      metadata = simulation_->metadata(prepared_->condition, next_);
+      metadata.number = number;
+    } else {
+      metadata.timestamp_ns = std::llround(static_cast<double>(next_) * period_ * 1e9);
+      metadata.integration_time = metadata_.integration_time;
+      metadata.modulation_frequency = metadata_.modulation_frequency;
+    }
+    metadata.device_number = total_;
+  }
+
+  void write_images(Frame& frame) {
+    if (phases.present()) {
+      if (now_->noisy())
+        now_->phases(next_, phases(frame, 4, rows_, columns_).data());
+      else
+        share_phases(frame);
+    }
+    if (taps.present()) now_->taps(next_, taps_of(frame));
+    if (distance_image.present())
+      now_->distance(next_, distance_image(frame, rows_, columns_).data(), amplitude(frame, rows_, columns_).data());
+    if (!*truth) return;
+    const std::vector<simulation::Hit>& hits = now_->hits();
+    const Values depth = simulation::true_depth(hits);
+    std::copy(depth.begin(), depth.end(), true_depth(frame, rows_, columns_).begin());
+    float* white = true_reflectivity(frame, rows_, columns_).data();
+    for (const simulation::Hit& hit : hits)
+      *white++ = std::isfinite(hit.reflected) ? static_cast<float>(hit.reflectivity) : NAN;
+  }
+
+  /// Four dimensions, which Out does not make.
+  std::uint16_t* taps_of(const Frame& frame) const {
+    const tofgraph_channel channel{taps.channel(),   TOFGRAPH_U16, 4,  {4, 2, rows_, columns_},
+                                   taps.port().unit, "",           "", ""};
+    return static_cast<std::uint16_t*>(frame.write(channel).data);
   }
 
   /// Hands the samples on without a copy; each frame keeps them alive.
-  void share(const Frame& frame) const {
+  void share_phases(const Frame& frame) {
+    if (!shared_) {
+      auto samples = std::make_shared<Values>(4 * rows_ * columns_);
+      now_->phases(0, samples->data());
+      shared_ = std::move(samples);
+    }
     const auto row = static_cast<std::int64_t>(columns_ * sizeof(float));
-    const tofgraph_view view{.data = const_cast<float*>(samples_->data()),  // readers only read
+    const tofgraph_view view{.data = const_cast<float*>(shared_->data()),  // readers only read
                              .type = TOFGRAPH_F32,
                              .rank = 3,
                              .extent = {4, rows_, columns_, 0},
                              .stride = {row * static_cast<std::int64_t>(rows_), row, sizeof(float), 0},
                              .channel = phases.channel(),
                              .unit = phases.port().unit};
-    using Owner = std::shared_ptr<const Samples>;
-    auto owner = std::make_unique<Owner>(samples_);
+    using Owner = std::shared_ptr<const Values>;
+    auto owner = std::make_unique<Owner>(shared_);
     frame.share(view, owner.get(), [](void* memory) { delete static_cast<Owner*>(memory); });
     static_cast<void>(owner.release());  // now the frame's
   }
 
-  physics::TapNoise noise_;
-  physics::Exposure exposure_;
-  std::size_t rows_ = 0, columns_ = 0;
+  std::unique_ptr<const simulation::Simulation> simulation_;  // of a scene
+  std::unique_ptr<const simulation::ConditionFrames> prepared_;
+  simulation::Pixels pixels_;  // of the board
+  std::unique_ptr<const simulation::ForwardModel> forward_;
+  std::unique_ptr<const simulation::Frames> board_;
+  tofgraph_condition metadata_{};
+  bool physical_ = false;
   double period_ = 0;  // s
-  std::shared_ptr<const Samples> samples_;
-  std::vector<double> deviation_;  // counts, of a sample of each pixel
-  std::uint64_t next_ = 0;
+
+  const simulation::Frames* now_ = nullptr;
+  std::shared_ptr<const Values> shared_;
+  std::size_t rows_ = 0, columns_ = 0, condition_ = 0;
+  std::uint64_t count_ = 0, next_ = 0, total_ = 0;  // of this condition, in all
 };
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Simulator, "The ideal camera before a perpendicular board, as four-phase samples")
+TOFGRAPH_STAGE(tofgraph::Simulator, "Simulated frames of a scene, or of a perpendicular board")
