@@ -82,7 +82,9 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   for (const BorderStream& stream : streams) views.push_back(&stream.view);
   last_failure() = {};
   preparing_ = &diagnostics;
+  arriving_ = &streams.front().view;
   const int status = stage_.prepare(self_, views.data(), views.size());
+  arriving_ = nullptr;
   preparing_ = nullptr;
   if (status == TOFGRAPH_OK && last_failure().text.empty()) {
     if (is_source() && output_.camera) announce_rays();
