@@ -95,7 +95,7 @@ nlohmann::json describe_parameter(const tofgraph_parameter& p) {
                          {"default", p.fallback != nullptr ? nlohmann::json(p.fallback) : nlohmann::json()},
                          {"minimum", number_or_null(p.minimum)},
                          {"maximum", number_or_null(p.maximum)}};
-  if (*p.choices != 0) json["choices"] = p.choices;
+  if (*p.choices != 0) json[p.kind == TOFGRAPH_OUTPUT_FILE ? "companions" : "choices"] = p.choices;
   if (!std::isnan(p.off)) json["off"] = p.off;
   if (!std::isnan(p.typical)) json["typical"] = p.typical;
   return json;
