@@ -5,9 +5,26 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <iostream>
 
 namespace tofgraph::cli {
+namespace {
+
+/// The exit code of a command once all that it printed has arrived. What cannot be written is a failure, told where
+/// nothing else was.
+int with_output_written(int code) {
+  errno = 0;
+  const bool written = std::cout.flush().good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (written || code != done) return code;
+  say(fmt::format("tofgraph: error: standard output cannot be written{}{}", errno != 0 ? ": " : "",
+                  errno != 0 ? std::strerror(errno) : ""));
+  return failed;
+}
+
+}  // namespace
 
 void say(const std::string& text) { fmt::print(stderr, "{}{}", text, text.ends_with('\n') ? "" : "\n"); }
 
@@ -67,9 +84,9 @@ int main(int argc, char** argv) {
   cli::add_gallery(app, common);
   try {
     app.parse(argc, argv);
-    return common.command();
+    return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::done : cli::wrong_usage;
+    return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);
   } catch (const core::ConfigurationError& error) {
     cli::say(error.what());
     return cli::wrong_usage;
