@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace tofgraph::core {
 
@@ -166,7 +167,11 @@ void Node::finish() {
 }
 
 void Node::stop() {
-  if (stage_.stop != nullptr && self_ != nullptr) stage_.stop(self_);
+  if (stage_.stop == nullptr || self_ == nullptr) return;
+  last_failure() = {};
+  stage_.stop(self_);
+  if (const Failure failure = std::exchange(last_failure(), {}); !failure.text.empty() && host_.message)
+    host_.message(name, "cannot be stopped: " + failure.text, true);
 }
 
 }  // namespace tofgraph::core

@@ -61,6 +61,20 @@ TEST(BrokenPlugin, ThatThrowsWhileRunningEndsTheRunInOrder) {
             "0 throws_in_process=0\n1 throws_in_process=1\n2 throws_in_process=2\n");
 }
 
+TEST(BrokenPlugin, ThatThrowsWhenItIsStoppedEndsTheRunInOrder) {
+  const TemporaryFolder folder;
+  const Outcome failed =
+      shell("\"$TOFGRAPH\" run 'throws_in_stop ! make_depth fail_at=3 ! collect path=a.txt'", folder.path());
+  EXPECT_EQ(failed.exit_code, 1) << failed.err;
+  EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 3: told to fail"), std::string::npos) << failed.err;
+  EXPECT_NE(failed.err.find("throws_in_stop: warning: cannot be stopped: the device does not answer"),
+            std::string::npos)
+      << failed.err;
+  const Outcome interrupted =
+      shell("\"$TOFGRAPH\" run 'throws_in_stop ! null' & sleep 0.5; kill -INT $!; wait $!", folder.path());
+  EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
+}
+
 TEST(BrokenPlugin, ThatGivesAnotherShapeIsRefused) {
   const Outcome run = with_broken("run 'ramp ! wrong_shape ! null'");
   EXPECT_EQ(run.exit_code, 1);
