@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace tofgraph::core {
@@ -118,6 +119,7 @@ void Node::fail(const char* otherwise) const {
 bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   if (!last_failure().text.empty()) last_failure() = {};
   const int status = stage_.process(self_, frames, count);
+  for (tofgraph_frame* frame : std::span(frames, count)) frame->views_ended();
   if (status == TOFGRAPH_END && !is_sink()) return false;
   if (status != TOFGRAPH_OK) fail("the stage failed without saying why");
   tofgraph_frame& frame = *frames[0];

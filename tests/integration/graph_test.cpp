@@ -72,6 +72,14 @@ TEST(Graph, BranchesJoinByFrameNumber) {
   EXPECT_NE(read_text(folder.path() / "a.txt").find("123 joined=246.5\n"), std::string::npos);
 }
 
+TEST(Graph, WhatAStageReadsStaysUntilItReturns) {
+  const TemporaryFolder folder;
+  // crop asks for the memory to write to while it reads what the source had lent.
+  const Outcome outcome = run("'lend frames=3 ! crop columns=[10, 19] rows=[5, 9] ! collect path=a.txt'", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 crop=1\n1 crop=2\n2 crop=3\n");
+}
+
 TEST(Graph, SteadyStateAllocatesNoBuffers) {
   const TemporaryFolder folder;
   std::set<int> allocated;
