@@ -63,6 +63,12 @@ void check_descriptor(const PluginFile& file, const tofgraph_descriptor* d) {
     refuse(file, fmt::format("calls itself {} '{}'", d->kind, d->name),
            "name the file tofgraph_KIND_NAME.so after what is in it");
   }
+  if ((d->flags & TOFGRAPH_MANY_INPUTS) != 0 && std::string_view(d->kind) != "sink") {
+    refuse(file,
+           fmt::format("is a {} over any number of streams: only a sink can be, a {} has one frame to hand on", d->kind,
+                       d->kind),
+           "take one frame: process(Frame&); streams that belong together are joined with inputs: [a, b]");
+  }
   if (effect && effect_of(*d) == nullptr) {
     refuse(file, "has no extension \"effect\" of version 1 with a level and apply()",
            "end the file with TOFGRAPH_EFFECT(Class, \"text\")");
