@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
+#include "core/paths.hpp"
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -22,6 +24,14 @@ int with_output_written(int code) {
   say(fmt::format("tofgraph: error: standard output cannot be written{}{}", errno != 0 ? ": " : "",
                   errno != 0 ? std::strerror(errno) : ""));
   return failed;
+}
+
+/// A folder of the environment may be there on another machine only: a remark, no mistake.
+void look_at_plugin_path(const Common& common) {
+  for (const auto& folder : core::plugin_path_from_environment()) {
+    if (!common.quiet && !std::filesystem::is_directory(folder))
+      say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
+  }
 }
 
 }  // namespace
@@ -84,6 +94,7 @@ int main(int argc, char** argv) {
   cli::add_gallery(app, common);
   try {
     app.parse(argc, argv);
+    cli::look_at_plugin_path(common);
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
     return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);

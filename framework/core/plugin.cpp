@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/plugin.hpp"
 
+#include "core/diagnostics.hpp"
 #include "core/paths.hpp"
 
 #include <dlfcn.h>
@@ -179,6 +180,13 @@ Catalogue::Catalogue(const std::vector<std::filesystem::path>& folders) {
   std::vector<std::filesystem::path> path = folders;
   std::ranges::copy(plugin_path_from_environment(), std::back_inserter(path));
   path.push_back(plugin_folder());
+  for (const auto& folder : folders) {
+    if (!std::filesystem::is_directory(folder))
+      throw ConfigurationError(
+          fmt::format("plugin path {}: error: this is no folder\n         a plugin path is the folder that holds "
+                      "tofgraph_KIND_NAME.so",
+                      folder.string()));
+  }
   for (const auto& folder : path) {
     std::vector<PluginFile> found;
     std::error_code error;

@@ -3,6 +3,8 @@
 // Plugins that are wrong on purpose: each is refused by name and reason, none takes the program down.
 #include "tests/program.hpp"
 
+#include <nlohmann/json.hpp>
+
 namespace tofgraph::tests {
 namespace {
 
@@ -94,6 +96,72 @@ TEST(BrokenPlugin, DoesNotKeepTheOthersFromBeingListed) {
   EXPECT_EQ(list.exit_code, 0);
   EXPECT_NE(list.out.find("\"make_depth\""), std::string::npos);
   EXPECT_NE(list.out.find("crashed while it was loaded"), std::string::npos);
+}
+
+TEST(PluginPath, ThatIsNoFolderIsAMistake) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "file", "");
+  for (const std::string& command :
+       {std::string("list"), std::string("describe scale"), std::string("check 'ramp ! null'")}) {
+    for (const char* path : {"absent", "file"}) {
+      const Outcome outcome = shell(std::string("\"$TOFGRAPH\" --plugin-path ") + path + " " + command, folder.path());
+      EXPECT_EQ(outcome.exit_code, 2) << command;
+      EXPECT_EQ(outcome.err.find(std::string("plugin path ") + path + ": error: this is no folder\n"), 0U)
+          << outcome.err;
+    }
+  }
+}
+
+TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
+  const TemporaryFolder folder;
+  const std::string command = "TOFGRAPH_PLUGIN_PATH=$TOFGRAPH_PLUGIN_PATH:absent \"$TOFGRAPH\" ";
+  const Outcome outcome = shell(command + "run 'ramp ! null'", folder.path());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.find("warning: TOFGRAPH_PLUGIN_PATH: absent is no folder\n"), 0U) << outcome.err;
+  EXPECT_EQ(shell(command + "--quiet run 'ramp ! null'", folder.path()).err, "");
+}
+
+class PluginCache : public testing::Test {
+ protected:
+  TemporaryFolder folder;
+  std::filesystem::path file = folder.path() / "cache" / "tofgraph" / "plugins.json";
+
+  nlohmann::json listed() const {
+    const Outcome outcome =
+        shell("XDG_CACHE_HOME=" + (folder.path() / "cache").string() + " \"$TOFGRAPH\" list --json", folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+};
+
+TEST_F(PluginCache, DamagedEntriesAreReadAnew) {
+  const nlohmann::json right = listed(), cache = nlohmann::json::parse(read_text(file));
+  ASSERT_GT(cache.size(), 10U);
+  const auto without = [](nlohmann::json entry, const char* key) {
+    entry.erase(key);
+    return entry;
+  };
+  const auto emptied = [](nlohmann::json entry) {
+    entry["plugin"] = nlohmann::json::object();
+    return entry;
+  };
+  for (int kind = 0; kind < 6; ++kind) {
+    nlohmann::json damaged = cache;
+    for (nlohmann::json& entry : damaged) {
+      const nlohmann::json kinds[] = {nlohmann::json(),           5,
+                                      nlohmann::json::array({1}), without(entry, "plugin"),
+                                      without(entry, "key"),      emptied(entry)};
+      entry = kinds[kind];
+    }
+    write_text(file, damaged.dump());
+    EXPECT_EQ(listed(), right) << kind;
+    EXPECT_EQ(nlohmann::json::parse(read_text(file)), cache) << kind << ": not written anew";
+  }
+  for (const char* text : {"", "[1]", "null", "{\"a\":", "\xff\xfe"}) {
+    write_text(file, text);
+    EXPECT_EQ(listed(), right) << text;
+    EXPECT_EQ(nlohmann::json::parse(read_text(file)), cache) << text;
+  }
 }
 
 }  // namespace
