@@ -40,6 +40,7 @@ std::string typical(const json& p) {
 void print_parameter(const json& p) {
   std::string type = text_of(p, "type");
   if (p.contains("choices")) type += fmt::format(" ({})", text_of(p, "choices"));
+  if (p.contains("companions")) type += fmt::format(" (and {} beside it)", text_of(p, "companions"));
   const std::string otherwise =
       p["required"].get<bool>() ? "required"
       : p["default"].is_null()

@@ -2,12 +2,39 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
+#include "core/paths.hpp"
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <iostream>
 
 namespace tofgraph::cli {
+namespace {
+
+/// The exit code of a command once all that it printed has arrived. What cannot be written is a failure, told where
+/// nothing else was.
+int with_output_written(int code) {
+  errno = 0;
+  const bool written = std::cout.flush().good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (written || code != done) return code;
+  say(fmt::format("tofgraph: error: standard output cannot be written{}{}", errno != 0 ? ": " : "",
+                  errno != 0 ? std::strerror(errno) : ""));
+  return failed;
+}
+
+/// A folder of the environment may be there on another machine only: a remark, no mistake.
+void look_at_plugin_path(const Common& common) {
+  for (const auto& folder : core::plugin_path_from_environment()) {
+    if (!common.quiet && !std::filesystem::is_directory(folder))
+      say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
+  }
+}
+
+}  // namespace
 
 void say(const std::string& text) { fmt::print(stderr, "{}{}", text, text.ends_with('\n') ? "" : "\n"); }
 
@@ -67,9 +94,10 @@ int main(int argc, char** argv) {
   cli::add_gallery(app, common);
   try {
     app.parse(argc, argv);
-    return common.command();
+    cli::look_at_plugin_path(common);
+    return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? cli::done : cli::wrong_usage;
+    return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);
   } catch (const core::ConfigurationError& error) {
     cli::say(error.what());
     return cli::wrong_usage;

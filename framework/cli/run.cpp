@@ -4,6 +4,7 @@
 
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
+#include "io/output_file.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,7 +12,6 @@
 #include <unistd.h>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <stop_token>
 #include <thread>
 
@@ -81,36 +81,32 @@ class Watch {
   std::jthread thread_;
 };
 
-void write_statistics(const std::string& path, const core::Graph& graph, const core::RunResult& result) {
-  const std::string temporary = path + ".part";
-  {
-    std::ofstream out(temporary);
-    out << core::statistics_json(graph, result).dump(2) << "\n";
-    if (!out.flush()) throw std::runtime_error("cannot write " + path);
-  }
-  std::filesystem::rename(temporary, path);
+/// Why the statistics cannot be written, or nothing.
+std::string statistics_problem(const RunArguments& arguments) {
+  const std::filesystem::path path = arguments.stats;
+  if (path.empty()) return {};
+  std::string problem = io::why_not_writable(path);
+  if (problem.empty() && !arguments.force && std::filesystem::exists(path))
+    problem = "the file exists\n         --force replaces it";
+  return problem.empty() ? problem : fmt::format("--stats {}: error: {}", arguments.stats, problem);
 }
 
-int run(const RunArguments& arguments, const Common& common) {
-  if (!arguments.stats.empty() && !arguments.force && std::filesystem::exists(arguments.stats)) {
-    throw core::ConfigurationError(
-        fmt::format("--stats {}: error: the file exists\n         --force replaces it", arguments.stats));
+/// @returns the run's exit code, or failed when all was well until here. What the run has to say comes first.
+int write_statistics(const RunArguments& arguments, const core::Graph& graph, const core::RunResult& result, int code) {
+  if (arguments.stats.empty()) return code;
+  try {
+    // Somebody may have made it since the first look.
+    if (const std::string problem = statistics_problem(arguments); !problem.empty()) throw std::runtime_error(problem);
+    io::write_file(arguments.stats, core::statistics_json(graph, result).dump(2) + "\n");
+    return code;
+  } catch (const std::exception& error) {
+    say(fmt::format("error: the statistics of the run are not written: {}", error.what()));
+    return code == done ? failed : code;
   }
-  const auto graph = build(arguments.document(), arguments, common, arguments.force);
-  core::RunOptions options;
-  if (arguments.frames != 0) options.frames = arguments.frames;
-  options.threads = arguments.threads;
-  core::Runner runner(*graph, options);
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  core::RunResult result;
-  {
-    const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
-    result = runner.run();
-  }
-  if (!arguments.stats.empty()) write_statistics(arguments.stats, *graph, result);
+}
+
+/// What came of a run, in words on standard error. @returns the exit code
+int report(const core::Graph& graph, const core::RunResult& result, const Common& common) {
   if (!common.quiet) {
     say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, core::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
@@ -131,8 +127,28 @@ int run(const RunArguments& arguments, const Common& common) {
     say("interrupted: the frames up to here are complete");
     return interrupted;
   }
-  const bool loss_allowed = graph->queue().policy == core::QueuePolicy::drop_oldest;
+  const bool loss_allowed = graph.queue().policy == core::QueuePolicy::drop_oldest;
   return result.dropped != 0 && !loss_allowed ? failed : done;
+}
+
+int run(const RunArguments& arguments, const Common& common) {
+  if (const std::string problem = statistics_problem(arguments); !problem.empty())
+    throw core::ConfigurationError(problem);
+  const auto graph = build(arguments.document(), arguments, common, arguments.force);
+  core::RunOptions options;
+  if (arguments.frames != 0) options.frames = arguments.frames;
+  options.threads = arguments.threads;
+  core::Runner runner(*graph, options);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  core::RunResult result;
+  {
+    const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
+    result = runner.run();
+  }
+  return write_statistics(arguments, *graph, result, report(*graph, result, common));
 }
 
 }  // namespace

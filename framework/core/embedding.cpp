@@ -33,6 +33,21 @@ struct Pipeline::Impl {
     if (!diagnostics.ok()) throw ConfigurationError(diagnostics);
     return graph;
   }
+
+  /// The runner can be stopped from another thread as long as it runs.
+  RunResult run(Runner& now) {
+    struct Published {
+      Published(Impl& all, Runner& shown) : impl(all) { show(&shown); }
+      ~Published() { show(nullptr); }
+      void show(Runner* shown) const {
+        const std::scoped_lock lock(impl.mutex);
+        impl.runner = shown;
+      }
+      Impl& impl;
+    };
+    const Published published(*this, now);
+    return now.run();
+  }
 };
 
 Pipeline::Pipeline(std::string pipeline, std::string camera) : impl_(std::make_unique<Impl>()) {
@@ -64,13 +79,7 @@ Pipeline::Result Pipeline::run(std::uint64_t frames, unsigned threads) {
   options.threads = threads;
   options.receivers = impl_->receivers;
   Runner runner(*graph, options);
-  const auto publish = [this](Runner* now) {
-    const std::scoped_lock lock(impl_->mutex);
-    impl_->runner = now;
-  };
-  publish(&runner);
-  const RunResult result = runner.run();
-  publish(nullptr);
+  const RunResult result = impl_->run(runner);
   if (!result.error.empty()) throw std::runtime_error(result.error);
   return {result.frames, result.dropped, result.wall_s, result.interrupted};
 }

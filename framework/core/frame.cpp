@@ -36,7 +36,13 @@ tofgraph_frame::Channel& tofgraph_frame::slot(std::string_view name) {
   return *free;
 }
 
+void tofgraph_frame::replace(Channel& channel, tofgraph::core::BufferRef buffer) {
+  if (channel.buffer) replaced.push_back(std::move(channel.buffer));
+  channel.buffer = std::move(buffer);
+}
+
 void tofgraph_frame::clear() {
+  views_ended();
   for (Channel& channel : channels) channel.buffer = {};
 }
 
@@ -74,8 +80,7 @@ int write(tofgraph_frame* frame, const tofgraph_channel* made, tofgraph_view* vi
     const std::size_t bytes = channel_bytes(made->type, made->rank, made->extent);
     auto& channel = frame->slot(made->name);
     if (!channel.buffer || !channel.buffer.unique() || channel.buffer.capacity() < bytes) {
-      channel.buffer = {};
-      channel.buffer = frame->pool->get(bytes);
+      frame->replace(channel, frame->pool->get(bytes));
     }
     channel.unit = made->unit != nullptr ? made->unit : "";
     channel.type = made->type;
@@ -94,7 +99,7 @@ int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
       const std::size_t bytes = channel_bytes(channel->type, channel->rank, channel->extent);
       BufferRef own = frame->pool->get(bytes);
       std::memcpy(own.data(), channel->buffer.data(), bytes);
-      channel->buffer = std::move(own);
+      frame->replace(*channel, std::move(own));
     }
     *view = view_of(*channel);
     return true;
@@ -111,7 +116,7 @@ int share(tofgraph_frame* frame, const tofgraph_view* view, void* owner, void (*
     }
     const std::size_t bytes = channel_bytes(view->type, view->rank, view->extent);
     auto& channel = frame->slot(view->channel);
-    channel.buffer = BufferPool::lent(view->data, bytes, owner, release);
+    frame->replace(channel, BufferPool::lent(view->data, bytes, owner, release));
     channel.unit = view->unit != nullptr ? view->unit : "";
     channel.type = view->type;
     channel.rank = view->rank;
@@ -123,7 +128,7 @@ int share(tofgraph_frame* frame, const tofgraph_view* view, void* owner, void (*
 int drop(tofgraph_frame* frame, const char* name) {
   return guarded([&] {
     auto* channel = frame->find(name);
-    if (channel != nullptr) channel->buffer = {};
+    if (channel != nullptr) frame->replace(*channel, {});
     return channel != nullptr;
   });
 }

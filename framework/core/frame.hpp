@@ -10,6 +10,7 @@
 #include <deque>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// What the border calls a frame.
 struct tofgraph_frame {
@@ -21,6 +22,8 @@ struct tofgraph_frame {
   };
 
   std::deque<Channel> channels;  ///< views point to the strings in here, so that none may move
+  /// Buffers that a stage replaced while it may still hold views of them. A view lives until `process` returns.
+  std::vector<tofgraph::core::BufferRef> replaced;
   tofgraph_metadata metadata{};
   tofgraph::core::BufferPool* pool = nullptr;
 
@@ -28,6 +31,10 @@ struct tofgraph_frame {
   const Channel* find(std::string_view name) const;
   /// A channel of that name: the existing one or a free slot.
   Channel& slot(std::string_view name);
+  /// Another buffer, or none, under a channel's name; the old one stays until views_ended().
+  void replace(Channel& channel, tofgraph::core::BufferRef buffer);
+  /// The stage returned: no view of it is left.
+  void views_ended() { replaced.clear(); }
   /// Gives the buffers back; memory of the slots is kept.
   void clear();
   /// Adds the channels of another frame that this one does not have.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/graph.hpp"
 
+#include "core/outputs.hpp"
 #include "core/paths.hpp"
 #include "io/profile.hpp"
 
@@ -71,6 +72,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   order(building, diagnostics);
   prepare(diagnostics);
+  check_outputs(nodes_, diagnostics);
 }
 
 /// Resolves the inputs, then makes the nodes in topological order.

@@ -6,7 +6,10 @@
 #include "core/paths.hpp"
 #include "io/profile.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 namespace tofgraph::core {
 
@@ -71,13 +74,27 @@ struct HostCalls {
   static void set_camera(void* context, const tofgraph_camera* camera) {
     guarded([&] {
       Node& self = node(context);
-      self.own_camera_ = self.output_.camera = std::make_shared<Camera>(*camera);
+      tofgraph_camera changed = *camera;
+      const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
+      changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
+      self.own_camera_ = self.output_.camera = std::make_shared<Camera>(changed);
       self.output_.camera_made_by = self.index;
       if (Channel* rays = self.output_.find("rays")) {
         rays->made_by = self.index;
         rays->extent = {camera->height, camera->width, 3, 0};
       }
     });
+  }
+
+  /// Whether the rays are those of the lens model, to a millionth of a radian.
+  static bool follows_its_lens(const tofgraph_camera& camera) {
+    if (camera.rays == nullptr) return true;
+    tofgraph_camera lens = camera;
+    lens.rays = nullptr;
+    const Camera modelled(lens);
+    const std::size_t values = std::size_t{camera.width} * camera.height * 3;
+    return std::equal(camera.rays, camera.rays + values, modelled.view().rays,
+                      [](float a, float b) { return std::abs(a - b) < 1e-6F || (std::isnan(a) && std::isnan(b)); });
   }
 
   static int use_profile(void* context, const char* name, const char* text) {
@@ -92,9 +109,12 @@ struct HostCalls {
         camera = io::load_profile(file);
         self.files_.push_back({file.string(), sha256_of_file(file)});
       }
+      if (!mistakes.ok())
+        throw ConfigurationError(fmt::format("the profile that came with it cannot be used:\n{}", mistakes.text()));
       if (!camera) return;
       self.output_.camera = std::move(camera);
       self.output_.camera_made_by = self.index;
+      if (self.arriving_ != nullptr) self.arriving_->camera = &self.output_.camera->view();
       result = TOFGRAPH_OK;
     });
     return result;

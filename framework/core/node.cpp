@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <utility>
 
 namespace tofgraph::core {
 
@@ -82,7 +84,9 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   for (const BorderStream& stream : streams) views.push_back(&stream.view);
   last_failure() = {};
   preparing_ = &diagnostics;
+  arriving_ = &streams.front().view;
   const int status = stage_.prepare(self_, views.data(), views.size());
+  arriving_ = nullptr;
   preparing_ = nullptr;
   if (status == TOFGRAPH_OK && last_failure().text.empty()) {
     if (is_source() && output_.camera) announce_rays();
@@ -115,6 +119,7 @@ void Node::fail(const char* otherwise) const {
 bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   if (!last_failure().text.empty()) last_failure() = {};
   const int status = stage_.process(self_, frames, count);
+  for (tofgraph_frame* frame : std::span(frames, count)) frame->views_ended();
   if (status == TOFGRAPH_END && !is_sink()) return false;
   if (status != TOFGRAPH_OK) fail("the stage failed without saying why");
   tofgraph_frame& frame = *frames[0];
@@ -164,7 +169,11 @@ void Node::finish() {
 }
 
 void Node::stop() {
-  if (stage_.stop != nullptr && self_ != nullptr) stage_.stop(self_);
+  if (stage_.stop == nullptr || self_ == nullptr) return;
+  last_failure() = {};
+  stage_.stop(self_);
+  if (const Failure failure = std::exchange(last_failure(), {}); !failure.text.empty() && host_.message)
+    host_.message(name, "cannot be stopped: " + failure.text, true);
 }
 
 }  // namespace tofgraph::core

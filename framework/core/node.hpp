@@ -88,7 +88,8 @@ class Node {
   std::vector<UsedFile> files_;
   std::string provenance_;
   Diagnostics* preparing_ = nullptr;
-  CameraPtr own_camera_;  ///< when this node changed it
+  tofgraph_stream* arriving_ = nullptr;  ///< during prepare: what a source is shown, with its camera once it chose one
+  CameraPtr own_camera_;                 ///< when this node changed it
 };
 
 }  // namespace tofgraph::core

@@ -20,7 +20,7 @@ std::string example(const tofgraph_parameter& p) {
   const auto of = [&p](std::string_view value) { return fmt::format("example: {}: {}", p.name, value); };
   if (p.fallback != nullptr && *p.fallback != 0) return of(p.fallback);
   const std::vector<std::string> choices = split_words(p.choices);
-  if (!choices.empty()) return of(choices.front());
+  if (!choices.empty() && p.kind != TOFGRAPH_OUTPUT_FILE) return of(choices.front());
   const double middle = !std::isnan(p.minimum) && !std::isnan(p.maximum) ? (p.minimum + p.maximum) / 2 : 1;
   switch (p.kind) {
     case TOFGRAPH_BOOL:

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/plugin.hpp"
 
+#include "core/diagnostics.hpp"
 #include "core/paths.hpp"
 
 #include <dlfcn.h>
@@ -63,6 +64,12 @@ void check_descriptor(const PluginFile& file, const tofgraph_descriptor* d) {
     refuse(file, fmt::format("calls itself {} '{}'", d->kind, d->name),
            "name the file tofgraph_KIND_NAME.so after what is in it");
   }
+  if ((d->flags & TOFGRAPH_MANY_INPUTS) != 0 && std::string_view(d->kind) != "sink") {
+    refuse(file,
+           fmt::format("is a {} over any number of streams: only a sink can be, a {} has one frame to hand on", d->kind,
+                       d->kind),
+           "take one frame: process(Frame&); streams that belong together are joined with inputs: [a, b]");
+  }
   if (effect && effect_of(*d) == nullptr) {
     refuse(file, "has no extension \"effect\" of version 1 with a level and apply()",
            "end the file with TOFGRAPH_EFFECT(Class, \"text\")");
@@ -95,7 +102,7 @@ nlohmann::json describe_parameter(const tofgraph_parameter& p) {
                          {"default", p.fallback != nullptr ? nlohmann::json(p.fallback) : nlohmann::json()},
                          {"minimum", number_or_null(p.minimum)},
                          {"maximum", number_or_null(p.maximum)}};
-  if (*p.choices != 0) json["choices"] = p.choices;
+  if (*p.choices != 0) json[p.kind == TOFGRAPH_OUTPUT_FILE ? "companions" : "choices"] = p.choices;
   if (!std::isnan(p.off)) json["off"] = p.off;
   if (!std::isnan(p.typical)) json["typical"] = p.typical;
   return json;
@@ -173,6 +180,13 @@ Catalogue::Catalogue(const std::vector<std::filesystem::path>& folders) {
   std::vector<std::filesystem::path> path = folders;
   std::ranges::copy(plugin_path_from_environment(), std::back_inserter(path));
   path.push_back(plugin_folder());
+  for (const auto& folder : folders) {
+    if (!std::filesystem::is_directory(folder))
+      throw ConfigurationError(
+          fmt::format("plugin path {}: error: this is no folder\n         a plugin path is the folder that holds "
+                      "tofgraph_KIND_NAME.so",
+                      folder.string()));
+  }
   for (const auto& folder : path) {
     std::vector<PluginFile> found;
     std::error_code error;

@@ -48,6 +48,7 @@ nlohmann::json describe(const tofgraph_descriptor& descriptor);
 class Catalogue {
  public:
   /// Folders given first win; those of TOFGRAPH_PLUGIN_PATH and the installed one follow.
+  /// @throws ConfigurationError when a given one is no folder
   explicit Catalogue(const std::vector<std::filesystem::path>& folders);
 
   const std::vector<PluginFile>& files() const { return files_; }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/runner.hpp"
 
+#include "core/source_exit.hpp"
+
 #include <fmt/format.h>
 #include <tbb/flow_graph.h>
 #include <tbb/global_control.h>
@@ -10,8 +12,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <thread>
 
@@ -22,18 +22,22 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// One frame on its way: a slot for what each node made of it.
-struct Token {
-  std::size_t sequence = 0;  ///< of those that were not dropped
-  std::vector<tofgraph_frame> frames;
-  std::vector<bool> absent;  ///< of a node: nothing left it for this frame
-};
-
 /// Consecutive nodes that run as one task. A node that keeps state is alone, behind a sequencer.
 struct Segment {
   bool ordered = false;
   std::vector<std::size_t> nodes;
 };
+
+/// In a catch clause: what was thrown, in words.
+std::string what_was_thrown() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "threw something that is no std::exception";
+  }
+}
 
 }  // namespace
 
@@ -45,24 +49,18 @@ class Runner::Impl {
         threads_(options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency())),
         last_reader_(graph.nodes().size(), 0),
         times_(graph.nodes().size()),
-        failed_(graph.nodes().size()) {
+        failed_(graph.nodes().size()),
+        exit_(graph.nodes().size(), std::size_t{2} * threads_, graph.queue(), pool_) {  // enough to keep them busy
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
-    }
-    // Enough frames in flight to keep the threads busy, and those that wait at the source's exit.
-    tokens_.resize(in_flight_limit() + graph.queue().capacity + 1);
-    for (Token& token : tokens_) {
-      token.frames.resize(graph.nodes().size());
-      token.absent.resize(graph.nodes().size());
-      for (tofgraph_frame& frame : token.frames) frame.pool = &pool_;
-      free_.push_back(&token);
     }
   }
 
   RunResult run();
   void stop();
 
-  std::atomic<std::uint64_t> done_{0}, dropped_{0};
+  std::atomic<std::uint64_t> done_{0};
+  std::uint64_t dropped() const { return exit_.dropped(); }
   std::uint64_t expected() const {
     const std::uint64_t announced = graph_.nodes().front()->output().frames;
     return options_.frames ? std::min(*options_.frames, announced != 0 ? announced : *options_.frames) : announced;
@@ -72,16 +70,17 @@ class Runner::Impl {
   using Step = tbb::flow::function_node<Token*, Token*>;
   using Sequencer = tbb::flow::sequencer_node<Token*>;
 
-  std::size_t in_flight_limit() const { return std::size_t{2} * threads_; }
   std::vector<Segment> segments() const;
   void build(tbb::flow::graph& flow);
+  void flow();
   void produce();
+  bool produce(std::uint64_t number);
   bool fill(Token& token, std::uint64_t number);
-  void dispatch(Token* token);
-  Token* recycle(Token* token);
+  void arrived(Token* token);
+  void run_step(const Segment& segment, Token& token, bool last);
   void run_segment(const Segment& segment, Token& token);
   void run_node(std::size_t index, Token& token);
-  void fail(std::size_t node, const Token* token, const std::string& text);
+  void fail(std::size_t node, std::uint64_t frame, const std::string& text);
   void finish();
 
   Graph& graph_;
@@ -91,19 +90,12 @@ class Runner::Impl {
   std::vector<std::size_t> last_reader_;
   std::vector<TimeHistogram> times_;
   std::vector<std::atomic<bool>> failed_;
-  std::vector<Token> tokens_;
+  SourceExit exit_;
 
   std::vector<Segment> segments_;
   std::vector<std::unique_ptr<Step>> steps_;
   std::vector<std::unique_ptr<Sequencer>> sequencers_;
   tbb::flow::receiver<Token*>* entry_ = nullptr;
-
-  std::mutex mutex_;  // the four below
-  std::condition_variable changed_;
-  std::vector<Token*> free_;
-  std::deque<Token*> waiting_;
-  std::size_t in_flight_ = 0;
-  std::size_t next_sequence_ = 0;
 
   std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
   std::mutex error_mutex_;
@@ -144,35 +136,45 @@ void Runner::Impl::build(tbb::flow::graph& flow) {
     const bool last = i + 1 == segments_.size();
     auto& step = steps_.emplace_back(std::make_unique<Step>(flow, segment.ordered ? tf::serial : tf::unlimited,
                                                             [this, &segment, last](Token* token) {
-                                                              run_segment(segment, *token);
-                                                              return last ? recycle(token) : token;
+                                                              run_step(segment, *token, last);
+                                                              return token;
                                                             }));
     connect(*step);
     previous = step.get();
   }
 }
 
+/// Sends all frames through. Whatever happens, the source's thread is joined and nothing is under way any more.
+void Runner::Impl::flow() {
+  tbb::flow::graph flow;
+  build(flow);
+  flow.reserve_wait();
+  {
+    std::jthread source;
+    try {
+      source = std::jthread([&] {
+        produce();
+        flow.release_wait();
+      });
+    } catch (...) {
+      flow.release_wait();
+      fail(0, 0, what_was_thrown());
+    }
+    flow.wait_for_all();
+  }
+  steps_.clear();
+  sequencers_.clear();
+}
+
 RunResult Runner::Impl::run() {
   const auto start = Clock::now();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
   tbb::task_arena arena(static_cast<int>(threads_), 1);
-  arena.execute([&] {
-    tbb::flow::graph flow;
-    build(flow);
-    flow.reserve_wait();
-    std::thread source([&] {
-      produce();
-      flow.release_wait();
-    });
-    flow.wait_for_all();
-    source.join();
-    steps_.clear();
-    sequencers_.clear();
-  });
+  arena.execute([&] { flow(); });
   finish();
   RunResult result;
   result.frames = done_.load();
-  result.dropped = dropped_.load();
+  result.dropped = dropped();
   result.wall_s = seconds_since(start);
   result.buffers_allocated = pool_.allocated();
   result.interrupted = graph_.host().stopping.load() && error_.empty();
@@ -187,43 +189,25 @@ RunResult Runner::Impl::run() {
 
 /// The source's own thread: it may wait for a device as long as it likes.
 void Runner::Impl::produce() {
-  const bool drop = graph_.queue().policy == QueuePolicy::drop_oldest;
   for (std::uint64_t number = 0; !options_.frames || number < *options_.frames; ++number) {
-    Token* token = nullptr;
-    {
-      std::unique_lock lock(mutex_);
-      const auto stopped = [&] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; };
-      changed_.wait(
-          lock, [&] { return stopped() || (!free_.empty() && (drop || waiting_.size() < graph_.queue().capacity)); });
-      if (stopped()) break;
-      token = free_.back();
-      free_.pop_back();
+    try {
+      if (!produce(number)) return;
+    } catch (...) {
+      return fail(0, number, what_was_thrown());
     }
-    if (!fill(*token, number)) {
-      const std::scoped_lock lock(mutex_);
-      free_.push_back(token);
-      break;
-    }
-    Token* next = nullptr;
-    {
-      const std::scoped_lock lock(mutex_);
-      waiting_.push_back(token);
-      if (in_flight_ < in_flight_limit()) {
-        next = waiting_.front();
-        waiting_.pop_front();
-        ++in_flight_;
-      } else if (drop && waiting_.size() > graph_.queue().capacity) {
-        Token* oldest = waiting_.front();
-        waiting_.pop_front();
-        for (tofgraph_frame& frame : oldest->frames) frame.clear();
-        free_.push_back(oldest);
-        dropped_.fetch_add(1);
-      }
-      if (next != nullptr) next->sequence = next_sequence_++;
-    }
-    if (next != nullptr) entry_->try_put(next);
   }
-  // Whoever finishes a frame sends the next that waits: nothing is left to do here.
+}
+
+/// One frame. @returns false at the end. What waits is sent by whoever finishes a frame.
+bool Runner::Impl::produce(std::uint64_t number) {
+  Token* token = exit_.take([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
+  if (token == nullptr) return false;
+  if (!fill(*token, number)) {
+    exit_.put_back(token);
+    return false;
+  }
+  if (Token* next = exit_.leave(token); next != nullptr) entry_->try_put(next);
+  return true;
 }
 
 bool Runner::Impl::fill(Token& token, std::uint64_t number) {
@@ -236,42 +220,28 @@ bool Runner::Impl::fill(Token& token, std::uint64_t number) {
   frame.metadata.integration_time = frame.metadata.modulation_frequency = std::nan("");
   frame.metadata.temperature = frame.metadata.time_since_power_on = std::nan("");
   const auto start = Clock::now();
-  try {
-    tofgraph_frame* frames[] = {&frame};
-    const bool more = source.process(frames, 1);
-    frame.metadata.number = number;
-    if (more)
-      times_[0].add(seconds_since(start));
-    else
-      frame.clear();
-    return more;
-  } catch (const std::exception& error) {
-    fail(0, &token, error.what());
-    frame.clear();
-    return false;
-  }
+  tofgraph_frame* frames[] = {&frame};
+  const bool more = source.process(frames, 1);
+  frame.metadata.number = number;
+  if (more) times_[0].add(seconds_since(start));
+  return more;
 }
 
 /// The end of a frame's way: its slots are free again, and one that waits may start.
-Token* Runner::Impl::recycle(Token* token) {
-  const bool whole = token->frames.front().metadata.number < first_failed_.load();
-  for (tofgraph_frame& frame : token->frames) frame.clear();
-  if (whole) done_.fetch_add(1);
-  Token* next = nullptr;
-  {
-    const std::scoped_lock lock(mutex_);
-    free_.push_back(token);
-    if (waiting_.empty()) {
-      --in_flight_;
-    } else {
-      next = waiting_.front();
-      waiting_.pop_front();
-      next->sequence = next_sequence_++;
-    }
+void Runner::Impl::arrived(Token* token) {
+  if (token->frames.front().metadata.number < first_failed_.load()) done_.fetch_add(1);
+  if (Token* next = exit_.arrived(token); next != nullptr) entry_->try_put(next);
+}
+
+/// Nothing leaves a task of the flow graph: it would cancel the others, and leave the source waiting for them.
+void Runner::Impl::run_step(const Segment& segment, Token& token, bool last) {
+  const std::uint64_t number = token.frames.front().metadata.number;
+  try {
+    run_segment(segment, token);
+    if (last) arrived(&token);
+  } catch (...) {
+    fail(segment.nodes.empty() ? 0 : segment.nodes.front(), number, what_was_thrown());
   }
-  changed_.notify_one();
-  if (next != nullptr) entry_->try_put(next);
-  return nullptr;
 }
 
 void Runner::Impl::run_segment(const Segment& segment, Token& token) {
@@ -313,8 +283,8 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
     token.absent[index] = !node.process(frames.data(), frames.size());
     times_[index].add(seconds_since(start));
     if (receiver != options_.receivers.end() && !token.absent[index]) receiver->second(*frames.front());
-  } catch (const std::exception& error) {
-    fail(index, &token, error.what());
+  } catch (...) {
+    fail(index, token.frames.front().metadata.number, what_was_thrown());
   }
   for (const std::size_t input : inputs) {
     if (last_reader_[input] == index) token.frames[input].clear();
@@ -322,10 +292,9 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
   if (last_reader_[index] == 0) frame.clear();
 }
 
-void Runner::Impl::fail(std::size_t node, const Token* token, const std::string& text) {
+void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) {
   failed_[node] = true;
   const Node& where = *graph_.nodes()[node];
-  const std::uint64_t number = token->frames.front().metadata.number;
   for (std::uint64_t seen = first_failed_.load();
        number < seen && !first_failed_.compare_exchange_weak(seen, number);) {
   }
@@ -335,8 +304,7 @@ void Runner::Impl::fail(std::size_t node, const Token* token, const std::string&
       error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
   }
   graph_.nodes().front()->stop();
-  const std::scoped_lock lock(mutex_);
-  changed_.notify_all();
+  exit_.wake();
 }
 
 void Runner::Impl::finish() {
@@ -344,9 +312,10 @@ void Runner::Impl::finish() {
     if (failed_[node->index].load()) continue;
     try {
       node->finish();
-    } catch (const std::exception& error) {
+    } catch (...) {
+      const std::string thrown = what_was_thrown();
       if (error_.empty())
-        error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, error.what());
+        error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, thrown);
     }
   }
 }
@@ -354,8 +323,7 @@ void Runner::Impl::finish() {
 void Runner::Impl::stop() {
   graph_.host().stopping = true;
   graph_.nodes().front()->stop();
-  const std::scoped_lock lock(mutex_);
-  changed_.notify_all();
+  exit_.wake();
 }
 
 Runner::Runner(Graph& graph, const RunOptions& options) : impl_(std::make_unique<Impl>(graph, options)) {}
@@ -363,7 +331,7 @@ Runner::~Runner() = default;
 RunResult Runner::run() { return impl_->run(); }
 void Runner::stop() { impl_->stop(); }
 std::uint64_t Runner::frames_done() const { return impl_->done_.load(); }
-std::uint64_t Runner::frames_dropped() const { return impl_->dropped_.load(); }
+std::uint64_t Runner::frames_dropped() const { return impl_->dropped(); }
 std::uint64_t Runner::frames_expected() const { return impl_->expected(); }
 
 }  // namespace tofgraph::core

@@ -55,6 +55,19 @@ void write_cache(const json& cache) {
   std::filesystem::rename(temporary, cache_file(), error);
 }
 
+/// Found again in an entry whose content nobody changed.
+std::size_t check_number(const json& plugin) { return std::hash<std::string>()(plugin.dump()); }
+
+/// What the cache knows of the file as it is now, or null. An entry that is damaged is one that is not there.
+const json* remembered(const json& cache, const std::filesystem::path& file) {
+  const auto entry = cache.find(file.string());
+  if (entry == cache.end() || !entry->is_object() || !entry->contains("plugin")) return nullptr;
+  const json& plugin = entry->at("plugin");
+  const bool whole =
+      entry->value("key", json()) == fingerprint(file) && entry->value("check", json()) == json(check_number(plugin));
+  return whole ? &plugin : nullptr;
+}
+
 std::string how_it_ended(int status) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return "did not come back within 20 s";
   if (WIFSIGNALED(status))
@@ -105,10 +118,8 @@ std::map<std::string, json> Catalogue::describe(const std::vector<PluginFile>& f
   std::vector<PluginFile> unseen;
   json cache = read_cache();
   for (const PluginFile& file : files) {
-    const std::string path = file.path.string();
-    const auto entry = cache.find(path);
-    if (entry != cache.end() && entry->value("key", json()) == fingerprint(file.path))
-      result[path] = entry->at("plugin");
+    if (const json* plugin = remembered(cache, file.path))
+      result[file.path.string()] = *plugin;
     else
       unseen.push_back(file);
   }
@@ -128,7 +139,8 @@ std::map<std::string, json> Catalogue::describe(const std::vector<PluginFile>& f
   }
   for (const PluginFile& file : unseen) {  // a refusal is not remembered: its cause may be outside the file
     const json& seen = result.at(file.path.string());
-    if (!seen.contains("error")) cache[file.path.string()] = {{"key", fingerprint(file.path)}, {"plugin", seen}};
+    if (seen.contains("error")) continue;
+    cache[file.path.string()] = {{"key", fingerprint(file.path)}, {"check", check_number(seen)}, {"plugin", seen}};
   }
   if (!unseen.empty()) write_cache(cache);
   return result;

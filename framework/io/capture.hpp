@@ -69,7 +69,7 @@ class CaptureReader {
 
 struct CaptureOptions {
   int compression = 0;     ///< deflate level, 0 to 9, with byte shuffling
-  bool overwrite = false;  ///< an existing capture, or what is left of one, may be replaced
+  bool overwrite = false;  ///< an existing capture may be replaced; a .part never is
 };
 
 /// Writes a capture: as FILE.part, which can be read meanwhile, until finish() gives it its name. Not thread-safe.
@@ -93,6 +93,9 @@ class CaptureWriter {
 
   /// FILE.part
   static std::filesystem::path part_of(const std::filesystem::path& file);
+  /// Why a capture cannot be written there, or nothing; touches nothing. A .part is never replaced: somebody may be
+  /// writing it, or it is all that is left of a recording.
+  static std::string problem(const std::filesystem::path& file, bool overwrite);
 
  private:
   struct Impl;

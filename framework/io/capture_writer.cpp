@@ -3,6 +3,7 @@
 #include "io/capture.hpp"
 #include "io/capture_hdf5.hpp"
 #include "io/capture_layout.hpp"
+#include "io/output_file.hpp"
 
 #include <tofgraph/array.hpp>
 
@@ -133,6 +134,18 @@ struct CaptureWriter::Impl {
 
 fs::path CaptureWriter::part_of(const fs::path& file) { return file.string() + ".part"; }
 
+std::string CaptureWriter::problem(const fs::path& file, bool overwrite) {
+  const fs::path part = part_of(file);
+  std::string why_not = output_problem(file, overwrite);
+  if (why_not.empty()) why_not = why_not_writable(part);
+  std::error_code error;
+  if (!why_not.empty() || !fs::exists(fs::symlink_status(part, error))) return why_not;
+  return fmt::format(
+      "{} exists already: a recording that still runs, or what one that was cut off had taken; it is never replaced: "
+      "read it (capture_reader file={}), or move it away",
+      part.string(), part.string());
+}
+
 CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::vector<CaptureChannel> channels,
                              const CaptureOptions& options)
     : impl_(std::make_unique<Impl>()) {
@@ -141,9 +154,8 @@ CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::ve
   self.file = std::move(file);
   self.channels = std::move(channels);
   self.options = options;
-  for (const fs::path& path : {self.file, self.part}) {
-    if (!options.overwrite && fs::exists(path)) self.fail(path.string() + " exists already");
-  }
+  if (const std::string why_not = problem(self.file, options.overwrite); !why_not.empty())
+    throw std::runtime_error(why_not);
   std::error_code error;
   if (self.file.has_parent_path()) fs::create_directories(self.file.parent_path(), error);
   if (error) self.fail("the folder cannot be made: " + error.message());
@@ -151,8 +163,9 @@ CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::ve
   try {
     self.create(header);
   } catch (const std::exception& problem) {
+    const bool made_here = static_cast<bool>(self.h5);
     self.close();
-    fs::remove(self.part, error);
+    if (made_here) fs::remove(self.part, error);  // it has no frame yet
     self.fail(problem.what());
   }
 }
@@ -167,7 +180,7 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "the format's version");
   check(H5Pset_file_locking(access, true, true), "file locking");
-  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), "cannot be made"), H5Fclose);
+  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access), "cannot be made"), H5Fclose);
   write_text(h5, "format", layout::format);
   write_integer(h5, "version", layout::version);
   write_text(h5, "camera", header.camera);

@@ -137,19 +137,36 @@ fs::path OutputPattern::companion(std::string_view extension) const {
   return folder_ / (stem + std::string(extension));
 }
 
+/// Of a numbered pattern: whether this is the name of some frame's file.
+bool OutputPattern::produces(std::string_view name) const {
+  if (name.size() < before_.size() + after_.size() || !name.starts_with(before_) || !name.ends_with(after_))
+    return false;
+  const std::string_view number = name.substr(before_.size(), name.size() - before_.size() - after_.size());
+  const auto least = static_cast<std::size_t>(digits_);
+  return only_digits(number) && number.size() >= least && (number.size() == least || number.front() != '0');
+}
+
+bool OutputPattern::overlaps(const OutputPattern& other) const {
+  if (folder_ != other.folder_) return false;
+  if (!numbered_ && !other.numbered_) return before_ == other.before_;
+  if (!numbered_) return other.produces(before_);
+  if (!other.numbered_) return produces(other.before_);
+  // What one has more before or after its number must be digits of the other's.
+  const auto digits_apart = [](std::string_view a, std::string_view b, bool at_end) {
+    if (a.size() < b.size()) std::swap(a, b);
+    if (at_end ? !a.ends_with(b) : !a.starts_with(b)) return false;
+    return a.size() == b.size() || only_digits(at_end ? a.substr(0, a.size() - b.size()) : a.substr(b.size()));
+  };
+  return digits_apart(before_, other.before_, false) && digits_apart(after_, other.after_, true);
+}
+
 fs::path OutputPattern::existing() const {
   std::error_code error;
   if (!numbered_) return fs::exists(folder_ / before_, error) ? folder_ / before_ : fs::path();
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder_.empty() ? fs::path(".") : folder_, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.size() < before_.size() + after_.size() || !name.starts_with(before_) || !name.ends_with(after_)) continue;
-    const std::string_view number =
-        std::string_view(name).substr(before_.size(), name.size() - before_.size() - after_.size());
-    const auto least = static_cast<std::size_t>(digits_);
-    const bool produced =
-        only_digits(number) && number.size() >= least && (number.size() == least || number.front() != '0');
-    if (produced) found.push_back(folder_ / name);
+    if (produces(name)) found.push_back(folder_ / name);
   }
   return found.empty() ? fs::path() : *std::ranges::min_element(found);
 }

@@ -62,10 +62,14 @@ class OutputPattern {
   /// The one file beside the series: the placeholder and the separators before it taken out, another extension:
   /// "out/cloud_{frame:06}.pcd" and ".provenance.json" give "out/cloud.provenance.json".
   std::filesystem::path companion(std::string_view extension) const;
+  /// Whether some name can come from both.
+  bool overlaps(const OutputPattern& other) const;
   /// A file that is there and that the pattern can produce, or an empty path.
   std::filesystem::path existing() const;
 
  private:
+  bool produces(std::string_view name) const;
+
   std::filesystem::path folder_;
   std::string before_, after_;  // of the file's name
   int digits_ = 0;

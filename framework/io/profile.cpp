@@ -6,10 +6,12 @@
 #include "core/quantity.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace tofgraph::io {
 namespace {
@@ -75,6 +77,7 @@ void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, D
   if (const Entry* focal = reader.need("focal_length", "12.8 mm")) {
     if (focal->value.is_list()) {
       read_pair(*focal, "px", "[175.37 px, 175.48 px]", camera.focal_px, diagnostics);
+      camera.focal_length = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
     } else {
       camera.focal_length = reader.number("focal_length", "m", "12.8 mm", unknown);
       if (camera.focal_length <= 0) diagnostics.error(focal->value.at, "'focal_length' must be positive");
@@ -180,6 +183,44 @@ core::CameraPtr find_camera(const Value& name, Diagnostics& diagnostics) {
     diagnostics.error(name.at, fmt::format("the camera profile cannot be used:\n{}", error.what()));
     return nullptr;
   }
+}
+
+std::string profile_text(const tofgraph_camera& camera) {
+  const auto quoted = [](std::string text) {
+    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, 1, '\'');
+    return "'" + text + "'";
+  };
+  std::string text =
+      fmt::format("profile: 1\nname: {}\nwidth: {}\nheight: {}\n", quoted(camera.name), camera.width, camera.height);
+  const auto number = [&text](std::string_view key, double value, std::string_view unit) {
+    if (!std::isnan(value)) text += fmt::format("{}: {}{}\n", key, value, unit);
+  };
+  const auto pair = [&text](std::string_view key, const double* values, std::string_view unit) {
+    if (!std::isnan(values[0])) text += fmt::format("{}: [{}{}, {}{}]\n", key, values[0], unit, values[1], unit);
+  };
+  pair("pixel_pitch", camera.pitch, " m");
+  const bool metric = camera.focal_length / camera.pitch[0] == camera.focal_px[0] &&
+                      camera.focal_length / camera.pitch[1] == camera.focal_px[1];
+  if (metric)
+    number("focal_length", camera.focal_length, " m");
+  else
+    pair("focal_length", camera.focal_px, " px");
+  pair("principal_point", camera.principal_point, "");
+  text += fmt::format("distortion: [{}]\n", fmt::join(camera.distortion, ", "));
+  number("modulation_frequency", camera.modulation_frequency, " Hz");
+  if (camera.light_count > 0) text += "sources:\n";
+  for (const tofgraph_light& light : std::span(camera.lights, camera.light_count)) {
+    text += fmt::format("  - {{name: {}, position: [{} m, {} m, {} m], amplitude: {}}}\n", quoted(light.name),
+                        light.position[0], light.position[1], light.position[2], light.amplitude);
+  }
+  pair("integration_time", camera.integration_time, " s");
+  number("frame_rate", camera.frame_rate, " Hz");
+  number("gain", camera.gain, " counts m^2/s");
+  number("contrast", camera.contrast, "");
+  number("read_noise", camera.read_noise, " counts");
+  number("shot_noise", camera.shot_noise, " counts");
+  number("full_well", camera.full_well, " counts");
+  return text;
 }
 
 core::CameraPtr load_profile(const std::filesystem::path& file) {

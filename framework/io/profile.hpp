@@ -28,4 +28,7 @@ core::CameraPtr find_camera(const core::Value& name, core::Diagnostics& diagnost
 /// Reads a profile by name or path. @throws core::ConfigurationError with every mistake.
 core::CameraPtr load_profile(const std::filesystem::path& file);
 
+/// A profile's text that reads as this camera: every value but its rays, which are those of the lens model.
+std::string profile_text(const tofgraph_camera& camera);
+
 }  // namespace tofgraph::io

@@ -142,7 +142,7 @@ World make_world(const SceneFile& scene, const Condition& condition, const Board
     add_object(moved(object, total), index, lens, frame, scene.assets.get(), shapes);
     surfaces.push_back(object.surface.given ? &object.surface : nullptr);
   }
-  return {lens, std::move(shapes), std::move(surfaces)};
+  return {lens, std::move(shapes), std::move(surfaces), condition.objects};
 }
 
 }  // namespace tofgraph::simulation

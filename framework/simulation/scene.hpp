@@ -24,9 +24,13 @@ void load_assets(SceneFile& scene, core::Diagnostics& diagnostics);
 /// The objects as the camera sees them in one condition. Immutable; several threads may trace at the same time.
 class World {
  public:
-  /// @param surfaces one an object, null where the scene says nothing of it; they must live as long as the hits
-  World(Vector3 lens_centre, Shapes shapes, std::vector<const Surface*> surfaces)
-      : lens_centre_(lens_centre), shapes_(std::move(shapes)), surfaces_(std::move(surfaces)) {}
+  /// @param surfaces one an object, null where the scene says nothing of it
+  /// @param owner what they belong to; kept
+  World(Vector3 lens_centre, Shapes shapes, std::vector<const Surface*> surfaces, std::shared_ptr<const Objects> owner)
+      : lens_centre_(lens_centre),
+        shapes_(std::move(shapes)),
+        surfaces_(std::move(surfaces)),
+        owner_(std::move(owner)) {}
 
   /// The first surface on each ray. A ray that is NaN (outside the lens model) meets nothing.
   /// @param rays unit vectors from the lens centre, sensor frame @param hits as many as rays, overwritten
@@ -38,6 +42,7 @@ class World {
   Vector3 lens_centre_;
   Shapes shapes_;
   std::vector<const Surface*> surfaces_;
+  std::shared_ptr<const Objects> owner_;
 };
 
 /// The world of a condition of this scene, or of a campaign's condition that knows its board (the scene then only gives

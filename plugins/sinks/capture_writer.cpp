@@ -11,7 +11,6 @@
 #include <sstream>
 
 #include "io/capture.hpp"
-#include "io/output_file.hpp"
 
 namespace tofgraph {
 
@@ -28,11 +27,8 @@ struct CaptureWriter final : Sink {
 
   void prepare(Setup& setup) {
     options_ = {static_cast<int>(*compression), *overwrite || setup.overwrite()};
-    const std::filesystem::path whole = std::string(*path);
-    for (const std::filesystem::path& file : {whole, io::CaptureWriter::part_of(whole)}) {
-      const std::string problem = io::output_problem(file, options_.overwrite);
-      if (!problem.empty()) throw ConfigError("path", problem);
-    }
+    const std::string problem = io::CaptureWriter::problem(std::string(*path), options_.overwrite);
+    if (!problem.empty()) throw ConfigError("path", problem);
     const tofgraph_camera* camera = setup.stream().camera;
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
@@ -68,7 +64,10 @@ struct CaptureWriter final : Sink {
   }
 
   void finish() {
-    if (writer_) writer_->finish();
+    if (writer_)
+      writer_->finish();
+    else
+      warn("no frame arrived: " + *path + " is not written");
   }
 
  private:

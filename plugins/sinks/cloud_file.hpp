@@ -29,6 +29,7 @@ struct CloudFile : Sink {
   Param<OutputFile> path{this,
                          "path",
                          {.required = true,
+                          .choices = ".provenance.json",
                           .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
                                   "them: out/cloud.provenance.json"}};
   Param<bool> dense{this, "dense", {.fallback = "false", .text = "valid points only, without the image's rows"}};

@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <system_error>
 
 #include "io/output_file.hpp"
 
@@ -109,7 +111,9 @@ struct Statistics final : Sink {
   void finish() {
     const std::string text = format_ == "json" ? json() : format_ == "csv" ? csv() : table();
     if (path->empty()) {
-      std::fputs(text.c_str(), stdout);
+      if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+        throw std::runtime_error(
+            fmt::format("standard output cannot be written: {}", std::generic_category().message(errno)));
       return;
     }
     io::write_file(std::string(*path), text);

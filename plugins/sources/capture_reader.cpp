@@ -144,9 +144,10 @@ struct CaptureReader final : Source {
     const io::CaptureHeader& header = reader_->header();
     const tofgraph_camera* camera = setup.stream().camera;
     if (camera == nullptr) {
-      if (!setup.use_profile(header.camera, header.profile))
-        warn(fmt::format("there is no profile for the capture's camera '{}': what needs one cannot be done",
-                         header.camera));
+      if (setup.use_profile(header.camera, header.profile)) return check_profile(setup.camera());
+      if (!header.profile.empty()) return;  // the host tells what is wrong with the text
+      warn(fmt::format("there is no profile for the capture's camera '{}': what needs one cannot be done",
+                       header.camera));
       return;
     }
     if (camera->width != header.width || camera->height != header.height) {
@@ -156,6 +157,16 @@ struct CaptureReader final : Source {
     }
     if (header.camera != camera->name)
       warn(fmt::format("the capture is of the camera '{}', the pipeline's '{}' is used", header.camera, camera->name));
+  }
+
+  void check_profile(const tofgraph_camera& camera) const {
+    const io::CaptureHeader& header = reader_->header();
+    if (camera.width == header.width && camera.height == header.height) return;
+    throw ConfigError("file", fmt::format("the capture is {} x {} px, the {} '{}' is of {} x {} px: write the profile "
+                                          "of the right size at the top of the pipeline, e.g. camera: ./cropped.yaml",
+                                          header.width, header.height,
+                                          header.profile.empty() ? "profile of its camera" : "profile in it",
+                                          camera.name, camera.width, camera.height));
   }
 
   /// Invalid is a pixel with that flag, or one that is NaN in a length channel; afterwards it is both, everywhere.

@@ -72,6 +72,14 @@ TEST(Graph, BranchesJoinByFrameNumber) {
   EXPECT_NE(read_text(folder.path() / "a.txt").find("123 joined=246.5\n"), std::string::npos);
 }
 
+TEST(Graph, WhatAStageReadsStaysUntilItReturns) {
+  const TemporaryFolder folder;
+  // crop asks for the memory to write to while it reads what the source had lent.
+  const Outcome outcome = run("'lend frames=3 ! crop columns=[10, 19] rows=[5, 9] ! collect path=a.txt'", folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 crop=1\n1 crop=2\n2 crop=3\n");
+}
+
 TEST(Graph, SteadyStateAllocatesNoBuffers) {
   const TemporaryFolder folder;
   std::set<int> allocated;
@@ -148,6 +156,69 @@ TEST(Graph, QuietSaysNothing) {
   const Outcome outcome = run("--quiet 'ramp ! null'", folder);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.out + outcome.err, "");
+}
+
+TEST(Statistics, ThatCannotBeWrittenAreToldBeforeTheFirstFrame) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "there.json", "precious");
+  const std::string line = "'ramp ! collect path=a.txt' --stats ";
+  const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
+    const Outcome outcome = run(line + arguments, folder);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(outcome.err, message);
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt")) << arguments;
+  };
+  expect_refused("there.json", "--stats there.json: error: the file exists\n         --force replaces it\n");
+  expect_refused("there.json/s.json",
+                 "--stats there.json/s.json: error: there.json/s.json cannot be written: there.json is no folder\n");
+  expect_refused("'" + folder.path().string() + "' --force",
+                 "--stats " + folder.path().string() + ": error: " + folder.path().string() + " is a folder\n");
+  EXPECT_EQ(read_text(folder.path() / "there.json"), "precious");
+  const Outcome both = run("'ramp ! collect path=same' --stats same", folder);
+  EXPECT_EQ(both.exit_code, 1);
+  EXPECT_NE(both.err.find("error: the statistics of the run are not written: --stats same: error: the file exists"),
+            std::string::npos)
+      << both.err;
+}
+
+TEST(Statistics, DoNotHideTheErrorOfTheRun) {
+  const TemporaryFolder folder;
+  // The folder of the statistics goes away while the run is under way.
+  const std::string taken = "sleep 0.3; rmdir gone; touch gone; ";
+  std::filesystem::create_directory(folder.path() / "gone");
+  const Outcome failed = shell("(" + taken +
+                                   ") & \"$TOFGRAPH\" run 'ramp frames=1000 pause=\"2 ms\" ! make_depth fail_at=400 ! "
+                                   "collect path=a.txt' --stats gone/s.json; code=$?; wait; exit $code",
+                               folder.path());
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 400: told to fail"), std::string::npos)
+      << failed.err;
+  EXPECT_NE(failed.err.find("the statistics of the run are not written: "), std::string::npos) << failed.err;
+  const Outcome interrupted = shell(
+      "\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats b.txt & sleep 0.5; kill -INT "
+      "$!; wait $!",
+      folder.path());
+  EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
+}
+
+TEST(StandardOutput, ThatIsFullIsAnError) {
+  const TemporaryFolder folder;
+  const std::string graph = " 'ramp ! make_depth ! null'";
+  for (const std::string& command :
+       {std::string("list"), std::string("list --json"), std::string("describe scale"), "explain" + graph,
+        "explain --dot" + graph, std::string("--help"), std::string("--version")}) {
+    const Outcome outcome = shell("\"$TOFGRAPH\" " + command + " > /dev/full", folder.path());
+    EXPECT_EQ(outcome.exit_code, 1) << command;
+    const bool told = outcome.err.starts_with("tofgraph: error: standard output cannot be written") ||
+                      outcome.err == "tofgraph: error: cannot write to file: No space left on device\n";  // of fmt
+    EXPECT_TRUE(told) << command << ": " << outcome.err;
+  }
+  const Outcome table = run("'ramp ! make_depth ! statistics' > /dev/full", folder);
+  EXPECT_EQ(table.exit_code, 1);
+  EXPECT_NE(table.err.find("node 'statistics' (statistics), at the end: standard output cannot be written: No space "
+                           "left on device"),
+            std::string::npos)
+      << table.err;
 }
 
 TEST(Explain, TellsWhatWasDoneAndDrawsTheGraph) {

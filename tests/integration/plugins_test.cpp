@@ -3,6 +3,8 @@
 // Plugins that are wrong on purpose: each is refused by name and reason, none takes the program down.
 #include "tests/program.hpp"
 
+#include <nlohmann/json.hpp>
+
 namespace tofgraph::tests {
 namespace {
 
@@ -35,6 +37,7 @@ INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
                                          Case{"old_version", "was built for plugin API 0.0, this program has 1.0"},
                                          Case{"new_version", "was built for plugin API 1.99, this program has 1.0"},
                                          Case{"no_descriptor", "gave no descriptor"},
+                                         Case{"joins_streams", "is a filter over any number of streams"},
                                          Case{"crashes_when_loaded", "crashed while it was loaded (signal 11"},
                                          Case{"ends_the_process", "ended the process that loaded it (exit code 7)"},
                                          Case{"missing_library",
@@ -61,6 +64,20 @@ TEST(BrokenPlugin, ThatThrowsWhileRunningEndsTheRunInOrder) {
             "0 throws_in_process=0\n1 throws_in_process=1\n2 throws_in_process=2\n");
 }
 
+TEST(BrokenPlugin, ThatThrowsWhenItIsStoppedEndsTheRunInOrder) {
+  const TemporaryFolder folder;
+  const Outcome failed =
+      shell("\"$TOFGRAPH\" run 'throws_in_stop ! make_depth fail_at=3 ! collect path=a.txt'", folder.path());
+  EXPECT_EQ(failed.exit_code, 1) << failed.err;
+  EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 3: told to fail"), std::string::npos) << failed.err;
+  EXPECT_NE(failed.err.find("throws_in_stop: warning: cannot be stopped: the device does not answer"),
+            std::string::npos)
+      << failed.err;
+  const Outcome interrupted =
+      shell("\"$TOFGRAPH\" run 'throws_in_stop ! null' & sleep 0.5; kill -INT $!; wait $!", folder.path());
+  EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
+}
+
 TEST(BrokenPlugin, ThatGivesAnotherShapeIsRefused) {
   const Outcome run = with_broken("run 'ramp ! wrong_shape ! null'");
   EXPECT_EQ(run.exit_code, 1);
@@ -79,6 +96,72 @@ TEST(BrokenPlugin, DoesNotKeepTheOthersFromBeingListed) {
   EXPECT_EQ(list.exit_code, 0);
   EXPECT_NE(list.out.find("\"make_depth\""), std::string::npos);
   EXPECT_NE(list.out.find("crashed while it was loaded"), std::string::npos);
+}
+
+TEST(PluginPath, ThatIsNoFolderIsAMistake) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "file", "");
+  for (const std::string& command :
+       {std::string("list"), std::string("describe scale"), std::string("check 'ramp ! null'")}) {
+    for (const char* path : {"absent", "file"}) {
+      const Outcome outcome = shell(std::string("\"$TOFGRAPH\" --plugin-path ") + path + " " + command, folder.path());
+      EXPECT_EQ(outcome.exit_code, 2) << command;
+      EXPECT_EQ(outcome.err.find(std::string("plugin path ") + path + ": error: this is no folder\n"), 0U)
+          << outcome.err;
+    }
+  }
+}
+
+TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
+  const TemporaryFolder folder;
+  const std::string command = "TOFGRAPH_PLUGIN_PATH=$TOFGRAPH_PLUGIN_PATH:absent \"$TOFGRAPH\" ";
+  const Outcome outcome = shell(command + "run 'ramp ! null'", folder.path());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.find("warning: TOFGRAPH_PLUGIN_PATH: absent is no folder\n"), 0U) << outcome.err;
+  EXPECT_EQ(shell(command + "--quiet run 'ramp ! null'", folder.path()).err, "");
+}
+
+class PluginCache : public testing::Test {
+ protected:
+  TemporaryFolder folder;
+  std::filesystem::path file = folder.path() / "cache" / "tofgraph" / "plugins.json";
+
+  nlohmann::json listed() const {
+    const Outcome outcome =
+        shell("XDG_CACHE_HOME=" + (folder.path() / "cache").string() + " \"$TOFGRAPH\" list --json", folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+};
+
+TEST_F(PluginCache, DamagedEntriesAreReadAnew) {
+  const nlohmann::json right = listed(), cache = nlohmann::json::parse(read_text(file));
+  ASSERT_GT(cache.size(), 10U);
+  const auto without = [](nlohmann::json entry, const char* key) {
+    entry.erase(key);
+    return entry;
+  };
+  const auto emptied = [](nlohmann::json entry) {
+    entry["plugin"] = nlohmann::json::object();
+    return entry;
+  };
+  for (int kind = 0; kind < 6; ++kind) {
+    nlohmann::json damaged = cache;
+    for (nlohmann::json& entry : damaged) {
+      const nlohmann::json kinds[] = {nlohmann::json(),           5,
+                                      nlohmann::json::array({1}), without(entry, "plugin"),
+                                      without(entry, "key"),      emptied(entry)};
+      entry = kinds[kind];
+    }
+    write_text(file, damaged.dump());
+    EXPECT_EQ(listed(), right) << kind;
+    EXPECT_EQ(nlohmann::json::parse(read_text(file)), cache) << kind << ": not written anew";
+  }
+  for (const char* text : {"", "[1]", "null", "{\"a\":", "\xff\xfe"}) {
+    write_text(file, text);
+    EXPECT_EQ(listed(), right) << text;
+    EXPECT_EQ(nlohmann::json::parse(read_text(file)), cache) << text;
+  }
 }
 
 }  // namespace

@@ -176,6 +176,35 @@ TEST_F(ReaderStage, TheCapturesOwnProfileComesFirst) {
   EXPECT_DOUBLE_EQ(stage.camera_out().focal_length, 12.8e-3);
 }
 
+TEST_F(ReaderStage, AProfileOfAnotherSizeIsAMistake) {
+  const test::Camera small(3, 2, 12.8e-3, 40e-6, {{"lamp", {0, 0, 0}, 1}});
+  RawCapture(path)
+      .head(2, 1, 1, "tofgraph-capture", "camcube2")
+      .text("profile", read_text(test::profile_of(small.view)))
+      .dataset<float>("depth", {1, 1, 2}, {1, 2})
+      .metadata(1);
+  expect_words(why(), "parameter 'file': the capture is 2 x 1 px, the profile in it 'test' is of 3 x 2 px");
+  RawCapture(path).head(2, 1, 1, "tofgraph-capture", "camcube2").dataset<float>("depth", {1, 1, 2}, {1, 2}).metadata(1);
+  expect_words(why(), "the capture is 2 x 1 px, the profile of its camera 'camcube2' is of 204 x 204 px");
+}
+
+TEST_F(ReaderStage, MistakesOfTheProfileInACaptureAreTold) {
+  const auto with_profile = [&](const std::string& profile) {
+    RawCapture(path)
+        .head(2, 1, 1, "tofgraph-capture", "camcube2")
+        .text("profile", profile)
+        .dataset<float>("depth", {1, 1, 2}, {1, 2})
+        .metadata(1);
+    return why();
+  };
+  const std::string wrong = with_profile("profile: 1\nname: x\nwidth: -3\nheight: 1\nfocal_length: 5 s\n");
+  expect_words(wrong, "the profile that came with it cannot be used:\nprofile of camcube2:1:1: error: ");
+  expect_words(wrong, "profile of camcube2:3:8: error: 'width' is -3");
+  expect_words(wrong, "profile of camcube2:5:15: error: ");
+  expect_words(with_profile("profile: [1"), "profile of camcube2:1:");
+  EXPECT_EQ(wrong.find("there is no profile"), std::string::npos) << wrong;
+}
+
 TEST_F(ReaderStage, ACameraWithoutProfileIsARemark) {
   {
     RawCapture(path)

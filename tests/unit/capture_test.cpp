@@ -375,7 +375,20 @@ TEST_F(CaptureFile, DoesNotReplaceARecordingOrWhatIsLeftOfOne) {
   expect_words(why_not(), {"a.h5 exists already"});
   fs::rename(path, path.string() + ".part");
   expect_words(why_not(), {"a.h5.part exists already"});
+  expect_words(thrown([&] {
+                 CaptureWriter(path, header_of(3, 2), {range_channel}, {0, true});
+               }),
+               {"a.h5.part exists already", "read it", "or move it away"});
   EXPECT_EQ(read_text(path.string() + ".part"), "precious");
+}
+
+TEST_F(CaptureFile, ASecondRecorderDoesNotTouchWhatTheFirstWrites) {
+  CaptureWriter first(path, header_of(3, 2), {range_channel});
+  append_number(first, 0);
+  EXPECT_NE(thrown([&] { CaptureWriter(path, header_of(3, 2), {range_channel}, {0, true}); }), "");
+  append_number(first, 1);
+  first.finish();
+  EXPECT_EQ(CaptureReader(path).frames(), 2U);
 }
 
 TEST_F(CaptureFile, WithoutFinishThePartStaysWithAllFrames) {

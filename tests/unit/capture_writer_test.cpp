@@ -133,15 +133,24 @@ TEST_F(WriterStage, ExistingCapturesAreNotReplacedUnlessAllowed) {
   const std::string hint = " exists already: --force or overwrite: true allows to replace it";
   expect_words(why("", with_frame), "parameter 'path': " + path.string() + hint);
   fs::rename(path, path.string() + ".part");
-  expect_words(why("", with_frame), path.string() + ".part" + hint);
-  EXPECT_EQ(why("overwrite=true", with_frame), "");
-  EXPECT_EQ(why("",
-                [&](Harness& s) {
-                  s.overwrite(true);
-                  put(s, 1);
-                }),
-            "");
+  for (const bool forced : {false, true}) {
+    const std::string message = why(forced ? "overwrite=true" : "", [&](Harness& s) {
+      s.overwrite(forced);
+      put(s, 1);
+    });
+    expect_words(message, "parameter 'path': " + path.string() + ".part exists already");
+    expect_words(message, "read it (capture_reader file=" + path.string() + ".part), or move it away");
+  }
   EXPECT_EQ(read_text(path.string() + ".part"), "precious");
+}
+
+TEST_F(WriterStage, SaysThatNoFrameArrived) {
+  Harness stage(line());
+  put(stage, 1);
+  stage.prepare();
+  stage.finish();
+  EXPECT_EQ(stage.messages(), std::vector<std::string>{"no frame arrived: " + path.string() + " is not written"});
+  EXPECT_FALSE(fs::exists(path));
 }
 
 TEST_F(WriterStage, WhatItWritesIsReadBackAlike) {

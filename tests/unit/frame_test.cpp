@@ -78,9 +78,33 @@ TEST_F(Frames, LentMemoryIsGivenBackOnce) {
   tofgraph_view own{};
   host.modify(&b, "depth", &own);
   EXPECT_NE(own.data, static_cast<void*>(values)) << "lent memory is never written";
+  EXPECT_EQ(released, 0) << "a stage may hold a view of it";
+  b.views_ended();
   EXPECT_EQ(released, 1);
   view.stride[0] = 16;  // rows with gaps
   EXPECT_EQ(host.share(&a, &view, nullptr, nullptr), TOFGRAPH_ERROR);
+}
+
+TEST_F(Frames, ViewsStayGoodUntilTheStageReturns) {
+  write(a, "depth")[0] = 1;
+  b.channels = a.channels;
+  a.clear();
+  tofgraph_view held{};
+  for (const std::uint64_t rows : {2000, 300000}) {  // too large for the buffer
+    host.read(&b, "depth", &held);
+    const float before = Array<const float>(held)[0];
+    write(b, "depth", rows)[0] = 2 * before;
+    write(b, "sigma", rows - 1)[0] = -1;  // does not get the memory that is held
+    EXPECT_EQ(Array<const float>(held)[0], before);
+  }
+  host.read(&b, "depth", &held);
+  host.drop(&b, "depth");
+  write(b, "range", 300000)[0] = -1;
+  EXPECT_EQ(Array<const float>(held)[0], 4.0F);
+  b.clear();
+  const std::size_t allocated = pool.allocated();
+  write(b, "depth", 300000);
+  EXPECT_EQ(pool.allocated(), allocated) << "and are used again afterwards";
 }
 
 TEST_F(Frames, AbsurdExtentsAreRefused) {

@@ -105,6 +105,25 @@ TEST(OutputPattern, NamesTheFileBesideASeries) {
   EXPECT_EQ(beside("out/a.pcd"), "out/a.json");
 }
 
+TEST(OutputPattern, TellsWhetherTwoCanMakeOneName) {
+  const auto overlap = [](const char* a, const char* b) {
+    const bool there = OutputPattern(a).overlaps(OutputPattern(b));
+    EXPECT_EQ(OutputPattern(b).overlaps(OutputPattern(a)), there) << a << " and " << b;
+    return there;
+  };
+  EXPECT_TRUE(overlap("out/a.pcd", "out/a.pcd"));
+  EXPECT_FALSE(overlap("out/a.pcd", "out/a.ply"));
+  EXPECT_FALSE(overlap("out/a.pcd", "a.pcd"));
+  EXPECT_TRUE(overlap("a_{frame}.pcd", "a_{frame:06}.pcd")) << "frame 123456";
+  EXPECT_FALSE(overlap("a_{frame}.pcd", "b_{frame}.pcd"));
+  EXPECT_FALSE(overlap("a_{frame}.pcd", "a_{frame}_left.pcd"));
+  EXPECT_TRUE(overlap("a_000007.pcd", "a_{frame:06}.pcd"));
+  EXPECT_FALSE(overlap("a_007.pcd", "a_{frame:06}.pcd"));
+  EXPECT_TRUE(overlap("a1{frame}.pcd", "a{frame}.pcd")) << "a11.pcd is frame 1 and frame 11";
+  EXPECT_FALSE(overlap("ab{frame}.pcd", "a{frame}.pcd"));
+  EXPECT_TRUE(overlap("a{frame}0.pcd", "a{frame}.pcd"));
+}
+
 TEST(OutputPattern, RefusesWhatItDoesNotKnow) {
   const auto why = [](const char* pattern) { return thrown([&] { OutputPattern p(pattern); }); };
   EXPECT_NE(why("a_{time}.pcd").find("{time} is not known"), std::string::npos);

@@ -218,9 +218,9 @@ TEST(World, TheNearestObjectIsSeen) {
   EXPECT_EQ(hits[0].object, 1U);
   EXPECT_EQ(hits[1].object, 2U);
   EXPECT_EQ(hits[2].object, 0U);
-  EXPECT_DOUBLE_EQ(world.surface(1).roughness, 0.3);
-  EXPECT_TRUE(world.surface(1).given);
-  EXPECT_FALSE(world.surface(0).given);
+  ASSERT_NE(hits[0].surface, nullptr);
+  EXPECT_DOUBLE_EQ(hits[0].surface->roughness, 0.3);
+  EXPECT_EQ(hits[2].surface, nullptr) << "the scene says nothing of the board's";
 }
 
 TEST(World, ARayOutsideTheLensModelMeetsNothing) {
@@ -254,7 +254,7 @@ TEST(World, ThingsMoveWithTheirVelocity) {
   const auto scene = scene_of(
       "velocity: 200 mm/s\nobjects: [{type: board, distance: 1 m, velocity: [0 mm/s, 0 mm/s, 50 mm/s]}, "
       "{type: sphere, position: [0 mm, 0 mm, 600 mm], radius: 50 mm, velocity: [0 mm/s, 300 mm/s, 100 mm/s]}]");
-  const auto world = simulation::make_world(scene, simulation::expand(scene).at(0), {}, 0.5);
+  const auto world = simulation::make_world(scene, simulation::expand(scene).at(0), {.time = 0.5});
   EXPECT_NEAR(traced(world, {{0, 0, 1}})[0].point.z, 1.125, 1e-12);
   const Vector3 sphere = Vector3{0, 0.15, 0.65} - lens;
   EXPECT_NEAR(traced(world, {(1 / norm(sphere)) * sphere})[0].reflected, norm(sphere) - 0.05, 1e-12);

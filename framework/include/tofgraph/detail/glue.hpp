@@ -86,7 +86,10 @@ template <class T> struct Glue {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] { return stage.finish(), TOFGRAPH_OK; });
   }
-  static void stop(void* self) { static_cast<T*>(self)->stop(); }
+  static void stop(void* self) {
+    T& stage = *static_cast<T*>(self);
+    guarded(stage.host, stage.context, [&] { return stage.stop(), TOFGRAPH_OK; });
+  }
   static void destroy(void* self) { delete static_cast<T*>(self); }
 
   /// The descriptor, made once from an instance whose members say what the contract is.
