@@ -174,8 +174,9 @@ fs::path OutputPattern::existing() const {
 std::string why_not_writable(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return fmt::format("{} is a folder", path.string());
-  fs::path folder = fs::absolute(path).parent_path();
-  while (!fs::exists(folder, error) && folder != folder.parent_path()) folder = folder.parent_path();
+  fs::path folder = path.parent_path();
+  while (!folder.empty() && !fs::exists(folder, error)) folder = folder.parent_path();
+  if (folder.empty()) folder = ".";
   if (!fs::is_directory(folder, error))
     return fmt::format("{} cannot be written: {} is no folder", path.string(), folder.string());
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
