@@ -76,7 +76,9 @@ std::string explain(const Graph& graph) {
                         sources.empty() ? "" : fmt::format(" of {}", fmt::join(sources, ", ")), node.stage().summary);
     if (const std::string parameters = parameters_text(node); !parameters.empty())
       text += fmt::format("    with {}\n", parameters);
-    for (const UsedFile& file : node.files()) text += fmt::format("    uses {} (SHA-256 {})\n", file.path, file.sha256);
+    for (const UsedFile& file : node.files())
+      text += fmt::format("    uses {} ({})\n", file.path,
+                          file.sha256.empty() ? "too large for a hash" : "SHA-256 " + file.sha256);
     if (node.is_sink()) continue;
     add_changes(text, node, sources.empty() ? nullptr : &graph.nodes()[graph.inputs(node.index).front()]->output());
   }

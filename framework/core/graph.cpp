@@ -263,7 +263,9 @@ nlohmann::json Graph::provenance(std::size_t node) const {
   for (const std::size_t i : steps) {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
-    for (const UsedFile& file : step.files()) files.push_back({{"path", file.path}, {"sha256", file.sha256}});
+    for (const UsedFile& file : step.files())
+      files.push_back(
+          {{"path", file.path}, {"sha256", file.sha256.empty() ? nlohmann::json() : nlohmann::json(file.sha256)}});
     stages.push_back({{"node", step.name},
                       {"stage", step.stage().name},
                       {"version", step.stage().version},

@@ -126,7 +126,21 @@ struct HostCalls {
   }
 
   static void uses_file(void* context, const char* path) {
-    guarded([&] { node(context).files_.push_back({path, sha256_of_file(path)}); });
+    guarded([&] {
+      // The hash of a long recording would cost more time than to work on it, and be needed for each check.
+      constexpr std::uintmax_t greatest = 256U << 20U;
+      Node& self = node(context);
+      std::error_code unknown;
+      const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+      if (unknown || size <= greatest) {
+        self.files_.push_back({path, sha256_of_file(path)});
+        return;
+      }
+      self.files_.push_back({path, ""});
+      if (self.host_.message)
+        self.host_.message(
+            self.name, fmt::format("{} has more than 256 MiB: its hash is left out of the provenance", path), false);
+    });
   }
 
   static const char* provenance(void* context) { return node(context).provenance_.c_str(); }

@@ -28,7 +28,7 @@ struct NodeHost {
 
 /// A file that shaped a result.
 struct UsedFile {
-  std::string path, sha256;
+  std::string path, sha256;  ///< sha256 empty: the file is too large to read it for that
 };
 
 class Node {

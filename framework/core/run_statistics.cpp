@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tofgraph::core {
 
@@ -47,14 +48,15 @@ nlohmann::json statistics_json(const Graph& graph, const RunResult& result) {
                      {"max_s", n.max_s}});
   }
   nlohmann::json edges = nlohmann::json::array();
+  std::uint64_t dropped = result.dropped;
   for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
     for (const std::size_t input : graph.inputs(i)) {
       const bool exit = graph.nodes()[input]->is_source();  // frames wait and are dropped there only
       edges.push_back({{"from", graph.nodes()[input]->name},
                        {"to", graph.nodes()[i]->name},
-                       {"capacity", exit ? nlohmann::json(graph.queue().capacity) : nlohmann::json()},
+                       {"capacity", exit ? graph.queue().capacity : result.in_flight},
                        {"policy", exit && graph.queue().policy == QueuePolicy::drop_oldest ? "drop_oldest" : "block"},
-                       {"dropped", exit ? result.dropped : 0}});
+                       {"dropped", exit ? std::exchange(dropped, 0) : 0}});
     }
   }
   return {{"format", "tofgraph-stats"},

@@ -38,13 +38,15 @@ struct RunResult {
   std::uint64_t frames = 0;   ///< that went through to the end
   std::uint64_t dropped = 0;  ///< at the source's exit
   double wall_s = 0;
+  std::size_t in_flight = 0;  ///< frames that can be under way at once behind the source's exit
   std::size_t buffers_allocated = 0;
   bool interrupted = false;
   std::string error;  ///< node, frame and reason; empty: none
   std::vector<NodeStatistics> nodes;
 };
 
-/// The statistics file of a run.
+/// The statistics file of a run. An edge's capacity is how many frames can wait on it: at the source's exit those of
+/// its queue, behind it those under way. A dropped frame is counted once, on the first edge of the source.
 nlohmann::json statistics_json(const Graph& graph, const RunResult& result);
 
 }  // namespace tofgraph::core

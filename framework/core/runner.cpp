@@ -50,7 +50,7 @@ class Runner::Impl {
         last_reader_(graph.nodes().size(), 0),
         times_(graph.nodes().size()),
         failed_(graph.nodes().size()),
-        exit_(graph.nodes().size(), std::size_t{2} * threads_, graph.queue(), pool_) {  // enough to keep them busy
+        exit_(graph.nodes().size(), in_flight(), graph.queue(), pool_) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
     }
@@ -70,6 +70,7 @@ class Runner::Impl {
   using Step = tbb::flow::function_node<Token*, Token*>;
   using Sequencer = tbb::flow::sequencer_node<Token*>;
 
+  std::size_t in_flight() const { return std::size_t{2} * threads_; }  ///< enough to keep the threads busy
   std::vector<Segment> segments() const;
   void build(tbb::flow::graph& flow);
   void flow();
@@ -176,6 +177,7 @@ RunResult Runner::Impl::run() {
   result.frames = done_.load();
   result.dropped = dropped();
   result.wall_s = seconds_since(start);
+  result.in_flight = in_flight();
   result.buffers_allocated = pool_.allocated();
   result.interrupted = graph_.host().stopping.load() && error_.empty();
   result.error = error_;

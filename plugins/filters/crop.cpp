@@ -44,8 +44,13 @@ struct Crop final : Filter {
       if (is_length(c)) lengths_.emplace_back(c.name);
       if (std::string_view(c.name) != "rays") announce(setup, c);
     }
-    if (flags.made_here()) announce(setup, {"flags", TOFGRAPH_U16, 2, {height_, width_, 0, 0}, "", "", "", ""});
-    if (cuts() && setup.stream().camera != nullptr) cut_camera(setup);
+    if (flags.made_here()) {
+      const tofgraph_channel made{"flags", TOFGRAPH_U16, 2, {height_, width_, 0, 0}, "", "", "", ""};
+      setup.provide(made);  // of the images' size, which need not be the camera's
+      announce(setup, made);
+    }
+    const tofgraph_camera* camera = setup.stream().camera;
+    if (cuts() && camera != nullptr && camera->height == height_ && camera->width == width_) cut_camera(setup);
   }
 
   void process(Frame& frame) const {
@@ -75,7 +80,7 @@ struct Crop final : Filter {
   void find_size(const Setup& setup) {
     for (const tofgraph_channel& c : setup.channels()) {
       const ChannelInfo* known = known_channel(c.name);
-      if (known == nullptr || c.rank < 2) continue;
+      if (known == nullptr || c.rank < 2 || std::string_view(c.name) == "rays") continue;  // those are of the sensor
       const std::size_t row =
           std::string_view(known->shape) == "H W 3" || std::string_view(known->shape) == "H W" ? 0 : c.rank - 2;
       height_ = c.extent[row];
@@ -87,6 +92,8 @@ struct Crop final : Filter {
 
   static Bounds bounds(const std::string& name, const std::vector<double>& given, std::size_t size) {
     if (given.empty()) return {0, size};
+    if (size == 0)
+      throw ConfigError(name, "what arrives is of changing size, as a cloud is: there is no fixed region to cut");
     const std::string all = "0 to " + std::to_string(size - 1);
     if (given.size() != 2)
       throw ConfigError(name, "needs two numbers, first and last, e.g. [10, " + std::to_string(size - 1) + "]");
@@ -154,10 +161,11 @@ struct Crop final : Filter {
   }
 
   void mark(Frame& frame) const {
-    const Array<std::uint16_t> bits = flags(frame, height_, width_);
-    if (bits.size() == 0) return;
     const tofgraph_view light = minimum_amplitude.given() ? frame.find("amplitude") : tofgraph_view{};
     const tofgraph_view length = length_.empty() ? tofgraph_view{} : frame.find(length_.c_str());
+    const tofgraph_view& image = length.data != nullptr ? length : light;  // clouds change their size with the frame
+    const Array<std::uint16_t> bits = flags(frame, image.extent[0], image.extent[1]);
+    if (bits.size() == 0) return;
     const auto* amplitude = static_cast<const float*>(light.data);
     const auto* lengths = static_cast<const float*>(length.data);
     const float low = minimum.given() ? static_cast<float>(*minimum) : -most,

@@ -101,7 +101,8 @@ std::vector<std::uint8_t> with_description(const std::vector<std::uint8_t>& png,
 
 /// color: an 8-bit PNG of the picture enlarged, with a scale; perceptually uniform colours (viridis), invalid pixels
 /// grey; values beyond the range have the colours of its ends. uint16: a PNG of value / scale, rounded; 0 is invalid.
-/// float32: a TIFF of the values in SI, NaN where they are invalid.
+/// float32: a TIFF of the values in SI, NaN where they are invalid. Channels of whole numbers, like flags, have no
+/// invalid values: 0 is a 0.
 struct ImageWriter final : Sink {
   In<void> every{this, "*", {.text = "has the image"}};
   Param<std::string> channel{
@@ -148,15 +149,16 @@ struct ImageWriter final : Sink {
     const std::uint64_t number = frame.metadata().number;
     std::vector<std::uint8_t> bytes;
     if (format_ == "float32") {
-      cv::imencode(".tiff", image, bytes, {cv::IMWRITE_TIFF_COMPRESSION, 1});
+      bytes = encoded(".tiff", image, {cv::IMWRITE_TIFF_COMPRESSION, 1});
     } else if (format_ == "uint16") {
-      cv::imencode(".png", counts(image), bytes);
-      bytes = with_description(bytes, fmt::format("{}, {} {} per count, 0 is invalid", channel_, scale_, unit_));
+      bytes = with_description(encoded(".png", counts(image)),
+                               fmt::format("{}, {}{} per count{}", channel_, scale_, unit_.empty() ? "" : " " + unit_,
+                                           whole_numbers_ ? "" : ", 0 is invalid"));
     } else {
       const Range shown = range(image);
-      cv::imencode(".png", picture(image, shown, number), bytes);
-      bytes = with_description(
-          bytes, fmt::format("{}, colours from {:.6g} to {:.6g} {}", channel_, shown.low, shown.high, unit_));
+      bytes = with_description(encoded(".png", picture(image, shown, number)),
+                               fmt::format("{}, colours from {:.6g} to {:.6g}{}", channel_, shown.low, shown.high,
+                                           unit_.empty() ? "" : " " + unit_));
     }
     io::OutputFile file(pattern_.path(number));
     file.write(std::as_bytes(std::span(bytes)));
@@ -180,6 +182,23 @@ struct ImageWriter final : Sink {
       throw ConfigError("channel", fmt::format("'{}' has {} dimensions, an image has two", found->name, found->rank));
     channel_ = found->name;
     unit_ = found->unit;
+    whole_numbers_ = found->type != TOFGRAPH_F32 && found->type != TOFGRAPH_F64;
+  }
+
+  /// @throws std::runtime_error when the picture cannot be a file of that kind, as one too large
+  std::vector<std::uint8_t> encoded(const char* extension, const cv::Mat& image,
+                                    const std::vector<int>& options = {}) const {
+    const auto refuse = [&](const std::string& why) {
+      throw std::runtime_error(fmt::format("'{}' as a picture of {} x {} px cannot be encoded as {}{}", channel_,
+                                           image.cols, image.rows, extension, why));
+    };
+    std::vector<std::uint8_t> bytes;
+    try {
+      if (!cv::imencode(extension, image, bytes, options)) refuse("");
+    } catch (const cv::Exception& error) {
+      refuse(fmt::format(": {}", error.what()));
+    }
+    return bytes;
   }
 
   void choose_format() {
@@ -259,6 +278,7 @@ struct ImageWriter final : Sink {
   io::OutputPattern pattern_;
   std::string channel_, unit_, format_;
   double scale_ = 1;
+  bool whole_numbers_ = false;
   mutable std::atomic<bool> warned_{false};
 };
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -41,7 +40,7 @@ struct CaptureReader final : Source {
     choose_camera(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
-    note_file(setup);
+    setup.uses_file(*file);
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} frames are complete", *file, reader_->frames()));
     for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is no channel", *file, name));
@@ -90,14 +89,6 @@ struct CaptureReader final : Source {
     result.applied = channel.applied.c_str();
     result.from = channel.from.c_str();
     return result;
-  }
-
-  /// The hash of a long recording would cost more time than to work on it, and be needed for each check.
-  void note_file(const Setup& setup) const {
-    constexpr std::uintmax_t greatest = 256U << 20U;
-    if (std::filesystem::file_size(std::string(*file)) <= greatest) return setup.uses_file(*file);
-    const std::string text = fmt::format("{} has more than 256 MB: its hash is left out of the provenance", *file);
-    host->message(context, TOFGRAPH_INFO, text.c_str());
   }
 
   void choose_frames() {

@@ -90,6 +90,52 @@ TEST(Crop, CutsTheFlagsThatItMakes) {
   EXPECT_EQ(stage.extent("flags"), stage.extent("depth"));
 }
 
+TEST(Crop, MarksCloudsWhoseSizeChanges) {
+  for (const bool with_flags : {false, true}) {
+    Harness stage("crop maximum='1 m'");
+    stage.camera("camcube2");  // of 204 x 204 px
+    const auto put = [&](const std::vector<float>& depth) {
+      stage.put<float>("depth", {1, depth.size()}, depth);
+      std::vector<float> points;
+      for (const float z : depth) points.insert(points.end(), {0, 0, z});
+      stage.put<float>("points", {1, depth.size(), 3}, points);
+      if (with_flags) stage.put<std::uint16_t>("flags", {1, depth.size()}, std::vector<std::uint16_t>(depth.size(), 2));
+    };
+    put({});  // 0: known with the frame only
+    stage.prepare();
+    const std::uint16_t good = with_flags ? 2 : 0, bad = with_flags ? 3 : 1;
+    for (const std::vector<float>& depth : {std::vector<float>{0.5F, 2.0F, 0.7F}, {}, {3.0F}, {1, 2, 3, 4, 0.5F}}) {
+      put(depth);
+      stage.run();
+      ASSERT_EQ(stage.extent("flags"), (std::vector<std::uint64_t>{1, depth.size()}));
+      const auto flags = stage.get<std::uint16_t>("flags");
+      const auto marked = stage.get<float>("depth"), points = stage.get<float>("points");
+      for (std::size_t i = 0; i < depth.size(); ++i) {
+        EXPECT_EQ(flags[i], depth[i] > 1 ? bad : good);
+        EXPECT_EQ(std::isnan(marked[i]), depth[i] > 1);
+        EXPECT_EQ(std::isnan(points[3 * i]), depth[i] > 1);
+      }
+    }
+  }
+}
+
+TEST(Crop, CutsCloudsOfKnownSizeButNotTheSensor) {
+  Harness stage("crop columns=[1, 2]");
+  stage.camera("camcube2");
+  stage.put<float>("points", {1, 4, 3}, {0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4});
+  stage.run();
+  EXPECT_EQ(stage.get<float>("points"), (std::vector<float>{0, 0, 2, 0, 0, 3}));
+  EXPECT_EQ(stage.camera_out().width, 204U);
+  Harness changing("crop columns=[1, 2]");
+  changing.put<float>("points", {1, 0, 3}, {});
+  try {
+    changing.prepare();
+    ADD_FAILURE() << "there is nothing to cut";
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find("what arrives is of changing size"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Crop, SaysWhatIsWrong) {
   EXPECT_NE(said("crop columns=[0, 204]").find("reach outside the image, which has 0 to 203"), std::string::npos);
   EXPECT_NE(said("crop rows=[9, 3]").find("the first is greater than the last"), std::string::npos);

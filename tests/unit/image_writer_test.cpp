@@ -93,6 +93,24 @@ TEST_F(ImageStage, ThePictureSaysWhatACountIs) {
   written("a_{frame}.png", "format=uint16 scale='0.1 mm'");
   expect_words(read_text(folder.path() / "a_0.png"),
                std::string("tEXtDescription") + '\0' + "range, 0.0001 m per count, 0 is invalid");
+  const auto description = [&](const std::string& more) {
+    written("a_{frame}.png", "format=uint16 " + more);
+    const std::string png = read_text(folder.path() / "a_0.png");
+    const std::size_t begin = png.find("tEXtDescription") + 16;
+    std::uint32_t length = 0;  // the chunk's, before its name
+    for (std::size_t i = begin - 20; i < begin - 16; ++i) length = length << 8U | static_cast<std::uint8_t>(png[i]);
+    return png.substr(begin, length - 12);
+  };
+  EXPECT_EQ(description("channel=amplitude scale='0.5 counts'"), "amplitude, 0.5 counts per count, 0 is invalid");
+  EXPECT_EQ(description("channel=flags"), "flags, 1 per count") << "0 is good";
+}
+
+TEST_F(ImageStage, WhatCannotBeEncodedIsAnError) {
+  Harness stage(line("a_{frame}.png", "format=uint16 channel=amplitude"));
+  constexpr std::size_t columns = 1'000'001;  // libpng's limit is a million
+  stage.put<float>("amplitude", {1, columns}, std::vector<float>(columns, 1.0F));
+  expect_words(thrown([&] { stage.run(); }), "'amplitude' as a picture of 1000001 x 1 px cannot be encoded as .png");
+  EXPECT_FALSE(fs::exists(folder.path() / "a_0.png"));
 }
 
 TEST_F(ImageStage, WhatDoesNotFitIsTold) {

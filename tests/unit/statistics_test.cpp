@@ -46,6 +46,23 @@ void expect_words(const std::string& message, const std::string& words) {
   EXPECT_NE(message.find(words), std::string::npos) << words << " is not in: " << message;
 }
 
+TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
+  Harness stage(line());
+  for (const std::vector<float>& depth : {std::vector<float>{}, {1.0F, 3.0F}, {}}) {  // clouds change their size
+    stage.put<float>("depth", {1, depth.size()}, depth);
+    stage.run();
+  }
+  stage.finish();
+  const json s = json::parse(read_text(path)).at("inputs").at(0);
+  EXPECT_EQ(s["count"], 2);
+  EXPECT_EQ(s["mean"], 2);
+  ASSERT_EQ(s["frames"].size(), 3U);
+  for (const std::size_t empty : {0, 2}) {
+    EXPECT_EQ(s["frames"][empty]["count"], 0);
+    for (const char* key : {"mean", "sd", "rms", "min", "max"}) EXPECT_TRUE(s["frames"][empty][key].is_null()) << key;
+  }
+}
+
 TEST_F(StatisticsStage, OneToTenIsKnown) {
   std::vector<float> values;
   for (int i = 1; i <= 10; ++i) values.push_back(static_cast<float>(i));
