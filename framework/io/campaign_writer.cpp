@@ -37,16 +37,18 @@ constexpr Scale angles[] = {{"rad", 1}, {"deg", 180 / M_PI}};
 constexpr Scale velocities[] = {{"m/s", 1}, {"mm/s", 1e3}};
 constexpr Scale temperatures[] = {{"K", 1}, {"degC", 1, -273.15}};
 
-/// The shortest of the ways to write a value that gives exactly this value again; the first scale is SI, where every
-/// number does.
+/// A value with the fewest digits that give exactly this value again; the first scale is SI, where every number does.
 std::string quantity(double value, std::span<const Scale> scales) {
   std::string best;
+  std::size_t digits = 0;
   for (const Scale& scale : scales) {
     const double scaled = value * scale.factor + scale.offset;
     for (const std::string& number : {fmt::format("{}", scaled), fmt::format("{:.10g}", scaled)}) {
       std::string text = fmt::format("{} {}", number, scale.unit);
       const auto again = core::parse_quantity(text, scales.front().unit);
-      if (again.ok() && again.value == value && (best.empty() || text.size() <= best.size())) best = std::move(text);
+      if (!again.ok() || again.value != value || (!best.empty() && number.size() > digits)) continue;
+      best = std::move(text);
+      digits = number.size();
     }
   }
   return best;

@@ -107,10 +107,10 @@ void check_key(const Value& key, const SceneFile& scene, std::set<std::string>& 
   if (!seen.insert(key.text).second) {
     diagnostics.error(key.at, fmt::format("the sequence sets '{}' twice", key.text));
   } else if (!object.empty()) {
+    const std::string_view own = std::string_view(key.text).substr(object.size() + 1);
     if (std::ranges::find(scene.objects, object) == scene.objects.end())
       diagnostics.error(key.at, fmt::format("the scene has no object '{}'", object),
                         core::suggestion(object, scene.objects, "objects"));
-    const std::string_view own = std::string_view(key.text).substr(object.size() + 1);
     if (own == "name" || own == "type")
       diagnostics.error(key.at, fmt::format("a sequence cannot change the {} of an object", own));
   } else if (std::ranges::find(settings, key.text) == settings.end()) {
@@ -165,13 +165,11 @@ SequenceStep read_step(const Value& item, const SceneFile& scene, std::set<std::
   return step;
 }
 
-/// Where to point at when an object cannot stand where it is.
-Position place_of(const SceneFile& scene, std::size_t index, const Settings& settings) {
+/// Where the value of an object's key is written, in the sequence or at the object; else the object.
+Position place_of(const SceneFile& scene, std::size_t index, const std::string& key, const Settings& settings) {
   const Value map = description(scene, index, settings);
-  for (const std::string_view key : {"distance", "position"}) {
-    if (const Entry* entry = map.find(key)) return entry->value.at;
-  }
-  return map.at;
+  const Entry* entry = map.find(key);
+  return entry != nullptr ? entry->value.at : map.at;
 }
 
 /// "500mm_0.5ms": what of the sequence this condition has, fit for a file's name.
@@ -242,10 +240,10 @@ void check_geometry(const SceneFile& scene, Diagnostics& diagnostics) {
     Diagnostics unused;
     const Objects objects = read_objects(scene, settings, unused);
     for (std::size_t i = 0; i < objects.all.size(); ++i) {
-      const std::string problem = problem_of(objects.all[i], lens);
-      if (problem.empty()) continue;
-      const Position at = place_of(scene, i, settings);
-      if (told.emplace(at.line, at.column, problem).second) diagnostics.error(at, problem);
+      const Problem problem = problem_of(objects.all[i], lens);
+      if (problem.text.empty()) continue;
+      const Position at = place_of(scene, i, problem.key, settings);
+      if (told.emplace(at.line, at.column, problem.text).second) diagnostics.error(at, problem.text, problem.hint);
     }
   });
 }
