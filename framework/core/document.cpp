@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cerrno>
@@ -141,6 +142,50 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
 
 Value parse_value(const std::string& text, const Position& at) { return parse(at.source, text, at); }
 
+std::string yaml_word(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_-./").find(c) != std::string_view::npos;
+  };
+  const bool harmless =
+      !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 && std::ranges::all_of(text, plain);
+  return harmless ? text : nlohmann::json(text).dump();
+}
+
+namespace {
+
+/// "-5 mm", "7.0e6 counts m^2/s": nothing in it means anything to YAML.
+bool is_number(const std::string& text) {
+  return !text.empty() && text.find_first_of("0123456789") <= 1 &&
+         text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ +-./^") ==
+             std::string::npos;
+}
+
+}  // namespace
+
+std::string yaml_text(const Value& value) {
+  std::vector<std::string> parts;
+  switch (value.kind) {
+    case Value::Kind::null:
+      return "null";
+    case Value::Kind::scalar:
+      return is_number(value.text) ? value.text : yaml_word(value.text);
+    case Value::Kind::list:
+      for (const Value& item : value.items) parts.push_back(yaml_text(item));
+      return fmt::format("[{}]", fmt::join(parts, ", "));
+    case Value::Kind::map:
+      for (const Entry& entry : value.entries)
+        parts.push_back(fmt::format("{}: {}", yaml_word(entry.key), yaml_text(entry.value)));
+      return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+  return {};
+}
+
+std::filesystem::path path_at(const std::string& text, const Position& at) {
+  const auto base = at.source ? at.source->base : std::filesystem::path{};
+  return (base / text).lexically_normal();
+}
+
 Reader::Reader(const Value& map, Diagnostics& diagnostics, std::string what)
     : map_(map), diagnostics_(diagnostics), what_(std::move(what)) {
   if (!map.is_map())
@@ -239,8 +284,7 @@ std::filesystem::path Reader::input_file(std::string_view key, std::string_view 
                        fmt::format("example: {}: {}", key, example));
     return {};
   }
-  const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
-  std::filesystem::path file = (base / value.text).lexically_normal();
+  std::filesystem::path file = path_at(value.text, value.at);
   std::error_code error;
   if (std::filesystem::is_directory(file, error))
     diagnostics_.error(value.at, fmt::format("'{}': {} is a folder", key, file.string()));

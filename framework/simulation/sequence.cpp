@@ -16,6 +16,7 @@ using core::Entry;
 using core::Position;
 using core::Reader;
 using core::Value;
+namespace fs = std::filesystem;
 
 constexpr std::size_t most_conditions = 100'000;
 
@@ -73,20 +74,22 @@ Condition read_condition(const SceneFile& scene, const Settings& settings, Diagn
   return condition;
 }
 
-/// Goes through the product, the last step fastest.
-template <class Function> void for_each_combination(const SceneFile& scene, Function&& function) {
-  std::vector<std::size_t> at(scene.sequence.size(), 0);
-  for (;;) {
-    Settings settings;
-    for (std::size_t s = 0; s < at.size(); ++s) {
-      const SequenceStep& step = scene.sequence[s];
-      for (std::size_t k = 0; k < step.keys.size(); ++k) settings.push_back({&step.keys[k], &step.rows[at[s]][k]});
-    }
-    function(settings);
-    std::size_t s = at.size();
-    while (s > 0 && ++at[s - 1] == scene.sequence[s - 1].rows.size()) at[--s] = 0;
-    if (s == 0) return;
+std::size_t count_conditions(const SceneFile& scene) {
+  std::size_t count = 1;
+  for (const SequenceStep& step : scene.sequence) count *= step.rows.size();
+  return count;
+}
+
+/// The values of one condition of the product, the last step fastest.
+Settings settings_of(const SceneFile& scene, std::size_t condition) {
+  Settings settings;
+  std::size_t left = count_conditions(scene);
+  for (const SequenceStep& step : scene.sequence) {
+    left /= step.rows.size();
+    const std::vector<Value>& row = step.rows[condition / left % step.rows.size()];
+    for (std::size_t k = 0; k < step.keys.size(); ++k) settings.push_back({&step.keys[k], &row[k]});
   }
+  return settings;
 }
 
 /// Every key that a sequence can set here, for suggestions.
@@ -185,17 +188,17 @@ std::string label(const Settings& settings) {
   return text;
 }
 
-/// The truth of the board, for those who read a campaign.
+/// The truth of the board, for those who read a campaign; of other scenes a board alone would be half of the truth.
 void state_board(const Objects& objects, Condition& condition) {
-  const auto found = std::ranges::find(objects.all, std::string("board"), &Object::type);
-  if (found == objects.all.end()) return;
-  const Board& board = std::get<Board>(found->form);
+  const Object& object = objects.all.front();
+  if (objects.all.size() != 1 || object.type != "board") return;
+  const Board& board = std::get<Board>(object.form);
   condition.board_distance = board.target.distance;
   condition.board_tilt_x = board.target.tilt_x;
   condition.board_tilt_y = board.target.tilt_y;
   if (std::isfinite(board.width)) condition.board_size = {board.width, board.height};
-  condition.reflectivity = found->reflectivity;
-  if (condition.target.empty()) condition.target = fmt::format("{}", found->reflectivity);
+  condition.reflectivity = object.reflectivity;
+  if (condition.target.empty()) condition.target = fmt::format("{}", object.reflectivity);
 }
 
 }  // namespace
@@ -236,7 +239,8 @@ void check_values(const SceneFile& scene, Diagnostics& diagnostics) {
 void check_geometry(const SceneFile& scene, Diagnostics& diagnostics) {
   const Vector3 lens{0, 0, scene.camera->view().focal_length};
   std::set<std::tuple<std::size_t, std::size_t, std::string>> told;
-  for_each_combination(scene, [&](const Settings& settings) {
+  for (std::size_t condition = 0; condition < count_conditions(scene); ++condition) {
+    const Settings settings = settings_of(scene, condition);
     Diagnostics unused;
     const Objects objects = read_objects(scene, settings, unused);
     for (std::size_t i = 0; i < objects.all.size(); ++i) {
@@ -245,40 +249,62 @@ void check_geometry(const SceneFile& scene, Diagnostics& diagnostics) {
       const Position at = place_of(scene, i, problem.key, settings);
       if (told.emplace(at.line, at.column, problem.text).second) diagnostics.error(at, problem.text, problem.hint);
     }
-  });
+  }
 }
 
 std::vector<Condition> expand(const SceneFile& scene) {
   std::vector<Condition> conditions;
-  for_each_combination(scene, [&](const Settings& settings) {
+  for (std::size_t i = 0; i < count_conditions(scene); ++i) {
+    const Settings settings = settings_of(scene, i);
     Diagnostics diagnostics;
     Condition condition = read_condition(scene, settings, diagnostics);
     auto objects = std::make_shared<Objects>(read_objects(scene, settings, diagnostics));
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
-    condition.id = fmt::format("{:04}{}", conditions.size(), label(settings));
+    condition.id = fmt::format("{:04}{}", i, label(settings));
     state_board(*objects, condition);
     condition.objects = std::move(objects);
     conditions.push_back(std::move(condition));
-  });
+  }
   return conditions;
 }
 
 core::Value document_of(const SceneFile& scene, std::size_t condition) {
   Value document = scene.document;
-  std::size_t number = 0;
-  for_each_combination(scene, [&](const Settings& settings) {
-    if (number++ != condition) return;
-    const auto objects = std::ranges::find(document.entries, std::string("objects"), &Entry::key);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      objects->value.items[i] = description(scene, i, settings);
-      replace(objects->value.items[i], "name", core::parse_value(scene.objects[i], objects->at));
-    }
-    for (const Setting& setting : settings) {
-      if (object_in(*setting.key).empty()) replace(document, *setting.key, *setting.value);
-    }
-  });
+  const Settings settings = settings_of(scene, condition);
+  const auto objects = std::ranges::find(document.entries, std::string("objects"), &Entry::key);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    Value name;
+    name.kind = Value::Kind::scalar;
+    name.text = scene.objects[i];
+    name.at = objects->at;
+    objects->value.items[i] = description(scene, i, settings);
+    replace(objects->value.items[i], "name", name);
+  }
+  for (const Setting& setting : settings) {
+    if (object_in(*setting.key).empty()) replace(document, *setting.key, *setting.value);
+  }
   std::erase_if(document.entries, [](const Entry& entry) { return entry.key == "sequence"; });
   return document;
+}
+
+std::optional<io::Pattern> pattern_of(const SceneFile& scene) {
+  std::optional<io::Pattern> pattern;
+  Diagnostics unused;
+  for (const Object& object : read_objects(scene, {}, unused).all) {
+    const auto* board = std::get_if<Chessboard>(&object.form);
+    if (board == nullptr) continue;
+    if (pattern) return std::nullopt;
+    pattern = io::Pattern{board->columns, board->rows, board->square};
+  }
+  return pattern;
+}
+
+std::string camera_name_in(const SceneFile& scene, const fs::path& folder) {
+  const Value& name = scene.document.find("camera")->value;
+  const bool is_path = name.text.find('/') != std::string::npos || name.text.ends_with(".yaml");
+  if (!is_path) return name.text;
+  const fs::path here = fs::absolute(folder).lexically_normal();
+  return fs::absolute(core::path_at(name.text, name.at)).lexically_normal().lexically_proximate(here).generic_string();
 }
 
 }  // namespace tofgraph::simulation

@@ -11,6 +11,7 @@
 
 #include "simulation/objects.hpp"
 #include "simulation/scene.hpp"
+#include "simulation/scene_text.hpp"
 
 namespace tofgraph::simulation {
 namespace {
@@ -109,6 +110,46 @@ TEST(Sequence, ConditionsWithoutALabelShareOneOnlyWithTheirReflectivity) {
                   "0.1, 0.8]}\n"));
   EXPECT_NE(conditions[0].target, conditions[1].target);
   EXPECT_EQ(conditions[0].target, conditions[2].target);
+}
+
+TEST(SceneFile, AConditionIsWrittenAsASceneOfItsOwn) {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder.path() / "in/a b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  tests::write_text(
+      folder.path() / "in/scene.yaml",
+      "scene: 1\ncamera: camcube2\nintegration_time: 2 ms\nobjects:\n"
+      "  - {name: 'a: b', type: board, distance: 500 mm, size: [1 m, 2 m], surface: {roughness: 0.1 rad}}\n"
+      "  - {type: mesh, file: a b.obj, position: [-1 mm, 2e-3 m, 1 m]}\nsequence:\n"
+      "  - {key: 'a: b.distance', values: [1 m, 2 m]}\n  - {key: mesh.unit, values: [1 m, 1 mm]}\n");
+  core::Diagnostics diagnostics;
+  const SceneFile scene = read_scene(folder.path() / "in/scene.yaml", diagnostics);
+  ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
+  tests::write_text(folder.path() / "out/deep/third.yaml", scene_text(document_of(scene, 3)));
+  const SceneFile again = read_scene(folder.path() / "out/deep/third.yaml", diagnostics);
+  ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
+  EXPECT_TRUE(again.sequence.empty());
+  EXPECT_EQ(again.settings.integration_time, 2e-3);
+  const Objects objects = *expand(again).at(0).objects;
+  EXPECT_EQ(objects.all.at(0).name, "a: b");
+  EXPECT_EQ(std::get<Board>(objects.all[0].form).target.distance, 2);
+  EXPECT_EQ(std::get<Board>(objects.all[0].form).height, 2);
+  EXPECT_EQ(objects.all[0].surface.roughness, 0.1);
+  const MeshObject& mesh = std::get<MeshObject>(objects.all[1].form);
+  EXPECT_TRUE(std::filesystem::equivalent(mesh.file, folder.path() / "in/a b.obj"));
+  EXPECT_EQ(mesh.unit, 1e-3);
+  EXPECT_EQ(mesh.placement.position.x, -1e-3);
+  EXPECT_FALSE(expand(again).at(0).has_board()) << "a board is not all there is";
+}
+
+TEST(SceneFile, KnowsItsChessboard) {
+  const std::string pattern = "{type: chessboard, distance: 600 mm, columns: 8, rows: 6, square: 30 mm}";
+  EXPECT_FALSE(pattern_of(read("objects: [{type: board, distance: 1 m}]\n")));
+  const auto one = pattern_of(read("objects: [{type: board, distance: 1 m}, " + pattern + "]\n"));
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->columns, 8);
+  EXPECT_EQ(one->rows, 6);
+  EXPECT_DOUBLE_EQ(one->square, 0.03);
+  EXPECT_FALSE(pattern_of(read("objects: [" + pattern + ", " + pattern + "]\n")));
 }
 
 TEST(SceneFiles, ThoseThatComeWithTheProjectMakeTheirWorlds) {
