@@ -49,6 +49,13 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
 /// A value written on the command line: YAML, but positions refer to the given place.
 Value parse_value(const std::string& text, const Position& at);
 
+/// A word as YAML reads it back, quoted where it has to be.
+std::string yaml_word(const std::string& text);
+/// A value in one line, such that it is read back the same.
+std::string yaml_text(const Value& value);
+/// A path written at a place: relative ones are relative to the file that contains them.
+std::filesystem::path path_at(const std::string& text, const Position& at);
+
 /// Reads the keys of a map one by one and reports what is left over as unknown.
 class Reader {
  public:

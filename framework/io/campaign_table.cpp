@@ -29,9 +29,9 @@ struct Cell {
 using Row = std::vector<Cell>;
 
 std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
+  const auto begin = text.find_first_not_of(" \t");
   if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
 Row split(const std::string& line, std::size_t number, const std::shared_ptr<const core::SourceText>& source) {
@@ -39,7 +39,8 @@ Row split(const std::string& line, std::size_t number, const std::shared_ptr<con
   for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
     const std::string_view cell = trimmed(std::string_view(line).substr(begin, end - begin));
-    row.push_back({std::string(cell), {source, number, begin + 1, std::max<std::size_t>(cell.size(), 1)}});
+    const std::size_t blanks = cell.empty() ? 0 : static_cast<std::size_t>(cell.data() - line.data()) - begin;
+    row.push_back({std::string(cell), {source, number, begin + blanks + 1, std::max<std::size_t>(cell.size(), 1)}});
     begin = end + 1;
   }
   return row;
@@ -50,8 +51,10 @@ std::vector<Row> read_rows(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
+  std::string content = text.str();
+  std::erase(content, '\r');  // of lines that end as on Windows
   const auto source =
-      std::make_shared<core::SourceText>(core::SourceText{file.string(), text.str(), file.parent_path()});
+      std::make_shared<core::SourceText>(core::SourceText{file.string(), std::move(content), file.parent_path()});
   std::vector<Row> rows;
   std::istringstream lines(source->text);
   std::string line;
@@ -125,11 +128,11 @@ class TableReader {
     const auto index = column_of(reader, example);
     std::string written;
     if (!unit.empty()) {
-      const core::Entry* given = reader.need("unit", example);
+      const core::Entry* given = reader.need("unit", unit == "m" ? "mm" : unit == "s" ? "ms" : unit);
       written = given != nullptr ? given->value.text : unit;
       const auto one = core::parse_quantity("1 " + written, unit);
       if (!one.ok())
-        diagnostics_.error(given->value.at, fmt::format("the unit '{}' {}", written, one.problem),
+        diagnostics_.error(given->value.at, fmt::format("'unit' is {}: {}", given->value.described(), one.problem),
                            fmt::format("example: {}: {}", key, example));
     }
     reader.finish();

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,14 +15,6 @@
 
 namespace tofgraph::io {
 namespace {
-
-/// A word as YAML reads it back.
-std::string quoted(const std::string& text) {
-  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-'; };
-  const bool harmless = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
-                        std::ranges::all_of(text, [&](char c) { return plain(c) || c == '.' || c == '/'; });
-  return harmless ? text : nlohmann::json(text).dump();
-}
 
 struct Scale {
   std::string_view unit;
@@ -37,23 +28,26 @@ constexpr Scale angles[] = {{"rad", 1}, {"deg", 180 / M_PI}};
 constexpr Scale velocities[] = {{"m/s", 1}, {"mm/s", 1e3}};
 constexpr Scale temperatures[] = {{"K", 1}, {"degC", 1, -273.15}};
 
-/// The shortest of the ways to write a value that gives exactly this value again; the first scale is SI, where every
-/// number does.
+/// A value with the fewest digits that give exactly this value again; the first scale is SI, where every number does.
 std::string quantity(double value, std::span<const Scale> scales) {
   std::string best;
+  std::size_t digits = 0;
   for (const Scale& scale : scales) {
     const double scaled = value * scale.factor + scale.offset;
     for (const std::string& number : {fmt::format("{}", scaled), fmt::format("{:.10g}", scaled)}) {
       std::string text = fmt::format("{} {}", number, scale.unit);
       const auto again = core::parse_quantity(text, scales.front().unit);
-      if (again.ok() && again.value == value && (best.empty() || text.size() <= best.size())) best = std::move(text);
+      if (!again.ok() || again.value != value || (!best.empty() && number.size() > digits)) continue;
+      best = std::move(text);
+      digits = number.size();
     }
   }
   return best;
 }
 
 std::string relative_to(const std::filesystem::path& folder, const std::filesystem::path& file) {
-  return quoted(std::filesystem::absolute(file).lexically_normal().lexically_proximate(folder).generic_string());
+  return core::yaml_word(
+      std::filesystem::absolute(file).lexically_normal().lexically_proximate(folder).generic_string());
 }
 
 /// Lines "key: value" of one condition; what is not known is left out.
@@ -92,7 +86,7 @@ class ConditionText {
     text_ += fmt::format("{}{}: {}\n", text_.empty() ? "  - " : "    ", key, value);
   }
   void word(std::string_view key, const std::string& value) {
-    if (!value.empty()) add(key, quoted(value));
+    if (!value.empty()) add(key, core::yaml_word(value));
   }
   void file(std::string_view key, const std::filesystem::path& value) {
     if (!value.empty()) add(key, relative_to(folder_, value));
@@ -112,7 +106,7 @@ class ConditionText {
   static std::string sources(const std::vector<std::string>& names) {
     if (names.empty()) return "both";
     std::vector<std::string> words;
-    for (const std::string& name : names) words.push_back(quoted(name));
+    for (const std::string& name : names) words.push_back(core::yaml_word(name));
     return fmt::format("[{}]", fmt::join(words, ", "));
   }
 
@@ -126,8 +120,8 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
   if (campaign.from_table)
     throw std::invalid_argument("a campaign of statistics is written as a table, not as captures");
   std::string text = "campaign: 1\n";
-  if (!campaign.name.empty()) text += fmt::format("name: {}\n", quoted(campaign.name));
-  text += fmt::format("camera: {}\n", quoted(campaign.camera_name));
+  if (!campaign.name.empty()) text += fmt::format("name: {}\n", core::yaml_word(campaign.name));
+  text += fmt::format("camera: {}\n", core::yaml_word(campaign.camera_name));
   if (campaign.pattern)
     text += fmt::format("pattern: {{type: chessboard, columns: {}, rows: {}, square: {}}}\n", campaign.pattern->columns,
                         campaign.pattern->rows, quantity(campaign.pattern->square, lengths));

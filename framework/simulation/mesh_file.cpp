@@ -8,8 +8,11 @@
 #include <assimp/Importer.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -25,20 +28,80 @@ void refuse_too_many(const std::filesystem::path& file, std::size_t faces) {
     fail(file, fmt::format("it has {} faces, and at most {} are read: simplify the mesh", faces, most_triangles));
 }
 
-/// The elements that a PLY header announces, before a reader makes room for them. One takes at least a byte.
-void check_ply_header(const std::filesystem::path& file, std::istream& in) {
-  const std::uintmax_t bytes = std::filesystem::file_size(file);
+/// What a PLY header says of one kind of element.
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::uint64_t least_bytes = 0;  ///< that one of them takes in a binary file; polygons have at least three corners
+};
+
+struct PlyHeader {
+  bool ascii = false;
+  std::vector<PlyElement> elements;
+};
+
+std::uint64_t bytes_of(const std::string& type) {
+  static const std::map<std::string, std::uint64_t> sizes = {
+      {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
+      {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
+      {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+  const auto found = sizes.find(type);
+  return found != sizes.end() ? found->second : 1;
+}
+
+/// Reads up to the end of the header; what is no header gives no elements.
+PlyHeader read_ply_header(const std::filesystem::path& file, std::istream& in) {
+  PlyHeader header;
   std::string line;
   for (int lines = 0; lines < 1000 && std::getline(in, line) && !line.starts_with("end_header"); ++lines) {
-    std::istringstream words(line);
-    std::string keyword, element;
-    std::uint64_t count = 0;
-    if (!(words >> keyword >> element) || keyword != "element") continue;
-    if (!(words >> count)) fail(file, fmt::format("its header has no count in '{}'", line));
-    if (element == "face") refuse_too_many(file, count);
-    if (count > bytes)
-      fail(file, fmt::format("its header announces {} of '{}', but the file has only {} bytes", count, element, bytes));
+    std::istringstream stream(line);
+    const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+    if (words.size() < 2) continue;
+    if (words[0] == "format") header.ascii = words[1] == "ascii";
+    if (words[0] == "element") {
+      PlyElement element{words[1]};
+      const std::string count = words.size() > 2 ? words[2] : "";
+      const auto [end, failed] = std::from_chars(count.data(), count.data() + count.size(), element.count);
+      if (failed != std::errc() || end != count.data() + count.size())
+        fail(file, fmt::format("its header has no count in '{}'", line));
+      header.elements.push_back(element);
+    }
+    if (words[0] != "property" || header.elements.empty()) continue;
+    PlyElement& element = header.elements.back();
+    const bool corners = element.name == "face" && words.back().starts_with("vertex_ind");
+    element.least_bytes += words[1] != "list" ? bytes_of(words[1])
+                           : words.size() < 5 ? 0
+                                              : bytes_of(words[2]) + (corners ? 3 * bytes_of(words[3]) : 0);
   }
+  return header;
+}
+
+std::uint64_t lines_left(std::istream& in) {
+  std::uint64_t lines = 0;
+  for (std::string line; std::getline(in, line);) lines += line.find_first_not_of(" \t\r") != std::string::npos ? 1 : 0;
+  return lines;
+}
+
+std::uint64_t bytes_left(std::istream& in) {
+  const auto here = in.tellg();
+  in.seekg(0, std::ios::end);
+  return here < 0 ? 0 : static_cast<std::uint64_t>(in.tellg() - here);
+}
+
+/// Compares what the header announces with what the file has, before a reader makes room for it: it would also take a
+/// file that ends too early for a whole one.
+void check_ply(const std::filesystem::path& file, std::istream& in) {
+  const PlyHeader header = read_ply_header(file, in);
+  double announced = 0;  // lines or bytes; in floating point, as no count is too large for it
+  for (const PlyElement& element : header.elements) {
+    if (element.name == "face") refuse_too_many(file, element.count);
+    announced += static_cast<double>(element.count) * (header.ascii ? 1.0 : static_cast<double>(element.least_bytes));
+  }
+  const std::uint64_t there = header.ascii ? lines_left(in) : bytes_left(in);
+  if (announced <= static_cast<double>(there)) return;
+  const char* unit = header.ascii ? "lines" : "bytes";
+  fail(file, fmt::format("it ends too early: its header announces at least {:.0f} {} of data, and there are {}",
+                         announced, unit, there));
 }
 
 void count_obj_faces(const std::filesystem::path& file, std::istream& in) {
@@ -53,7 +116,7 @@ void check_announced(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) fail(file, "it cannot be read");
   if (file.extension() == ".ply")
-    check_ply_header(file, in);
+    check_ply(file, in);
   else
     count_obj_faces(file, in);
 }

@@ -110,8 +110,14 @@ const std::vector<std::string>& object_types();
 /// Reads one object with all its keys. Mistakes go to the diagnostics; geometry is not checked.
 Object read_object(const core::Value& map, core::Diagnostics& diagnostics);
 
-/// Why the camera cannot look at the object: it is behind the lens or around it, or seen from behind. Empty when it
-/// can. Of meshes nothing is known here.
-std::string problem_of(const Object& object, Vector3 lens_centre);
+/// Why the camera cannot look at an object.
+struct Problem {
+  std::string text;  ///< empty: it can
+  std::string key;   ///< of the object, whose value is at fault
+  std::string hint = {};
+};
+
+/// The object is behind the lens or around it, or seen from behind. Of meshes nothing is known here.
+Problem problem_of(const Object& object, Vector3 lens_centre);
 
 }  // namespace tofgraph::simulation

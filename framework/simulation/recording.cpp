@@ -144,7 +144,8 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
   io::Campaign campaign;
   campaign.name = simulation.scene().name;
   campaign.camera = simulation.scene().camera;
-  campaign.camera_name = simulation.scene().document.find("camera")->value.text;
+  campaign.camera_name = camera_name_in(simulation.scene(), folder);
+  campaign.pattern = pattern_of(simulation.scene());
   campaign.conditions = simulation.conditions();
   for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
     io::Condition& condition = campaign.conditions[i];

@@ -90,8 +90,8 @@ std::shared_ptr<const Content> asset(const std::map<std::filesystem::path, std::
 
 void add_object(const Object& object, std::uint32_t index, Vector3 lens, const Rotation& frame, const Assets* assets,
                 Shapes& shapes) {
-  const std::string problem = problem_of(object, lens);
-  if (!problem.empty()) throw std::runtime_error(problem);
+  const Problem problem = problem_of(object, lens);
+  if (!problem.text.empty()) throw std::runtime_error(problem.text);
   if (const auto* own = std::get_if<MeshObject>(&object.form)) {
     const auto mesh = asset(assets != nullptr ? &assets->meshes : nullptr, own->file);
     if (far_end(*mesh, *own) <= lens.z)

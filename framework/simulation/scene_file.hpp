@@ -6,7 +6,7 @@
 
 #include "core/camera.hpp"
 #include "core/document.hpp"
-#include "io/condition.hpp"
+#include "io/campaign.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -58,10 +58,16 @@ SceneFile read_scene(const core::Value& document, core::Diagnostics& diagnostics
 SceneFile read_scene(const std::filesystem::path& file, core::Diagnostics& diagnostics);
 
 /// The conditions of the sequence: the product of its steps, the last one fastest; one condition where there is none.
-/// The first object of type board gives the condition's board; its reflectivity and a label come along.
+/// A scene of one board and nothing else gives the condition's board; its reflectivity and a label come along.
 std::vector<Condition> expand(const SceneFile& scene);
 
 /// The scene as it would be written for one of these conditions alone, without a sequence.
 core::Value document_of(const SceneFile& scene, std::size_t condition);
+
+/// The chessboard of a scene that has exactly one, for a campaign.
+std::optional<io::Pattern> pattern_of(const SceneFile& scene);
+
+/// How the scene's camera is called in a file of this folder: a name stays, a path becomes relative to it.
+std::string camera_name_in(const SceneFile& scene, const std::filesystem::path& folder);
 
 }  // namespace tofgraph::simulation

@@ -16,8 +16,7 @@ using core::Entry;
 using core::Position;
 using core::Reader;
 using core::Value;
-
-constexpr std::size_t most_conditions = 100'000;
+namespace fs = std::filesystem;
 
 /// A value of the sequence in place of the scene's own.
 struct Setting {
@@ -26,12 +25,6 @@ struct Setting {
 };
 
 using Settings = std::vector<Setting>;
-
-/// The part of "board.distance" before the dot; empty for a key of the scene.
-std::string_view object_in(std::string_view key) {
-  const auto dot = key.find('.');
-  return dot == std::string_view::npos ? std::string_view{} : key.substr(0, dot);
-}
 
 void replace(Value& map, std::string_view key, const Value& value) {
   const auto entry = std::ranges::find(map.entries, key, &Entry::key);
@@ -73,105 +66,29 @@ Condition read_condition(const SceneFile& scene, const Settings& settings, Diagn
   return condition;
 }
 
-/// Goes through the product, the last step fastest.
-template <class Function> void for_each_combination(const SceneFile& scene, Function&& function) {
-  std::vector<std::size_t> at(scene.sequence.size(), 0);
-  for (;;) {
-    Settings settings;
-    for (std::size_t s = 0; s < at.size(); ++s) {
-      const SequenceStep& step = scene.sequence[s];
-      for (std::size_t k = 0; k < step.keys.size(); ++k) settings.push_back({&step.keys[k], &step.rows[at[s]][k]});
-    }
-    function(settings);
-    std::size_t s = at.size();
-    while (s > 0 && ++at[s - 1] == scene.sequence[s - 1].rows.size()) at[--s] = 0;
-    if (s == 0) return;
-  }
+std::size_t count_conditions(const SceneFile& scene) {
+  std::size_t count = 1;
+  for (const SequenceStep& step : scene.sequence) count *= step.rows.size();
+  return count;
 }
 
-/// Every key that a sequence can set here, for suggestions.
-std::vector<std::string> possible_keys(const SceneFile& scene) {
-  std::vector<std::string> keys = io::setting_keys();
-  for (const std::string& object : scene.objects) keys.push_back(object + ".reflectivity");
-  return keys;
+/// The values of one condition of the product, the last step fastest.
+Settings settings_of(const SceneFile& scene, std::size_t condition) {
+  Settings settings;
+  std::size_t left = count_conditions(scene);
+  for (const SequenceStep& step : scene.sequence) {
+    left /= step.rows.size();
+    const std::vector<Value>& row = step.rows[condition / left % step.rows.size()];
+    for (std::size_t k = 0; k < step.keys.size(); ++k) settings.push_back({&step.keys[k], &row[k]});
+  }
+  return settings;
 }
 
-void check_key(const Value& key, const SceneFile& scene, std::set<std::string>& seen, Diagnostics& diagnostics) {
-  if (!key.is_scalar()) {
-    diagnostics.error(key.at, fmt::format("a key of the sequence is {}, expected a word", key.described()),
-                      "example: key: board.distance");
-    return;
-  }
-  const std::string_view object = object_in(key.text);
-  const auto& settings = io::setting_keys();
-  if (!seen.insert(key.text).second) {
-    diagnostics.error(key.at, fmt::format("the sequence sets '{}' twice", key.text));
-  } else if (!object.empty()) {
-    if (std::ranges::find(scene.objects, object) == scene.objects.end())
-      diagnostics.error(key.at, fmt::format("the scene has no object '{}'", object),
-                        core::suggestion(object, scene.objects, "objects"));
-    const std::string_view own = std::string_view(key.text).substr(object.size() + 1);
-    if (own == "name" || own == "type")
-      diagnostics.error(key.at, fmt::format("a sequence cannot change the {} of an object", own));
-  } else if (std::ranges::find(settings, key.text) == settings.end()) {
-    diagnostics.error(key.at, fmt::format("a sequence cannot set '{}'", key.text),
-                      core::suggestion(key.text, possible_keys(scene), "keys") + " (or a key of an object: NAME.KEY)");
-  }
-}
-
-/// One row of a step: a single value, or as many as there are keys.
-std::vector<Value> read_row(const Value& item, std::size_t keys, bool together, Diagnostics& diagnostics) {
-  if (!together) return {item};
-  if (!item.is_list() || item.items.size() != keys) {
-    diagnostics.error(
-        item.at,
-        fmt::format("{} where {} keys change together: a list of {} values is expected", item.described(), keys, keys),
-        "example: {keys: [target, board.reflectivity], values: [[white, 0.85], [black, 0.1]]}");
-    return {};
-  }
-  return item.items;
-}
-
-SequenceStep read_step(const Value& item, const SceneFile& scene, std::set<std::string>& seen,
-                       Diagnostics& diagnostics) {
-  constexpr std::string_view values_example = "[500 mm, 1000 mm]";
-  SequenceStep step;
-  Reader reader(item, diagnostics, "a step of the sequence");
-  const Entry* together = reader.take("keys");
-  const Entry* key = together == nullptr ? reader.need("key", "board.distance") : together;
-  if (key == nullptr) return step;
-  if (together != nullptr && !together->value.is_list()) {
-    diagnostics.error(together->value.at, fmt::format("'keys' is {}, expected a list", together->value.described()),
-                      "example: keys: [target, board.reflectivity]");
-    return step;
-  }
-  const std::vector<Value> one = {key->value};
-  for (const Value& name : together != nullptr ? together->value.items : one) {
-    check_key(name, scene, seen, diagnostics);
-    step.keys.push_back(name.text);
-  }
-  const Entry* values = reader.need("values", values_example);
-  reader.finish();
-  if (values == nullptr) return step;
-  if (!values->value.is_list() || values->value.items.empty()) {
-    diagnostics.error(values->value.at,
-                      fmt::format("'values' is {}, expected a list of at least one value",
-                                  values->value.is_list() ? "an empty list" : values->value.described()),
-                      fmt::format("example: values: {}", values_example));
-    return step;
-  }
-  for (const Value& row : values->value.items)
-    step.rows.push_back(read_row(row, step.keys.size(), together != nullptr, diagnostics));
-  return step;
-}
-
-/// Where to point at when an object cannot stand where it is.
-Position place_of(const SceneFile& scene, std::size_t index, const Settings& settings) {
+/// Where the value of an object's key is written, in the sequence or at the object; else the object.
+Position place_of(const SceneFile& scene, std::size_t index, const std::string& key, const Settings& settings) {
   const Value map = description(scene, index, settings);
-  for (const std::string_view key : {"distance", "position"}) {
-    if (const Entry* entry = map.find(key)) return entry->value.at;
-  }
-  return map.at;
+  const Entry* entry = map.find(key);
+  return entry != nullptr ? entry->value.at : map.at;
 }
 
 /// "500mm_0.5ms": what of the sequence this condition has, fit for a file's name.
@@ -187,38 +104,20 @@ std::string label(const Settings& settings) {
   return text;
 }
 
-/// The truth of the board, for those who read a campaign.
+/// The truth of the board, for those who read a campaign; of other scenes a board alone would be half of the truth.
 void state_board(const Objects& objects, Condition& condition) {
-  const auto found = std::ranges::find(objects.all, std::string("board"), &Object::type);
-  if (found == objects.all.end()) return;
-  const Board& board = std::get<Board>(found->form);
+  const Object& object = objects.all.front();
+  if (objects.all.size() != 1 || object.type != "board") return;
+  const Board& board = std::get<Board>(object.form);
   condition.board_distance = board.target.distance;
   condition.board_tilt_x = board.target.tilt_x;
   condition.board_tilt_y = board.target.tilt_y;
   if (std::isfinite(board.width)) condition.board_size = {board.width, board.height};
-  condition.reflectivity = found->reflectivity;
-  if (condition.target.empty()) condition.target = fmt::format("{}", found->reflectivity);
+  condition.reflectivity = object.reflectivity;
+  if (condition.target.empty()) condition.target = fmt::format("{}", object.reflectivity);
 }
 
 }  // namespace
-
-std::vector<SequenceStep> read_sequence(const Value& list, const SceneFile& scene, Diagnostics& diagnostics) {
-  std::vector<SequenceStep> steps;
-  if (!list.is_list()) {
-    diagnostics.error(list.at, fmt::format("'sequence' is {}, expected a list of steps", list.described()),
-                      "example: sequence: [{key: board.distance, values: [500 mm, 1000 mm]}]");
-    return steps;
-  }
-  std::set<std::string> seen;
-  std::size_t conditions = 1;
-  for (const Value& item : list.items) {
-    steps.push_back(read_step(item, scene, seen, diagnostics));
-    conditions = std::min(conditions * std::max<std::size_t>(steps.back().rows.size(), 1), most_conditions + 1);
-  }
-  if (conditions > most_conditions)
-    diagnostics.error(list.at, fmt::format("the sequence makes more than {} conditions", most_conditions));
-  return steps;
-}
 
 void check_values(const SceneFile& scene, Diagnostics& diagnostics) {
   for (const SequenceStep& step : scene.sequence) {
@@ -238,49 +137,72 @@ void check_values(const SceneFile& scene, Diagnostics& diagnostics) {
 void check_geometry(const SceneFile& scene, Diagnostics& diagnostics) {
   const Vector3 lens{0, 0, scene.camera->view().focal_length};
   std::set<std::tuple<std::size_t, std::size_t, std::string>> told;
-  for_each_combination(scene, [&](const Settings& settings) {
+  for (std::size_t condition = 0; condition < count_conditions(scene); ++condition) {
+    const Settings settings = settings_of(scene, condition);
     Diagnostics unused;
     const Objects objects = read_objects(scene, settings, unused);
     for (std::size_t i = 0; i < objects.all.size(); ++i) {
-      const std::string problem = problem_of(objects.all[i], lens);
-      if (problem.empty()) continue;
-      const Position at = place_of(scene, i, settings);
-      if (told.emplace(at.line, at.column, problem).second) diagnostics.error(at, problem);
+      const Problem problem = problem_of(objects.all[i], lens);
+      if (problem.text.empty()) continue;
+      const Position at = place_of(scene, i, problem.key, settings);
+      if (told.emplace(at.line, at.column, problem.text).second) diagnostics.error(at, problem.text, problem.hint);
     }
-  });
+  }
 }
 
 std::vector<Condition> expand(const SceneFile& scene) {
   std::vector<Condition> conditions;
-  for_each_combination(scene, [&](const Settings& settings) {
+  for (std::size_t i = 0; i < count_conditions(scene); ++i) {
+    const Settings settings = settings_of(scene, i);
     Diagnostics diagnostics;
     Condition condition = read_condition(scene, settings, diagnostics);
     auto objects = std::make_shared<Objects>(read_objects(scene, settings, diagnostics));
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
-    condition.id = fmt::format("{:04}{}", conditions.size(), label(settings));
+    condition.id = fmt::format("{:04}{}", i, label(settings));
     state_board(*objects, condition);
     condition.objects = std::move(objects);
     conditions.push_back(std::move(condition));
-  });
+  }
   return conditions;
 }
 
 core::Value document_of(const SceneFile& scene, std::size_t condition) {
   Value document = scene.document;
-  std::size_t number = 0;
-  for_each_combination(scene, [&](const Settings& settings) {
-    if (number++ != condition) return;
-    const auto objects = std::ranges::find(document.entries, std::string("objects"), &Entry::key);
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      objects->value.items[i] = description(scene, i, settings);
-      replace(objects->value.items[i], "name", core::parse_value(scene.objects[i], objects->at));
-    }
-    for (const Setting& setting : settings) {
-      if (object_in(*setting.key).empty()) replace(document, *setting.key, *setting.value);
-    }
-  });
+  const Settings settings = settings_of(scene, condition);
+  const auto objects = std::ranges::find(document.entries, std::string("objects"), &Entry::key);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    Value name;
+    name.kind = Value::Kind::scalar;
+    name.text = scene.objects[i];
+    name.at = objects->at;
+    objects->value.items[i] = description(scene, i, settings);
+    replace(objects->value.items[i], "name", name);
+  }
+  for (const Setting& setting : settings) {
+    if (object_in(*setting.key).empty()) replace(document, *setting.key, *setting.value);
+  }
   std::erase_if(document.entries, [](const Entry& entry) { return entry.key == "sequence"; });
   return document;
+}
+
+std::optional<io::Pattern> pattern_of(const SceneFile& scene) {
+  std::optional<io::Pattern> pattern;
+  Diagnostics unused;
+  for (const Object& object : read_objects(scene, {}, unused).all) {
+    const auto* board = std::get_if<Chessboard>(&object.form);
+    if (board == nullptr) continue;
+    if (pattern) return std::nullopt;
+    pattern = io::Pattern{board->columns, board->rows, board->square};
+  }
+  return pattern;
+}
+
+std::string camera_name_in(const SceneFile& scene, const fs::path& folder) {
+  const Value& name = scene.document.find("camera")->value;
+  const bool is_path = name.text.find('/') != std::string::npos || name.text.ends_with(".yaml");
+  if (!is_path) return name.text;
+  const fs::path here = fs::absolute(folder).lexically_normal();
+  return fs::absolute(core::path_at(name.text, name.at)).lexically_normal().lexically_proximate(here).generic_string();
 }
 
 }  // namespace tofgraph::simulation

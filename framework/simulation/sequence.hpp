@@ -6,9 +6,16 @@
 #include "simulation/objects.hpp"
 #include "simulation/scene_file.hpp"
 
+#include <string_view>
 #include <vector>
 
 namespace tofgraph::simulation {
+
+/// The part of "board.distance" before the dot; empty for a key of the scene.
+inline std::string_view object_in(std::string_view key) {
+  const auto dot = key.find('.');
+  return dot == std::string_view::npos ? std::string_view{} : key.substr(0, dot);
+}
 
 /// Reads `sequence:`; the keys must be an object's (`board.distance`) or the scene's.
 std::vector<SequenceStep> read_sequence(const core::Value& list, const SceneFile& scene,

@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Campaigns: as the format describes them, written and read again, from a table. Wording: tests/fixtures/errors.
+#include "io/campaign.hpp"
+#include "tests/program.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace tofgraph::io {
+namespace {
+
+using tests::TemporaryFolder;
+using tests::write_text;
+
+Campaign read(const std::filesystem::path& file) {
+  core::Diagnostics diagnostics;
+  Campaign campaign = read_campaign(file, diagnostics);
+  EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
+  return campaign;
+}
+
+std::string mistakes(const std::filesystem::path& file) {
+  core::Diagnostics diagnostics;
+  read_campaign(file, diagnostics);
+  return diagnostics.text();
+}
+
+TEST(Campaign, ReadsTheExampleOfTheFormat) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "captures/white_0500.h5", "");
+  write_text(folder.path() / "corner.yaml", "");
+  write_text(folder.path() / "c.yaml", R"(campaign: 1
+name: white board on a rail
+camera: camcube2
+pattern: {type: chessboard, columns: 8, rows: 6, square: 30 mm}
+conditions:
+  - id: white-0500-0.5ms
+    capture: captures/white_0500.h5
+    frames: [0, 19]
+    board: {distance: 500 mm, tilt_x: 10 deg, tilt_y: -5 deg, size: [841 mm, 594 mm]}
+    target: white
+    reflectivity: 0.8
+    integration_time: 0.5 ms
+    sources: both
+    ambient: dark
+    time_since_power_on: 3600 s
+    roi: {columns: [0, 203], rows: [10, 193]}
+    order: 4
+  - id: more
+    capture: captures/white_0500.h5
+    scene: corner.yaml
+    sources: left
+    ambient: lamp
+    roll: 180 deg
+    velocity: 100 mm/s
+    reference: laser
+    lens: capped
+    rail: covered
+    temperature: 25 degC
+)");
+  const Campaign campaign = read(folder.path() / "c.yaml");
+  EXPECT_EQ(campaign.name, "white board on a rail");
+  EXPECT_EQ(campaign.pattern->columns, 8);
+  EXPECT_DOUBLE_EQ(campaign.pattern->square, 0.03);
+  ASSERT_EQ(campaign.conditions.size(), 2U);
+  const Condition& a = campaign.conditions[0];
+  EXPECT_EQ(a.id, "white-0500-0.5ms");
+  EXPECT_EQ(a.capture, folder.path() / "captures/white_0500.h5");
+  EXPECT_THAT(*a.frames, testing::ElementsAre(0, 19));
+  EXPECT_EQ(a.board_distance, 0.5);
+  EXPECT_DOUBLE_EQ(a.board_tilt_x, M_PI / 18);
+  EXPECT_DOUBLE_EQ(a.board_tilt_y, -M_PI / 36);
+  EXPECT_DOUBLE_EQ(a.board_size->at(1), 0.594);
+  EXPECT_EQ(a.target, "white");
+  EXPECT_EQ(a.reflectivity, 0.8);
+  EXPECT_EQ(a.integration_time, 0.5e-3);
+  EXPECT_TRUE(a.sources.empty());
+  EXPECT_EQ(a.time_since_power_on, 3600);
+  EXPECT_EQ(a.roi->first_row, 10U);
+  EXPECT_EQ(a.roi->last_column, 203U);
+  EXPECT_EQ(a.order, 4U);
+  EXPECT_EQ(a.at.line, 6U);
+  EXPECT_TRUE(std::isnan(a.velocity));
+  const Condition& b = campaign.conditions[1];
+  EXPECT_FALSE(b.has_board());
+  EXPECT_EQ(b.scene, folder.path() / "corner.yaml");
+  EXPECT_THAT(b.sources, testing::ElementsAre("left"));
+  EXPECT_DOUBLE_EQ(b.roll, M_PI);
+  EXPECT_DOUBLE_EQ(b.velocity, 0.1);
+  EXPECT_DOUBLE_EQ(b.temperature, 298.15);
+  EXPECT_EQ(b.reference + b.lens + b.rail, "lasercappedcovered");
+  EXPECT_TRUE(std::isnan(b.integration_time)) << "the capture's";
+}
+
+void expect_same(double a, double b) {
+  if (std::isnan(a))
+    EXPECT_TRUE(std::isnan(b));
+  else
+    EXPECT_EQ(a, b);  // to the last bit
+}
+
+TEST(Campaign, ComesBackAsWritten) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "data/one two.h5", "");
+  write_text(folder.path() / "data/scene.yaml", "");
+  Campaign campaign;
+  campaign.name = "a: \"name\" # of 'signs' \u00e4";
+  campaign.camera_name = "camcube2";
+  campaign.pattern = Pattern{7, 5, 0.1 / 3};
+  Condition c;
+  c.id = "12.5";
+  c.capture = folder.path() / "data/one two.h5";
+  c.frames = {3, 9};
+  c.board_distance = 0.1 + 0.2;
+  c.board_tilt_x = std::nextafter(0.1, 1);
+  c.board_tilt_y = -M_PI / 7;
+  c.board_size = {1.0 / 3, 0.594};
+  c.target = "null";
+  c.reflectivity = 2.0 / 3;
+  c.integration_time = 0.0005 / 3;
+  c.sources = {"right"};
+  c.ambient = "- lamp";
+  c.time_since_power_on = 1e9 / 7;
+  c.roll = M_PI;
+  c.velocity = -0.1;
+  c.reference = "rail";
+  c.lens = "open";
+  c.rail = "bare";
+  c.temperature = 273.15 + 21.3;
+  c.scene = folder.path() / "data/scene.yaml";
+  c.roi = Roi{1, 2, 3, 4};
+  c.order = 11;
+  Condition plain;
+  plain.id = "plain";
+  plain.capture = c.capture;
+  plain.board_distance = 7.5;
+  plain.board_tilt_x = plain.board_tilt_y = 0;
+  campaign.conditions = {c, plain};
+  const auto file = folder.path() / "out/campaign.yaml";
+  write_campaign(campaign, file);
+  const Campaign again = read(file);
+  EXPECT_EQ(again.name, campaign.name);
+  EXPECT_EQ(again.pattern->square, campaign.pattern->square);
+  ASSERT_EQ(again.conditions.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Condition &was = campaign.conditions[i], &is = again.conditions[i];
+    EXPECT_EQ(is.id, was.id);
+    EXPECT_EQ(is.capture, was.capture);
+    EXPECT_EQ(is.frames, was.frames);
+    expect_same(was.board_distance, is.board_distance);
+    expect_same(was.board_tilt_x, is.board_tilt_x);
+    expect_same(was.board_tilt_y, is.board_tilt_y);
+    EXPECT_EQ(is.board_size, was.board_size);
+    EXPECT_EQ(is.target, was.target);
+    expect_same(was.reflectivity, is.reflectivity);
+    expect_same(was.integration_time, is.integration_time);
+    EXPECT_EQ(is.sources, was.sources);
+    EXPECT_EQ(is.ambient, was.ambient);
+    expect_same(was.time_since_power_on, is.time_since_power_on);
+    expect_same(was.roll, is.roll);
+    expect_same(was.velocity, is.velocity);
+    EXPECT_EQ(is.reference + is.lens + is.rail, was.reference + was.lens + was.rail);
+    expect_same(was.temperature, is.temperature);
+    EXPECT_EQ(is.scene, was.scene);
+    EXPECT_EQ(is.roi.has_value(), was.roi.has_value());
+    EXPECT_EQ(is.order, was.order);
+  }
+  EXPECT_EQ(again.conditions[0].roi->first_row, 3U);
+  EXPECT_THAT(tests::read_text(file), testing::HasSubstr("board: {distance: 7.5 m, tilt_x: 0 "));
+  EXPECT_THAT(tests::read_text(file), testing::HasSubstr("temperature: 21.3 degC"));
+  EXPECT_THAT(tests::read_text(file), testing::HasSubstr("../data/one two.h5"));
+}
+
+const std::string table_text = R"(campaign: 1
+camera: camcube2
+table:
+  file: thesis_offset_tables.csv
+  distance: {column: true_depth_mm, unit: mm}
+  integration_time: {column: integration_time_ms, unit: ms}
+  target: {column: black_percent}
+  measured_depth: {column: corrected_mean_mm, unit: mm}
+  measured_depth_sd: {column: corrected_std_mm, unit: mm}
+  roi_half_width: {column: roi_half_width_px}
+  roi_half_height: {column: roi_half_height_px}
+  corrected_with: optimized_bistatic
+)";
+
+TEST(Campaign, ReadsThePublishedTable) {
+  const TemporaryFolder folder;
+  std::filesystem::copy(TOFGRAPH_SOURCE_DIR "/tests/fixtures/thesis_offset_tables.csv", folder.path());
+  write_text(folder.path() / "t.yaml", table_text);
+  const Campaign campaign = read(folder.path() / "t.yaml");
+  EXPECT_TRUE(campaign.from_table);
+  EXPECT_EQ(campaign.corrected_with, "optimized_bistatic");
+  ASSERT_EQ(campaign.conditions.size(), 84U);  // 6 grey levels x 14 depths
+  const Condition& row = campaign.conditions.at(1);
+  EXPECT_EQ(row.id, "line 3");
+  EXPECT_EQ(row.board_distance, 1.0);
+  EXPECT_EQ(row.integration_time, 2e-3);
+  EXPECT_EQ(row.target, "0");
+  EXPECT_DOUBLE_EQ(row.measured.depth, 0.99802);
+  EXPECT_DOUBLE_EQ(row.measured.depth_sd, 3.63e-3);
+  EXPECT_TRUE(std::isnan(row.measured.amplitude));
+  EXPECT_EQ(row.roi->first_column, 0U);  // the window of equations.md, section 3: columns 102-hw .. 102+hw-1
+  EXPECT_EQ(row.roi->last_column, 203U);
+  EXPECT_EQ(row.roi->first_row, 50U);
+  EXPECT_EQ(row.roi->last_row, 153U);
+  EXPECT_THROW(write_campaign(campaign, folder.path() / "again.yaml"), std::invalid_argument);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "again.yaml"));
+}
+
+TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "t.yaml", table_text);
+  const std::string names =
+      "black_percent,true_depth_mm,integration_time_ms,corrected_mean_mm,corrected_std_mm,roi_half_width_px,roi_half_"
+      "height_px\r\n";
+  write_text(folder.path() / "thesis_offset_tables.csv", names +
+                                                             "0,five,0.5,507.66,3.84,102,102\r\n"
+                                                             "0,1000,2.0,998.02,3.63,102,5200\r\n\r\n"
+                                                             "0,1000,2.0,998.02,3.63,102\n"
+                                                             "0, -1000,0,,-3.63,1.5,52\n");
+  const std::string said = mistakes(folder.path() / "t.yaml");
+  for (const char* line : {"csv:2:3: error: the distance 'five' is no number", "csv:3:28: error: the roi_half_height",
+                           "csv:5:1: error: the row has 6 cells, and the first line 7",
+                           "csv:6:4: error: the distance '-1000' is -1 m: the board would be behind the lens",
+                           "csv:6:10: error: the integration_time '0' must be positive",
+                           "csv:6:13: error: the measured_depth_sd '-3.63' must not be negative",
+                           "csv:6:19: error: the roi_half_width '1.5' must be a whole number of pixels from 1 to 102"})
+    EXPECT_THAT(said, testing::HasSubstr(line));
+  write_text(folder.path() / "thesis_offset_tables.csv", "");
+  EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("t.yaml:4:9: error: "));
+  write_text(folder.path() / "thesis_offset_tables.csv", names);
+  EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("the table has no rows"));
+}
+
+}  // namespace
+}  // namespace tofgraph::io
