@@ -99,8 +99,9 @@ class Runner::Impl {
   tbb::flow::receiver<Token*>* entry_ = nullptr;
 
   std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
-  std::mutex error_mutex_;
+  std::mutex error_mutex_;                               // the two below
   std::string error_;
+  std::uint64_t error_frame_ = 0;
 };
 
 std::vector<Segment> Runner::Impl::segments() const {
@@ -302,8 +303,10 @@ void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::strin
   }
   {
     const std::scoped_lock lock(error_mutex_);
-    if (error_.empty())
+    if (error_.empty() || number < error_frame_) {  // of several at once the first in the order of the frames
       error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
+      error_frame_ = number;
+    }
   }
   graph_.nodes().front()->stop();
   exit_.wake();
