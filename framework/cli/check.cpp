@@ -4,6 +4,7 @@
 
 #include "io/campaign.hpp"
 #include "io/profile.hpp"
+#include "simulation/model.hpp"
 #include "simulation/scene_file.hpp"
 
 #include <fmt/format.h>
@@ -12,20 +13,29 @@
 namespace tofgraph::cli {
 namespace {
 
-std::string check_profile(const core::Value& document, core::Diagnostics& diagnostics) {
+std::string check_profile(const core::Value& document, core::Diagnostics& diagnostics, const Common&) {
   io::read_profile(document, diagnostics);
   return "the profile is right";
 }
 
-std::string check_scene(const core::Value& document, core::Diagnostics& diagnostics) {
+std::string check_model(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
+  const std::size_t effects =
+      simulation::read_model(document, core::Catalogue(common.plugin_folders), diagnostics).effects.size();
+  return fmt::format("the model is right, {} effect{}", effects, effects == 1 ? "" : "s");
+}
+
+std::string check_scene(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
   const simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
+  const simulation::Model model =
+      simulation::model_of_scene(scene.model, core::Catalogue(common.plugin_folders), diagnostics);
+  if (scene.camera) simulation::make_effects(model, scene.camera->view(), diagnostics);
   if (!diagnostics.ok()) return {};
   const std::size_t conditions = simulation::expand(scene).size();
   return fmt::format("the scene is right, {} object{}, {} condition{}", scene.objects.size(),
                      scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
 }
 
-std::string check_campaign(const core::Value& document, core::Diagnostics& diagnostics) {
+std::string check_campaign(const core::Value& document, core::Diagnostics& diagnostics, const Common&) {
   const std::size_t conditions = io::read_campaign(document, diagnostics).conditions.size();
   return fmt::format("the campaign is right, {} condition{}", conditions, conditions == 1 ? "" : "s");
 }
@@ -33,10 +43,11 @@ std::string check_campaign(const core::Value& document, core::Diagnostics& diagn
 /// How a kind of file is checked; gives what is said when it is right.
 struct Kind {
   std::string_view key;
-  std::string (*check)(const core::Value& document, core::Diagnostics& diagnostics);
+  std::string (*check)(const core::Value& document, core::Diagnostics& diagnostics, const Common& common);
 };
 
-constexpr Kind kinds[] = {{"profile", check_profile}, {"scene", check_scene}, {"campaign", check_campaign}};
+constexpr Kind kinds[] = {
+    {"profile", check_profile}, {"scene", check_scene}, {"model", check_model}, {"campaign", check_campaign}};
 
 /// Checks a file by the kind that its first key names.
 int check(const PipelineArguments& arguments, const Common& common) {
@@ -44,7 +55,7 @@ int check(const PipelineArguments& arguments, const Common& common) {
   for (const Kind& kind : kinds) {
     if (document.entries.empty() || document.entries.front().key != kind.key) continue;
     core::Diagnostics diagnostics;
-    const std::string said = kind.check(document, diagnostics);
+    const std::string said = kind.check(document, diagnostics, common);
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
     if (!diagnostics.all().empty()) say(diagnostics.text());
     if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));

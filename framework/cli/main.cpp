@@ -32,6 +32,11 @@ void look_at_plugin_path(const Common& common) {
     if (!common.quiet && !std::filesystem::is_directory(folder))
       say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
   }
+  // Plugins that load plugins themselves, as the simulator its effects, look there too.
+  std::string path;
+  for (const auto& folder : common.plugin_folders) path += std::filesystem::absolute(folder).string() + ":";
+  const char* before = std::getenv("TOFGRAPH_PLUGIN_PATH");
+  if (!path.empty()) setenv("TOFGRAPH_PLUGIN_PATH", (path + (before != nullptr ? before : "")).c_str(), 1);
 }
 
 }  // namespace

@@ -68,6 +68,12 @@ Model read_model(const Value& document, const core::Catalogue& catalogue, Diagno
   return model;
 }
 
+Model model_of_scene(const std::optional<Value>& model, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
+  if (!model) return {};
+  if (model->is_map()) return read_model(*model, catalogue, diagnostics);
+  return read_model(core::load_document(core::path_at(model->text, model->at)), catalogue, diagnostics);
+}
+
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics) {
   std::vector<EffectPtr> effects;
   if (!diagnostics.ok()) return effects;  // values that were refused are not handed on

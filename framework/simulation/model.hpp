@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,10 @@ struct Model {
 
 /// Reads a model: a file with `model: 1`, or the part of a scene. Every mistake goes to the diagnostics.
 Model read_model(const core::Value& document, const core::Catalogue& catalogue, core::Diagnostics& diagnostics);
+
+/// The model of a scene: a map in it, a file that it names, or, where there is none, the ideal camera.
+Model model_of_scene(const std::optional<core::Value>& model, const core::Catalogue& catalogue,
+                     core::Diagnostics& diagnostics);
 
 /// The effects, made for a camera; what they refuse goes to the diagnostics at the place of the parameter.
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics);

@@ -12,16 +12,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The scene's own model, a file that it names, or the one that stands in its place.
-Model model_of(const SceneFile& scene, const SimulationChanges& changes, const core::Catalogue& catalogue,
-               core::Diagnostics& diagnostics) {
-  if (!changes.model.empty()) return read_model(core::load_document(changes.model), catalogue, diagnostics);
-  if (!scene.model) return {};
-  if (scene.model->is_map()) return read_model(*scene.model, catalogue, diagnostics);
-  const auto base = scene.model->at.source ? scene.model->at.source->base : std::filesystem::path{};
-  return read_model(core::load_document(base / scene.model->text), catalogue, diagnostics);
-}
-
 physics::TapNoise noise_of(const SceneFile& scene) {
   const tofgraph_camera& camera = scene.camera->view();
   switch (scene.noise.from) {
@@ -77,7 +67,8 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   if (!diagnostics.ok()) return nullptr;
   if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
   if (changes.frames) scene.frames = *changes.frames;
-  Model model = model_of(scene, changes, catalogue, diagnostics);
+  Model model = changes.model.empty() ? model_of_scene(scene.model, catalogue, diagnostics)
+                                      : read_model(core::load_document(changes.model), catalogue, diagnostics);
   const tofgraph_camera& camera = scene.camera->view();
   const core::Value& document = scene.document;
   if (!model.camera.empty() && model.camera != camera.name)
