@@ -16,6 +16,16 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
+/// Memory that is written before it is read need not be cleared first: there is much of it.
+template <class T> struct Uncleared : std::allocator<T> {
+  template <class U> struct rebind { using other = Uncleared<U>; };
+  template <class U> void construct(U* place) { ::new (static_cast<void*>(place)) U; }
+  template <class U, class... Arguments> void construct(U* place, Arguments&&... arguments) {
+    ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+using Doubles = std::vector<double, Uncleared<double>>;
+
 /// e^(j angle) * p, exactly for whole quarter turns from k pi/2.
 Complex turned(Complex p, double angle, std::size_t k) {
   if (angle == static_cast<double>(k) * (std::numbers::pi / 2)) {
@@ -28,21 +38,32 @@ Complex turned(Complex p, double angle, std::size_t k) {
 
 /// The points of a shot: the pixels' centres, then the rays of those pixels that lie on an edge.
 struct Points {
-  std::vector<double> pixel, ray, position, normal, reflected, inside, reflectivity;
-  std::vector<const Surface*> surface;
+  Doubles pixel, ray, position, normal, reflected, inside, reflectivity;
+  std::vector<const Surface*, Uncleared<const Surface*>> surface;
   std::size_t size() const { return reflected.size(); }
 
-  void add(double u, double v, Vector3 along, const Hit& hit, double focal_length) {
+  void resize(std::size_t n) {
+    pixel.resize(2 * n);
+    for (Doubles* triple : {&ray, &position, &normal}) triple->resize(3 * n);
+    for (Doubles* single : {&reflected, &inside, &reflectivity}) single->resize(n);
+    surface.resize(n);
+  }
+  void set(std::size_t i, double u, double v, Vector3 along, const Hit& hit, double focal_length) {
     const bool there = std::isfinite(hit.reflected);
-    pixel.insert(pixel.end(), {u, v});
-    ray.insert(ray.end(), {along.x, along.y, along.z});
-    const Vector3 at = there ? hit.point : Vector3{};
-    position.insert(position.end(), {at.x, at.y, at.z});
-    normal.insert(normal.end(), {hit.normal.x, hit.normal.y, hit.normal.z});
-    reflected.push_back(there ? hit.reflected : 0);
-    inside.push_back(focal_length / along.z);
-    reflectivity.push_back(there ? hit.reflectivity : 0);
-    surface.push_back(hit.surface);
+    pixel[2 * i] = u;
+    pixel[2 * i + 1] = v;
+    const auto put = [i](Doubles& to, Vector3 value) {
+      to[3 * i] = value.x;
+      to[3 * i + 1] = value.y;
+      to[3 * i + 2] = value.z;
+    };
+    put(ray, along);
+    put(position, there ? hit.point : Vector3{});
+    put(normal, hit.normal);
+    reflected[i] = there ? hit.reflected : 0;
+    inside[i] = focal_length / along.z;
+    reflectivity[i] = there ? hit.reflectivity : 0;
+    surface[i] = hit.surface;
   }
   Vector3 position_of(std::size_t i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
   Vector3 normal_of(std::size_t i) const { return {normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]}; }
@@ -51,7 +72,8 @@ struct Points {
 
 /// One source's light, per point.
 struct SourceArrays {
-  std::vector<double> path, strength;
+  Doubles path;
+  std::vector<double> strength;
   std::vector<Complex> phasor;
 };
 
@@ -65,14 +87,23 @@ bool differ(const Hit& a, const Hit& b) {
 }
 
 std::vector<std::size_t> edge_pixels(const std::vector<Hit>& hits, std::size_t rows, std::size_t columns) {
-  std::vector<std::size_t> edges;
+  std::vector<char> on_edge(hits.size(), 0);
+  bool any = false;
+  const auto compare = [&](std::size_t i, std::size_t j) {
+    if (!differ(hits[i], hits[j])) return;
+    on_edge[i] = on_edge[j] = 1;
+    any = true;
+  };
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) {
       const std::size_t i = r * columns + c;
-      if ((c > 0 && differ(hits[i], hits[i - 1])) || (c + 1 < columns && differ(hits[i], hits[i + 1])) ||
-          (r > 0 && differ(hits[i], hits[i - columns])) || (r + 1 < rows && differ(hits[i], hits[i + columns])))
-        edges.push_back(i);
+      if (c + 1 < columns) compare(i, i + 1);
+      if (r + 1 < rows) compare(i, i + columns);
     }
+  }
+  std::vector<std::size_t> edges;
+  for (std::size_t i = 0; any && i < hits.size(); ++i) {
+    if (on_edge[i] != 0) edges.push_back(i);
   }
   return edges;
 }
@@ -115,7 +146,7 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
       if (effect->level() == TOFGRAPH_PHASOR && effect->late()) effect->apply(*this);
     }
     for (std::size_t i = 0; i < light_.size(); ++i) {
-      if (turn_[i] != 0 && light_[i] != Complex{}) light_[i] *= std::polar(1.0, turn_[i]);
+      if (turns_[i] != 0 && light_[i] != Complex{}) light_[i] *= std::polar(1.0, turns_[i]);
     }
   }
 
@@ -125,8 +156,6 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     for (std::size_t k = 0; k < 4; ++k) {
       exposures_.insert(exposures_.end(), light_.begin(), light_.end());
       intensities_.insert(intensities_.end(), strength_.begin(), strength_.end());
-      clean_[k] = light_;
-      clean_strength_[k] = strength_;
     }
     extras_.assign(4 * n, 0);
     exposure = reinterpret_cast<double*>(exposures_.data());
@@ -202,13 +231,14 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     double coefficients[5];
     for (std::size_t i = 0; i < 5; ++i) coefficients[i] = camera->distortion[i] + distortion[i];
     const physics::Lens lens(coefficients);
-    std::vector<Vector3> rays = pixels_.rays;
-    if (other_lens) {
-      for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = ray_at(lens, pixels_.at[2 * i], pixels_.at[2 * i + 1]);
-    }
+    std::vector<Vector3> bent;
+    for (std::size_t i = 0; other_lens && i < pixels_.size(); ++i)
+      bent.push_back(ray_at(lens, pixels_.at[2 * i], pixels_.at[2 * i + 1]));
+    const std::vector<Vector3>& rays = other_lens ? bent : pixels_.rays;
     trace_rays(rays, hits_);
+    points_.resize(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i)
-      points_.add(pixels_.at[2 * i], pixels_.at[2 * i + 1], rays[i], hits_[i], camera->focal_length);
+      points_.set(i, pixels_.at[2 * i], pixels_.at[2 * i + 1], rays[i], hits_[i], camera->focal_length);
     if (model_.edge_samples_ > 1 && spacing == 1) add_edges(lens);
     points = points_.size();
     pixel = points_.pixel.data();
@@ -235,8 +265,10 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     }
     std::vector<Hit> hits;
     trace_rays(rays, hits);
+    const std::size_t first = points_.size();
+    points_.resize(first + rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i)
-      points_.add(at[2 * i], at[2 * i + 1], rays[i], hits[i], camera->focal_length);
+      points_.set(first + i, at[2 * i], at[2 * i + 1], rays[i], hits[i], camera->focal_length);
   }
 
   /// Every source's light at every point: formats of `light: reference` and `light: physical`.
@@ -348,8 +380,6 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     strength_.assign(n, 0);
     distances_.assign(n, 0);
     amplitudes_.resize(n);
-    turn_ = std::vector<double>(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(n));
-    turn = turn_.data();
     std::vector<double> weights(n, 0);
     for (std::size_t s = 0; s < arrays_.size(); ++s) {
       const SourceArrays& a = arrays_[s];
@@ -364,7 +394,7 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     }
     for (std::size_t i = 0; i < n; ++i) {
       if (weights[i] > 0) distances_[i] /= weights[i];
-      amplitudes_[i] = std::abs(light_[i]);
+      amplitudes_[i] = std::sqrt(std::norm(light_[i]));
       strength_[i] /= 2 * camera->contrast;
     }
     amplitude = amplitudes_.data();
@@ -376,6 +406,10 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
     Evaluation other(model_, tracer_, shot_, pixels_, changes_[k]);
     other.shine();
     const std::size_t n = pixels_.size();
+    if (clean_[k].empty()) {
+      clean_[k] = light_;
+      clean_strength_[k] = strength_;
+    }
     for (std::size_t i = 0; i < n; ++i) {
       Complex& now = exposures_[k * n + i];
       now = clean_[k][i] != Complex{} ? now * (other.light_[i] / clean_[k][i]) : other.light_[i];
@@ -432,7 +466,8 @@ class ForwardModel::Evaluation : public tofgraph_light_state {
   Points points_;
   std::vector<Hit> hits_;
   std::vector<std::size_t> edges_;
-  std::vector<double> turns_, turn_, strength_, distances_, amplitudes_, intensities_, extras_;
+  std::vector<double> turns_, strength_, distances_, intensities_, extras_;
+  Doubles amplitudes_;
   std::vector<Complex> light_, exposures_;
   std::array<std::vector<Complex>, 4> clean_;
   std::array<std::vector<double>, 4> clean_strength_;

@@ -47,14 +47,13 @@ struct Wiggling final : Effect {
       for (std::size_t i = 0; i < light.points(); ++i) {
         const std::complex<double> p = light.phasor(k, i);
         const double square = std::norm(p);
-        if (square > 0) light.extra(k, i) += (power(p, order) * turned).real() / std::pow(square, (order - 1) / 2);
+        if (!(square > 0)) continue;
+        const std::complex<double> twice = p * p / square;  // of size 1, at twice the phase
+        std::complex<double> harmonic_of_p = p;
+        for (int h = 1; h < order; h += 2) harmonic_of_p *= twice;
+        light.extra(k, i) += (harmonic_of_p * turned).real();
       }
     }
-  }
-  static std::complex<double> power(std::complex<double> p, int order) {
-    std::complex<double> result = p;
-    for (int i = 1; i < order; ++i) result *= p;
-    return result;
   }
 };
 
