@@ -4,49 +4,19 @@
 
 #include "core/outputs.hpp"
 #include "core/paths.hpp"
+#include "core/written_nodes.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
+#include <map>
 #include <set>
+#include <span>
 
 namespace tofgraph::core {
 
-/// What is known of the written nodes before they are ordered.
-struct Graph::Building {
-  const PipelineSpec& pipeline;
-  std::vector<const tofgraph_descriptor*> stages;  ///< null: not known
-  std::vector<std::vector<InputSpec>> inputs;
-  std::vector<std::string> names;
-
-  bool is(std::size_t node, std::string_view kind) const {
-    return stages[node] != nullptr && kind == stages[node]->kind;
-  }
-  std::size_t index_of(const std::string& name) const {
-    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
-  }
-};
-
 namespace {
-
-const tofgraph_descriptor* find_stage(const NodeSpec& node, const Catalogue& catalogue, Diagnostics& diagnostics) {
-  if (node.stage.empty()) return nullptr;
-  const PluginFile* file = catalogue.find(node.stage);
-  if (file == nullptr || file->kind == "effect") {
-    const std::string what = file != nullptr ? fmt::format("'{}' is an effect of the simulator, no stage", node.stage)
-                                             : fmt::format("there is no stage '{}'", node.stage);
-    diagnostics.error(node.stage_at, what, suggestion(node.stage, catalogue.names(), "stages"));
-    return nullptr;
-  }
-  try {
-    return &catalogue.load(*file);
-  } catch (const PluginError& error) {
-    diagnostics.error(node.stage_at, error.what());
-    return nullptr;
-  }
-}
 
 std::vector<const Entry*> pointers(const std::vector<Entry>& entries) {
   std::vector<const Entry*> result;
@@ -64,99 +34,26 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
   host_.message = options.message;
   host_.version = TOFGRAPH_VERSION;
   const Catalogue catalogue(options.plugin_folders);
-  Building building{pipeline, {}, {}, {}};
-  for (const NodeSpec& node : pipeline.nodes) {
-    building.stages.push_back(find_stage(node, catalogue, diagnostics));
-    building.names.push_back(node.name);
-  }
+  const WrittenNodes written(pipeline, catalogue, diagnostics);
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
-  order(building, diagnostics);
+  make_nodes(written, diagnostics);
   prepare(diagnostics);
   check_outputs(nodes_, diagnostics);
 }
 
-/// Resolves the inputs, then makes the nodes in topological order.
-void Graph::order(Building& b, Diagnostics& diagnostics) {
-  const auto& specs = b.pipeline.nodes;
-  std::size_t sources = 0;
-  for (std::size_t i = 0; i < specs.size(); ++i) {
-    const NodeSpec& node = specs[i];
-    std::vector<InputSpec>& inputs = b.inputs.emplace_back(node.inputs.value_or(std::vector<InputSpec>{}));
-    if (node.queue && b.stages[i] != nullptr && !b.is(i, "source")) {
-      diagnostics.error(node.queue->at, fmt::format("node '{}' is no source: only a source has a queue", node.name),
-                        "frames are dropped at the source's exit only, so that branches never miss each other");
-    }
-    if (b.is(i, "source")) {
-      if (node.inputs)
-        diagnostics.error(node.at,
-                          fmt::format("node '{}' ({}) is a source and takes no inputs", node.name, node.stage));
-      if (++sources > 1)
-        diagnostics.error(node.at, fmt::format("node '{}' is a second source; a pipeline has one", node.name));
-      if (node.queue) queue_ = *node.queue;
-      inputs.clear();
-      continue;
-    }
-    if (!node.inputs) {
-      for (std::size_t k = i; k-- > 0 && inputs.empty();) {
-        if (!b.is(k, "sink")) inputs.push_back({"", specs[k].name, node.at});
-      }
-      if (inputs.empty() && b.stages[i] != nullptr)
-        diagnostics.error(node.at,
-                          fmt::format("node '{}' has nothing to read: no node above it gives frames", node.name),
-                          "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");
-    }
-    for (const InputSpec& input : inputs) {
-      const std::size_t k = b.index_of(input.node);
-      if (k == specs.size())
-        diagnostics.error(input.at, fmt::format("node '{}' reads '{}', which is no node", node.name, input.node),
-                          suggestion(input.node, b.names, "nodes"));
-      else if (b.is(k, "sink"))
-        diagnostics.error(
-            input.at, fmt::format("node '{}' reads '{}', which is a sink and gives nothing", node.name, input.node));
-    }
-    std::erase_if(inputs, [&](const InputSpec& input) { return b.index_of(input.node) == specs.size(); });
-  }
-  if (sources == 0 && std::ranges::all_of(b.stages, [](auto* stage) { return stage != nullptr; }) && !specs.empty()) {
-    diagnostics.error(specs.front().at, "the pipeline has no source",
-                      "example: - {name: grab, stage: capture_reader, file: recording.h5}");
-  }
-
-  std::vector<std::size_t> place(specs.size(), specs.size());  // of a written node in the order
-  for (bool moved = true; moved;) {
-    moved = false;
-    for (std::size_t i = 0; i < specs.size(); ++i) {
-      const bool ready = std::ranges::all_of(
-          b.inputs[i], [&](const InputSpec& in) { return place[b.index_of(in.node)] < specs.size(); });
-      if (place[i] < specs.size() || !ready || b.stages[i] == nullptr) continue;
-      const std::size_t index = place[i] = nodes_.size();
-      const std::size_t errors = diagnostics.errors();
-      ParameterValues values(*b.stages[i], pointers(specs[i].parameters), specs[i].at, diagnostics);
-      usable_.push_back(diagnostics.errors() == errors);
-      nodes_.push_back(
-          std::make_unique<Node>(index, specs[i].name, specs[i].at, *b.stages[i], std::move(values), host_));
-      auto& inputs = inputs_.emplace_back();
-      for (const InputSpec& input : b.inputs[i]) inputs.push_back(place[b.index_of(input.node)]);
-      input_specs_.push_back(b.inputs[i]);
-      moved = true;
-    }
-  }
-  for (std::size_t i = 0; i < specs.size(); ++i) {
-    // What waits for a node that is not known has been told already; what waits for itself has not.
-    std::set<std::size_t> seen;
-    std::deque<std::size_t> open = {i};
-    bool cycle = false;
-    while (!open.empty() && !cycle) {
-      for (const InputSpec& in : b.inputs[open.front()]) {
-        const std::size_t k = b.index_of(in.node);
-        cycle = cycle || k == i;
-        if (seen.insert(k).second) open.push_back(k);
-      }
-      open.pop_front();
-    }
-    if (cycle)
-      diagnostics.error(specs[i].at,
-                        fmt::format("node '{}' is part of a cycle: it waits for its own result", specs[i].name),
-                        "change its inputs");
+void Graph::make_nodes(const WrittenNodes& written, Diagnostics& diagnostics) {
+  std::map<std::string, std::size_t> made;
+  for (const std::size_t i : written.order(diagnostics)) {
+    const NodeSpec& spec = written.spec(i);
+    const std::size_t index = made[spec.name] = nodes_.size();
+    const std::size_t errors = diagnostics.errors();
+    ParameterValues values(*written.stage(i), pointers(spec.parameters), spec.at, diagnostics);
+    usable_.push_back(diagnostics.errors() == errors);
+    nodes_.push_back(std::make_unique<Node>(index, spec.name, spec.at, *written.stage(i), std::move(values), host_));
+    if (nodes_.back()->is_source() && spec.queue) queue_ = *spec.queue;
+    auto& inputs = inputs_.emplace_back();
+    for (const InputSpec& input : written.inputs(i)) inputs.push_back(made.at(input.node));
+    input_specs_.push_back(written.inputs(i));
   }
 }
 
@@ -188,13 +85,19 @@ Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) co
       right = false;
     }
   }
-  for (std::size_t k = 0; k < inputs_[node].size(); ++k) {  // {port: node}: the node must give what the port reads
+  return all;
+}
+
+/// {port: node}: the node must give what the port reads.
+bool Graph::ports_are_served(std::size_t node, Diagnostics& diagnostics) const {
+  const Node& self = *nodes_[node];
+  bool right = true;
+  for (std::size_t k = 0; k < inputs_[node].size(); ++k) {
     const InputSpec& input = input_specs_[node][k];
     if (input.port.empty()) continue;
     std::vector<std::string> ports;
     const tofgraph_port* port = nullptr;
-    for (std::uint64_t i = 0; i < self.stage().port_count; ++i) {
-      const tofgraph_port& candidate = self.stage().ports[i];
+    for (const tofgraph_port& candidate : std::span(self.stage().ports, self.stage().port_count)) {
       if (candidate.direction == TOFGRAPH_OUT) continue;
       ports.emplace_back(candidate.name);
       if (input.port == candidate.name) port = &candidate;
@@ -215,7 +118,7 @@ Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) co
     }
     right = false;
   }
-  return all;
+  return right;
 }
 
 /// Creates and prepares node by node; what reads a node that failed is passed over, so that a mistake is told once.
@@ -235,6 +138,7 @@ void Graph::prepare(Diagnostics& diagnostics) {
       empty.camera = camera_;
     } else if (!node.many_inputs()) {
       joined_streams.push_back(joined(i, diagnostics, right));
+      right = ports_are_served(i, diagnostics) && right;
     }
     for (const Stream& stream : joined_streams) streams.push_back(&stream);
     for (const std::size_t k : inputs_[i]) {

@@ -20,6 +20,8 @@ struct GraphOptions {
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
 };
 
+class WrittenNodes;
+
 class Graph {
  public:
   /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
@@ -37,10 +39,10 @@ class Graph {
   nlohmann::json provenance(std::size_t node) const;
 
  private:
-  struct Building;
-  void order(Building& building, Diagnostics& diagnostics);
+  void make_nodes(const WrittenNodes& written, Diagnostics& diagnostics);
   void prepare(Diagnostics& diagnostics);
   Stream joined(std::size_t node, Diagnostics& diagnostics, bool& right) const;
+  bool ports_are_served(std::size_t node, Diagnostics& diagnostics) const;
 
   std::string name_;
   NodeHost host_;
