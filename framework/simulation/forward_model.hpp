@@ -61,10 +61,12 @@ class ForwardModel {
 
   const tofgraph_camera& camera() const { return camera_; }
   const std::vector<EffectPtr>& effects() const { return effects_; }
+  bool physical() const { return physical_; }
+  std::size_t edge_samples() const { return edge_samples_; }
+  /// Which of the effects is the first that acts on the taps with their noise.
+  std::size_t first_readout() const { return first_readout_; }
 
  private:
-  class Evaluation;
-
   const tofgraph_camera& camera_;
   bool physical_;
   std::vector<EffectPtr> effects_;  ///< by level, within a level in the model's order, late phasor effects last

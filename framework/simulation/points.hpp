@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The points that an evaluation looks at. For forward_model.cpp and evaluation*.cpp only.
+#pragma once
+
+#include "simulation/hit.hpp"
+
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace tofgraph::simulation {
+
+using Complex = std::complex<double>;
+
+/// Memory that is written before it is read need not be cleared first: there is much of it.
+template <class T> struct Uncleared : std::allocator<T> {
+  template <class U> struct rebind { using other = Uncleared<U>; };
+  template <class U> void construct(U* place) { ::new (static_cast<void*>(place)) U; }
+  template <class U, class... Arguments> void construct(U* place, Arguments&&... arguments) {
+    ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+using Doubles = std::vector<double, Uncleared<double>>;
+
+/// The points of a shot: the pixels' centres, then the rays of those pixels that lie on an edge.
+struct Points {
+  Doubles pixel, ray, position, normal, reflected, inside, reflectivity;
+  std::vector<const Surface*, Uncleared<const Surface*>> surface;
+  std::size_t size() const { return reflected.size(); }
+
+  void resize(std::size_t n) {
+    pixel.resize(2 * n);
+    for (Doubles* triple : {&ray, &position, &normal}) triple->resize(3 * n);
+    for (Doubles* single : {&reflected, &inside, &reflectivity}) single->resize(n);
+    surface.resize(n);
+  }
+  void set(std::size_t i, double u, double v, Vector3 along, const Hit& hit, double focal_length) {
+    const bool there = std::isfinite(hit.reflected);
+    pixel[2 * i] = u;
+    pixel[2 * i + 1] = v;
+    const auto put = [i](Doubles& to, Vector3 value) {
+      to[3 * i] = value.x;
+      to[3 * i + 1] = value.y;
+      to[3 * i + 2] = value.z;
+    };
+    put(ray, along);
+    put(position, there ? hit.point : Vector3{});
+    put(normal, hit.normal);
+    reflected[i] = there ? hit.reflected : 0;
+    inside[i] = focal_length / along.z;
+    reflectivity[i] = there ? hit.reflectivity : 0;
+    surface[i] = hit.surface;
+  }
+  Vector3 position_of(std::size_t i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
+  Vector3 normal_of(std::size_t i) const { return {normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]}; }
+  Vector3 ray_of(std::size_t i) const { return {ray[3 * i], ray[3 * i + 1], ray[3 * i + 2]}; }
+};
+
+/// One source's light, per point.
+struct SourceArrays {
+  Doubles path;
+  std::vector<double> strength;
+  std::vector<Complex> phasor;
+};
+
+/// The pixels whose neighbours see something else, so that the pixel itself may see both.
+std::vector<std::size_t> edge_pixels(const std::vector<Hit>& hits, std::size_t rows, std::size_t columns);
+
+}  // namespace tofgraph::simulation
