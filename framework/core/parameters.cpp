@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace tofgraph::core {
 namespace {
@@ -75,11 +76,29 @@ bool parse_bool(const std::string& text, std::int64_t& value) {
   return true;
 }
 
+/// A file written as a map, `map: {file: F, dataset: D}`, is the parameters `map: F` and `map_dataset: D`.
+std::deque<Entry> parts_of_files(const tofgraph_descriptor& stage, std::vector<const Entry*>& written) {
+  std::deque<Entry> parts;
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    const Entry& entry = *written[i];
+    const auto parameters = std::span(stage.parameters, stage.parameter_count);
+    const bool file = std::ranges::any_of(
+        parameters, [&](const auto& p) { return p.name == entry.key && p.kind == TOFGRAPH_INPUT_FILE; });
+    if (!file || !entry.value.is_map()) continue;
+    written.erase(written.begin() + static_cast<std::ptrdiff_t>(i--));
+    for (const Entry& part : entry.value.entries)
+      parts.push_back({part.key == "file" ? entry.key : entry.key + "_" + part.key, part.at, part.value});
+  }
+  for (const Entry& part : parts) written.push_back(&part);
+  return parts;
+}
+
 }  // namespace
 
-ParameterValues::ParameterValues(const tofgraph_descriptor& stage, const std::vector<const Entry*>& written,
+ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<const Entry*> written,
                                  const Position& at, Diagnostics& diagnostics)
     : at_(at), values_(stage.parameter_count) {
+  const std::deque<Entry> parts = parts_of_files(stage, written);
   const char* what = std::string_view(stage.kind) == "effect" ? "effect" : "stage";
   std::vector<std::string> names;
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) names.emplace_back(stage.parameters[i].name);

@@ -21,7 +21,7 @@ class ParameterValues {
   /// Every mistake goes to the diagnostics: unknown name, wrong kind, unit or range, missing value.
   /// @param written the node's keys that are not reserved
   /// @param at where the node is, for what is missing
-  ParameterValues(const tofgraph_descriptor& stage, const std::vector<const Entry*>& written, const Position& at,
+  ParameterValues(const tofgraph_descriptor& stage, std::vector<const Entry*> written, const Position& at,
                   Diagnostics& diagnostics);
 
   const tofgraph_value* data() const { return values_.data(); }

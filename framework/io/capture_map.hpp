@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A number for every pixel, from an HDF5 file.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+/// The values of a dataset height x width; remembered by file, time and dataset.
+/// @throws std::runtime_error what is missing or of another size
+std::shared_ptr<const std::vector<double>> read_pixel_map(const std::string& file, const std::string& dataset,
+                                                          std::size_t rows, std::size_t columns);
+
+}  // namespace tofgraph::io

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Light that is not modulated fills the taps.
+#include <tofgraph/effect.hpp>
+
+#include <algorithm>
+
+namespace tofgraph {
+
+/// A, B += rate t_int / 2 where `ambient` is not dark; above `suppression` the common part of a pixel's taps is taken
+/// out of both.
+struct AmbientLight final : Effect {
+  static constexpr EffectInfo info{.touches = "intensity variance null1",
+                                   .confused_with = "pixel_response",
+                                   .experiment = "light on against light off; the intensity over the integration time"};
+  Param<double> rate{this,
+                     "rate",
+                     {.unit = "counts/s",
+                      .fallback = "0 counts/s",
+                      .min = 0,
+                      .max = 1e12,
+                      .text = "of both taps together",
+                      .off = 0,
+                      .typical = 1e5}};
+  Param<std::string> label{this, "label", {.text = "the ambient for which the rate is; default: every one but dark"}};
+  Param<double> suppression{this,
+                            "suppression",
+                            {.unit = "counts",
+                             .fallback = "none",
+                             .min = 0,
+                             .max = 1e9,
+                             .choices = "none",
+                             .text = "the mean of a pixel's taps above which the excess is taken out of both"}};
+
+  void apply(TapsLevel& light) const {
+    const std::string_view ambient = light.condition().ambient;
+    const bool lit = label->empty() ? ambient != "dark" : ambient == *label;
+    if (!lit || *rate == 0) return;
+    const double added = *rate * light.condition().integration_time / 2;
+    for (double& tap : light.all()) tap += added;
+    if (suppression.word() == "none") return;
+    for (std::size_t k = 0; k < 4; ++k) {
+      for (std::size_t i = 0; i < light.points(); ++i) {
+        const double excess = std::max(0.0, (light.a(k, i) + light.b(k, i)) / 2 - *suppression);
+        light.a(k, i) -= excess;
+        light.b(k, i) -= excess;
+      }
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::AmbientLight, "Light that is not modulated")

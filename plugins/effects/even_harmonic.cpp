@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The second harmonic of light and demodulation: four samples see it in N2 alone.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// c_k += a m2 cos(2 Psi + k pi), so that N2 = a m2 cos 2 Psi; no error of the distance.
+struct EvenHarmonic final : Effect {
+  static constexpr EffectInfo info{.touches = "null2", .confused_with = "phase_gain", .experiment = "the raw samples"};
+  Param<double> ratio{
+      this,
+      "ratio",
+      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "m2, of the amplitude", .off = 0, .typical = 0.02}};
+
+  void apply(SamplesLevel& light) const {
+    if (*ratio == 0) return;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double sign = k % 2 == 0 ? *ratio : -*ratio;
+      for (std::size_t i = 0; i < light.points(); ++i) {
+        const std::complex<double> p = light.phasor(k, i);
+        const double amplitude = std::abs(p);
+        if (amplitude > 0) light.extra(k, i) += sign * (p * p).real() / amplitude;
+      }
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::EvenHarmonic, "Second harmonic of light and demodulation")

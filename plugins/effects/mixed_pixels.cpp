@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The image is a little blurred: at the edges of things a pixel sees both.
+#include <tofgraph/effect.hpp>
+
+#include <Eigen/Core>
+
+#include "physics/plane_blur.hpp"
+
+namespace tofgraph {
+
+/// P = G * P, G a Gaussian of this standard deviation; at the image's border over what is there.
+struct MixedPixels final : Effect {
+  static constexpr EffectInfo info{.touches = "distance amplitude intensity variance",
+                                   .confused_with = "stray_light",
+                                   .experiment = "edges alone; the scene shifted by half a pixel"};
+  Param<double> blur{
+      this,
+      "blur",
+      {.unit = "px", .fallback = "0 px", .min = 0, .max = 50, .text = "standard deviation", .off = 0, .typical = 0.7}};
+
+  void apply(PhasorImage& light) const {
+    if (*blur == 0) return;
+    const auto rows = static_cast<Eigen::Index>(light.state.rows),
+               columns = static_cast<Eigen::Index>(light.state.columns);
+    const physics::PlaneBlur gaussian(rows, columns, *blur / light.state.spacing);
+    const physics::Plane<double> seen = gaussian(physics::Plane<double>(physics::Plane<double>::Ones(rows, columns)));
+    for (std::size_t s = 0; s < light.size(); ++s) {
+      const SourceLight source = light[s];
+      if (source.from_inside()) continue;
+      Eigen::Map<physics::Plane<std::complex<double>>> phasor(source.phasor, rows, columns);
+      Eigen::Map<physics::Plane<double>> strength(source.strength, rows, columns);
+      phasor = gaussian(physics::Plane<std::complex<double>>(phasor))
+                   .cwiseQuotient(seen.cast<std::complex<double>>())
+                   .eval();
+      strength = gaussian(physics::Plane<double>(strength)).cwiseQuotient(seen).eval();
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::MixedPixels, "A little blur, which mixes light at edges")

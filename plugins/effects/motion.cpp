@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The board moves between the four phase images.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// Image k sees it k displacements farther away, phase and light alike. Where a velocity is stated the displacement is
+/// that at 100 mm/s, in proportion to it.
+struct Motion final : Effect {
+  static constexpr EffectInfo info{.touches = "distance amplitude null1 null2 variance",
+                                   .confused_with = "phase_step_error",
+                                   .experiment = "a static repeat (velocity: 0 mm/s); a series of velocities"};
+  Param<double> displacement{this,
+                             "displacement",
+                             {.unit = "m",
+                              .fallback = "0 mm",
+                              .min = -0.1,
+                              .max = 0.1,
+                              .text = "from one phase image to the next, away positive",
+                              .off = 0,
+                              .typical = 1e-3}};
+
+  void apply(SamplesLevel& light) const {
+    const double velocity = light.condition().velocity;
+    const double step = std::isnan(velocity) ? *displacement : *displacement * velocity / 0.1;
+    if (step == 0) return;
+    for (std::uint32_t k = 1; k < 4; ++k) light.displace(k, k * step);
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::Motion, "The board moves between the phase images")

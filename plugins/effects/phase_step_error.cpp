@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The four phase steps are not quite quarter turns.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// Image k is taken at k pi/2 + step_k; image 0 is the reference. One step of 10 mrad: 2.98 mm of offset and of a
+/// 2-cycle.
+struct PhaseStepError final : Effect {
+  static constexpr EffectInfo info{.touches = "distance amplitude null1 null2",
+                                   .confused_with = "motion phase_gain fixed_pattern",
+                                   .experiment = "the raw samples; a static repeat; another readout time"};
+  Param<double> step1{this,
+                      "step1",
+                      {.unit = "rad",
+                       .fallback = "0 rad",
+                       .min = -0.5,
+                       .max = 0.5,
+                       .text = "error of image 1",
+                       .off = 0,
+                       .typical = 5e-3}};
+  Param<double> step2{this,
+                      "step2",
+                      {.unit = "rad",
+                       .fallback = "0 rad",
+                       .min = -0.5,
+                       .max = 0.5,
+                       .text = "error of image 2",
+                       .off = 0,
+                       .typical = 5e-3}};
+  Param<double> step3{this,
+                      "step3",
+                      {.unit = "rad",
+                       .fallback = "0 rad",
+                       .min = -0.5,
+                       .max = 0.5,
+                       .text = "error of image 3",
+                       .off = 0,
+                       .typical = 5e-3}};
+
+  void apply(SamplesLevel& light) const {
+    light.step(1) += *step1;
+    light.step(2) += *step2;
+    light.step(3) += *step3;
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::PhaseStepError, "Errors of the phase steps")

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The rail or table below the axis mirrors light of the sources onto the board.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// Each source has an image at y' = 2 h - y (y points down): P += strength a_s e^(j w/c (|P - S'| + D_ref + D_sen)),
+/// and its light counts; nothing where the rail is covered.
+struct RailReflection final : Effect {
+  static constexpr EffectInfo info{.touches = "distance amplitude intensity",
+                                   .confused_with = "board_tilt rail_offset warm_up",
+                                   .experiment = "black cloth on the rail; the rig raised"};
+  Param<double> strength{
+      this,
+      "strength",
+      {.fallback = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
+  Param<double> height{this,
+                       "height",
+                       {.unit = "m",
+                        .fallback = "0.4 m",
+                        .min = 0.01,
+                        .max = 10,
+                        .text = "h, of the axis above the rail",
+                        .typical = 0.4}};
+
+  void apply(PhasorLevel& light) const {
+    if (*strength == 0 || (light.condition().flags & TOFGRAPH_RAIL_COVERED) != 0) return;
+    const double radians_per_path = light.radians_per_metre() / 2;
+    for (std::size_t s = 0; s < light.size(); ++s) {
+      const SourceLight source = light[s];
+      if (source.from_inside()) continue;
+      const double* from = source.source.position;
+      for (std::size_t i = 0; i < light.points(); ++i) {
+        if (source.strength[i] == 0) continue;
+        const double* at = light.state.position + 3 * i;
+        const double mirrored = std::hypot(at[0] - from[0], at[1] - (2 * *height - from[1]), at[2] - from[2]);
+        // what the direct light has, turned by the difference of the paths
+        source.phasor[i] *= 1.0 + std::polar(*strength, radians_per_path * (mirrored - source.source.path[i]));
+        source.strength[i] *= 1 + *strength;
+      }
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::RailReflection, "Light by the mirror image of the sources in the rail")

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The scale of the rail is off.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// Z -> (1 + scale) Z of boards; where the distance was read from another instrument, nothing.
+struct RailScale final : Effect {
+  static constexpr EffectInfo info{.touches = "distance amplitude",
+                                   .confused_with = "modulation_frequency",
+                                   .experiment = "a standard of length that does not depend on the rail"};
+  Param<double> scale{
+      this,
+      "scale",
+      {.fallback = "0", .min = -0.1, .max = 0.1, .text = "of the distances, relative", .off = 0, .typical = 1e-3}};
+
+  void apply(GeometryLevel& light) const {
+    if ((light.condition().flags & TOFGRAPH_LASER) == 0) light.state.scale += *scale;
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::RailScale, "Wrong scale of the rail")

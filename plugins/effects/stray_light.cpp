@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The lens scatters light from everywhere to everywhere.
+#include <tofgraph/effect.hpp>
+
+#include <Eigen/Core>
+
+#include "physics/plane_blur.hpp"
+
+namespace tofgraph {
+
+/// P += fraction [(1 - uniform) G * P + uniform mean(P)], G a Gaussian of this standard deviation with sum 1; dark
+/// outside the image. The light that counts likewise. On a coarse grid the Gaussian is taken at its points.
+struct StrayLight final : Effect {
+  static constexpr EffectInfo info{
+      .touches = "distance amplitude intensity",
+      .confused_with = "lens_distortion multipath crosstalk",
+      .experiment = "half of the scene covered by something bright and near, outside the pixel"};
+  Param<double> fraction{
+      this,
+      "fraction",
+      {.fallback = "0", .min = 0, .max = 1, .text = "of the light that is scattered", .off = 0, .typical = 0.03}};
+  Param<double> width{
+      this,
+      "width",
+      {.unit = "px", .fallback = "35 px", .min = 0.5, .max = 2000, .text = "standard deviation", .typical = 35}};
+  Param<double> uniform{
+      this,
+      "uniform",
+      {.fallback = "0.5", .min = 0, .max = 1, .text = "share that goes everywhere alike", .typical = 0.5}};
+
+  void apply(PhasorImage& light) const {
+    if (*fraction == 0) return;
+    const auto rows = static_cast<Eigen::Index>(light.state.rows),
+               columns = static_cast<Eigen::Index>(light.state.columns);
+    const physics::PlaneBlur blur(rows, columns, *width / light.state.spacing);
+    const auto scattered = [&](auto image) {
+      using Value = typename decltype(image)::Scalar;
+      const Value everywhere = image.sum() / static_cast<double>(image.size());
+      return (*fraction * ((1 - *uniform) * blur(image).array() + *uniform * everywhere)).matrix().eval();
+    };
+    for (std::size_t s = 0; s < light.size(); ++s) {
+      const SourceLight source = light[s];
+      if (source.from_inside()) continue;
+      Eigen::Map<physics::Plane<std::complex<double>>> phasor(source.phasor, rows, columns);
+      Eigen::Map<physics::Plane<double>> strength(source.strength, rows, columns);
+      phasor += scattered(physics::Plane<std::complex<double>>(phasor));
+      strength += scattered(physics::Plane<double>(strength));
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::StrayLight, "Light that the lens scatters")

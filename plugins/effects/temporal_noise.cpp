@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The noise is greater than the profile says.
+#include <tofgraph/effect.hpp>
+
+namespace tofgraph {
+
+/// The standard deviation of a tap *= factor.
+struct TemporalNoise final : Effect {
+  static constexpr EffectInfo info{.touches = "variance",
+                                   .confused_with = "motion",
+                                   .experiment = "the variance over the intensity: slope and intercept"};
+  Param<double> factor{
+      this,
+      "factor",
+      {.fallback = "1", .min = 0, .max = 1000, .text = "of the standard deviation", .off = 1, .typical = 2}};
+
+  void apply(TapsLevel& light) const { light.state.noise_factor *= *factor; }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_EFFECT(tofgraph::TemporalNoise, "More or less noise")
