@@ -114,12 +114,11 @@ class Gallery {
     try {
       const Typical made = typical(descriptor, camera_);
       const ForwardModel model(camera_, physical_, {made.effect});
-      std::vector<std::string> figures = maps(model);
-      for (std::string& figure : series(model)) figures.push_back(std::move(figure));
-      page.figures(figures, fmt::format("{} with {}", descriptor.name,
-                                        made.parameters.empty() ? "its defaults" : made.parameters));
+      page.figures(maps(model));
+      page.figures(series(model), fmt::format("{} with {}", descriptor.name,
+                                              made.parameters.empty() ? "its defaults" : made.parameters));
     } catch (const EffectError& error) {
-      page.paragraph(fmt::format("No pictures: {}", error.what()));
+      page.paragraph(fmt::format("No picture without data of its own: {}", error.what()));
     }
   }
 
@@ -134,7 +133,7 @@ class Gallery {
         if (std::isfinite(map.values.back())) most = std::max(most, std::abs(map.values.back()));
       }
       map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // nothing but rounding is nothing
-      return heat_map(map, 300, 250);
+      return heat_map(map, 228, 190);
     };
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
     return {
@@ -170,9 +169,12 @@ class Gallery {
     c[1].name = "amplitude";
     c[2].name = "N1 / 2I";
     c[3].name = "N2 / a";
-    return {
-        curves({"a board: mean error of the distance", "distance of the board / m", "mm", {c[0]}, false}, 460, 250),
-        curves({"a board: the other channels", "distance of the board / m", "%", {c[1], c[2], c[3]}, false}, 460, 250)};
+    for (Curve& curve : c) {
+      for (double& y : curve.y) y = std::abs(y) < 1e-6 ? 0 : y;  // rounding
+    }
+    const char* distance = "distance of the board / m";
+    return {curves({"a board: mean error of the distance", distance, "mm", {c[0]}, false}, 570, 240),
+            curves({"a board: the other channels", distance, "%", {c[1], c[2], c[3]}, false}, 570, 240)};
   }
 
   const tofgraph_camera& camera_;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* style = R"(
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fafafa; margin: 0; }
-main { max-width: 1180px; margin: 0 auto; padding: 24px; background: #fff; }
+main { max-width: 1190px; margin: 0 auto; padding: 24px; background: #fff; }
 h1 { font-size: 26px; margin: 0 0 12px; } h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid #ddd; }
 .verdict { font-size: 18px; padding: 12px 16px; border-left: 6px solid #777; background: #f2f2f2; }
 .verdict.good { border-color: #2a8c4a; background: #edf7f0; } .verdict.warn { border-color: #d68910; background: #fdf5e6; }

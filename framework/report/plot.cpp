@@ -179,6 +179,8 @@ std::string curves(const Curves& plot, int width, int height) {
   std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
                                    quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
   if (plot.logarithmic_x) script += "set logscale x\n";
+  const auto flat = [](const Curve& c) { return std::ranges::all_of(c.y, [](double y) { return y == 0; }); };
+  if (std::ranges::all_of(plot.curves, flat)) script += "set yrange [-1:1]\n";
   std::string commands;
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     const Curve& curve = plot.curves[i];

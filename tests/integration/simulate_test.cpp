@@ -141,7 +141,14 @@ TEST(Gallery, ShowsEveryEffect) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string page = tests::read_text(folder.path() / "g.html");
   EXPECT_NE(page.find(">wiggling</h2>"), std::string::npos);
-  EXPECT_EQ(page.find("No pictures"), std::string::npos) << "an effect cannot be shown at its typical size";
+  const auto count = [&page](const std::string& text) {
+    std::size_t n = 0;
+    for (std::size_t at = 0; (at = page.find(text, at)) != std::string::npos; at += text.size()) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("No picture"), 2U) << "only fixed_pattern and pixel_response need a map";
+  EXPECT_EQ(count("<h2"), 33U) << "one for each name of the published list";
+  EXPECT_EQ(count("<svg"), 31U * 7);
   EXPECT_EQ(shell("$TOFGRAPH gallery -o g.html", folder.path()).exit_code, 2);
 }
 
