@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/runner.hpp"
 
+#include "core/segments.hpp"
 #include "core/source_exit.hpp"
 
 #include <fmt/format.h>
@@ -21,12 +22,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Consecutive nodes that run as one task. A node that keeps state is alone, behind a sequencer.
-struct Segment {
-  bool ordered = false;
-  std::vector<std::size_t> nodes;
-};
 
 /// In a catch clause: what was thrown, in words.
 std::string what_was_thrown() {
@@ -71,7 +66,6 @@ class Runner::Impl {
   using Sequencer = tbb::flow::sequencer_node<Token*>;
 
   std::size_t in_flight() const { return std::size_t{2} * threads_; }  ///< enough to keep the threads busy
-  std::vector<Segment> segments() const;
   void build(tbb::flow::graph& flow);
   void flow();
   void produce();
@@ -80,6 +74,7 @@ class Runner::Impl {
   void arrived(Token* token);
   void run_step(const Segment& segment, Token& token, bool last);
   void run_segment(const Segment& segment, Token& token);
+  void take_inputs(std::size_t index, Token& token);
   void run_node(std::size_t index, Token& token);
   void fail(std::size_t node, std::uint64_t frame, const std::string& text);
   void finish();
@@ -104,22 +99,9 @@ class Runner::Impl {
   std::uint64_t error_frame_ = 0;
 };
 
-std::vector<Segment> Runner::Impl::segments() const {
-  std::vector<Segment> segments;
-  if (options_.receivers.contains(graph_.nodes().front()->name)) segments.push_back({true, {0}});
-  for (std::size_t i = 1; i < graph_.nodes().size(); ++i) {
-    const Node& node = *graph_.nodes()[i];
-    const bool ordered = !node.stateless() || options_.receivers.contains(node.name);
-    if (segments.empty() || ordered || segments.back().ordered) segments.push_back({ordered, {}});
-    segments.back().nodes.push_back(i);
-  }
-  if (segments.empty()) segments.emplace_back();
-  return segments;
-}
-
 void Runner::Impl::build(tbb::flow::graph& flow) {
   namespace tf = tbb::flow;
-  segments_ = segments();
+  segments_ = segments_of(graph_, [this](const Node& node) { return options_.receivers.contains(node.name); });
   tf::sender<Token*>* previous = nullptr;
   const auto connect = [&](tf::receiver<Token*>& next) {
     if (previous == nullptr)
@@ -256,6 +238,20 @@ void Runner::Impl::run_segment(const Segment& segment, Token& token) {
   }
 }
 
+/// What a node reads, as its own frame.
+void Runner::Impl::take_inputs(std::size_t index, Token& token) {
+  const std::vector<std::size_t>& inputs = graph_.inputs(index);
+  const std::size_t first = inputs.front();
+  tofgraph_frame &frame = token.frames[index], &read = token.frames[first];
+  // The last reader takes the frame over, so that it may be changed in place.
+  if (last_reader_[first] == index)
+    std::swap(frame.channels, read.channels);
+  else
+    frame.channels = read.channels;
+  frame.metadata = read.metadata;
+  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]]);
+}
+
 void Runner::Impl::run_node(std::size_t index, Token& token) {
   Node& node = *graph_.nodes()[index];
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
@@ -266,21 +262,12 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
       receiver->second(frame);
       return;
     }
-    if (!node.many_inputs()) {
-      const std::size_t first = inputs.front();
-      tofgraph_frame& read = token.frames[first];
-      // The last reader takes the frame over, so that it may be changed in place.
-      if (last_reader_[first] == index)
-        std::swap(frame.channels, read.channels);
-      else
-        frame.channels = read.channels;
-      frame.metadata = read.metadata;
-      for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]]);
-    }
     std::vector<tofgraph_frame*> frames = {&frame};
     if (node.many_inputs()) {
       frames.clear();
       for (const std::size_t input : inputs) frames.push_back(&token.frames[input]);
+    } else {
+      take_inputs(index, token);
     }
     const auto start = Clock::now();
     token.absent[index] = !node.process(frames.data(), frames.size());
