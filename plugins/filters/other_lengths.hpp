@@ -35,28 +35,36 @@ class OtherLengths {
   void invalidate(const Frame& frame, const Array<std::uint16_t>& flags) const {
     for (const std::string& name : names_) {
       const Array<const float> lengths(frame.find(name.c_str()));
-      if (flags.size() == 0 || !is_missing(lengths, flags)) continue;
+      const bool same_size = lengths.rows() == flags.rows() && lengths.columns() == flags.columns();
+      if (flags.size() == 0 || !same_size || !is_missing(lengths, flags)) continue;
       const Array<float> changed(frame.modify(name.c_str()));
-      const std::size_t each = changed.size() / flags.size();  // points have three
-      for (std::size_t i = 0; i < flags.size(); ++i) {
-        if ((flags[i] & flag::invalid) != 0)
-          std::fill_n(changed.data() + each * i, each, std::numeric_limits<float>::quiet_NaN());
-      }
+      each_value(changed, flags,
+                 [](float& value, bool invalid) { value = invalid ? std::numeric_limits<float>::quiet_NaN() : value; });
     }
   }
 
  private:
-  /// Whether an invalid pixel still has a length. Without branches, so that it is vectorised.
-  static bool is_missing(const Array<const float>& lengths, const Array<std::uint16_t>& flags) {
-    const std::size_t each = lengths.size() / flags.size();
-    int found = 0;
+  /// Calls call(value, whether its pixel is invalid). Without branches, so that it is vectorised.
+  template <class T, class Call>
+  static void each_value(const Array<T>& lengths, const Array<std::uint16_t>& flags, Call&& call) {
+    T* value = lengths.data();
+    const std::uint16_t* bits = flags.data();
+    const std::size_t pixels = flags.size(), each = lengths.size() / pixels;  // points have three
     if (each == 1) {
-      for (std::size_t i = 0; i < flags.size(); ++i)
-        found |= (flags[i] & flag::invalid) & static_cast<int>(lengths[i] == lengths[i]);
-    } else {
-      for (std::size_t i = 0; i < lengths.size(); ++i)
-        found |= (flags[i / each] & flag::invalid) & static_cast<int>(lengths[i] == lengths[i]);
+      for (std::size_t i = 0; i < pixels; ++i) call(value[i], (bits[i] & flag::invalid) != 0);
+      return;
     }
+    for (std::size_t i = 0; i < pixels; ++i) {
+      for (std::size_t k = 0; k < each; ++k) call(value[each * i + k], (bits[i] & flag::invalid) != 0);
+    }
+  }
+
+  /// Whether an invalid pixel still has a length.
+  static bool is_missing(const Array<const float>& lengths, const Array<std::uint16_t>& flags) {
+    int found = 0;
+    each_value(lengths, flags, [&found](const float& value, bool invalid) {
+      found |= static_cast<int>(invalid) & static_cast<int>(value == value);
+    });
     return found != 0;
   }
 
