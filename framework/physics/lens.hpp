@@ -40,6 +40,11 @@ class Lens {
             p.y * radial + p1_ * (s + 2 * p.y * p.y) + 2 * p2_ * p.x * p.y};
   }
 
+  /// Whether a point is in the domain in which the model can be inverted.
+  bool invertible_at(ImagePoint p) const {
+    return std::hypot(p.x, p.y) < radius_limit_ && jacobian(p).determinant() > 0;
+  }
+
   /// The inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be
   /// inverted (the radius below the first turning point of the radial part, positive Jacobian).
   /// @returns nothing when the point lies outside the image of that domain, or no solution within 1e-12 was found.
@@ -86,7 +91,7 @@ class Lens {
     for (double part = 1; part > 1e-6; part /= 2) {
       const ImagePoint next{p.x + part * step.x, p.y + part * step.y};
       const double next_left = residual(next, distorted);
-      if (std::hypot(next.x, next.y) < radius_limit_ && jacobian(next).determinant() > 0 && next_left < left) {
+      if (invertible_at(next) && next_left < left) {
         p = next;
         left = next_left;
         return true;

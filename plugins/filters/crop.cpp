@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "plugins/filters/other_lengths.hpp"
+
 namespace tofgraph {
 
 /// Cuts the images, and the camera with them, to a region of columns and rows; marks pixels outside a range of lengths
@@ -40,8 +42,8 @@ struct Crop final : Filter {
     if (minimum_amplitude.given() && setup.find("amplitude") == nullptr)
       throw ConfigError("minimum_amplitude", "what arrives has no amplitude");
     if (marks()) flags.provide(setup);
+    lengths_.prepare(setup, {});
     for (const tofgraph_channel& c : setup.channels()) {
-      if (is_length(c)) lengths_.emplace_back(c.name);
       if (std::string_view(c.name) != "rays") announce(setup, c);
     }
     if (flags.made_here()) {
@@ -75,7 +77,6 @@ struct Crop final : Filter {
 
   bool cuts() const { return columns_.count != width_ || rows_.count != height_; }
   bool marks() const { return minimum.given() || maximum.given() || minimum_amplitude.given(); }
-  static bool is_length(const tofgraph_channel& c) { return c.type == TOFGRAPH_F32 && std::string_view(c.unit) == "m"; }
 
   void find_size(const Setup& setup) {
     for (const tofgraph_channel& c : setup.channels()) {
@@ -188,23 +189,14 @@ struct Crop final : Filter {
     for (std::size_t i = 0; i < bits.size(); ++i) {
       bits[i] = static_cast<std::uint16_t>(bits[i] | (marked[i] != 0 ? flag::invalid : 0));
     }
-    for (const std::string& name : lengths_) {
-      const Array<float> values(frame.modify(name.c_str()));
-      float* value = values.data();
-      const std::size_t each = values.size() / bits.size();  // points have three
-      if (each == 1) {
-        for (std::size_t i = 0; i < bits.size(); ++i) value[i] += marked[i];
-      } else {
-        for (std::size_t i = 0; i < values.size(); ++i) value[i] += marked[i / each];
-      }
-    }
+    lengths_.invalidate(frame, bits);
   }
 
   static constexpr float nan = std::numeric_limits<float>::quiet_NaN(), most = std::numeric_limits<float>::infinity();
   std::size_t width_ = 0, height_ = 0;
   Bounds columns_{}, rows_{};
   std::string length_;
-  std::vector<std::string> lengths_;
+  OtherLengths lengths_;
   std::deque<std::string> names_, units_;
   std::vector<Cut> cuts_;
 };

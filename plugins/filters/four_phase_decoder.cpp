@@ -9,6 +9,7 @@
 
 #include "physics/four_phase.hpp"
 #include "physics/vector_phase.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
@@ -216,6 +217,7 @@ struct FourPhaseDecoder final : Filter {
                                ", expected float32, int16 or int32");
     }
     flags.provide(setup);
+    lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
     set_constants(setup.stream().camera);
     if (settings_.read_variance > 0 || settings_.shot_noise > 0) sigma.provide(setup);
@@ -230,6 +232,7 @@ struct FourPhaseDecoder final : Filter {
     DecoderSettings settings = settings_;
     settings.metres_per_radian = static_cast<float>(physics::metres_per_radian(frequency));
     settings.range = static_cast<float>(physics::unambiguous_range(frequency));
+    const Array<std::uint16_t> bits = flags(frame, rows, columns);
     HWY_DYNAMIC_DISPATCH(Decode)
     (settings, {.samples = samples.data,
                 .type = samples.type,
@@ -238,7 +241,8 @@ struct FourPhaseDecoder final : Filter {
                 .amplitude = amplitude(frame, rows, columns).data(),
                 .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
                 .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
-                .flags = flags(frame, rows, columns).data()});
+                .flags = bits.data()});
+    lengths_.invalidate(frame, bits);
   }
 
  private:
@@ -268,6 +272,7 @@ struct FourPhaseDecoder final : Filter {
   }
 
   DecoderSettings settings_{};
+  OtherLengths lengths_;
 };
 
 }  // namespace tofgraph

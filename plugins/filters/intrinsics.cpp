@@ -1,20 +1,33 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Replaces the lens of the camera, and with it the rays. Images are not touched.
+// Replaces the lens of the camera, and with it the rays. Images are not touched unless they are rectified.
 #include <tofgraph/stage.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <vector>
 
+#include "core/calibration.hpp"
 #include "physics/lens.hpp"
+#include "plugins/filters/other_lengths.hpp"
+#include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {
 
-/// What is not given stays as the camera has it. Where the pixel pitch is known, new focal lengths in pixels also give
-/// the focal length in metres: the mean of fx times the pitch in x and fy times the pitch in y.
+/// What is not given stays as the camera has it; what is written at the node wins over the calibration file. Where the
+/// pixel pitch is known, new focal lengths in pixels also give the focal length in metres: the mean of fx times the
+/// pitch in x and fy times the pitch in y.
+///
+/// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinear. Of a pixel whose
+/// four sources are not all valid, and of one that sees nothing of the image, the lengths become invalid; sigma is that
+/// of the mix, and flags are joined. Lengths are mixed over edges too: rectify raw samples where that matters.
 struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, made anew"}};
+  InOut<void> every{this, "*", {.text = "images are resampled where rectify says so"}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or joined, where images are rectified", .optional = true}};
+  Param<InputFile> calibration{this, "calibration", {.text = "a calibration file of the kind intrinsics"}};
   Param<double> fx{this, "fx", {.unit = "px", .min = 1e-3, .text = "focal length in x"}};
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
   Param<double> cx{this, "cx", {.unit = "px", .text = "principal point in x, a pixel's centre at integers from 0"}};
@@ -24,12 +37,20 @@ struct Intrinsics final : Filter {
   Param<double> p1{this, "p1", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> p2{this, "p2", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> k3{this, "k3", {.text = "radial distortion, OpenCV's model"}};
+  Param<bool> rectify{
+      this, "rectify", {.fallback = "false", .text = "resamples the images: the camera that leaves has no distortion"}};
 
   void prepare(Setup& setup) {
     tofgraph_camera camera = setup.camera();
-    if (!change(camera))
+    const bool calibrated = !calibration->empty();
+    if (calibrated) use_calibration(setup, camera);
+    if (!change(camera) && !calibrated && !*rectify) {
       throw ConfigError("fx",
-                        "nothing is replaced: give at least one of fx fy cx cy k1 k2 p1 p2 k3, e.g. fx: 316.75 px");
+                        "nothing is replaced: give a calibration file, rectify: true, or at least one of fx fy cx cy "
+                        "k1 k2 p1 p2 k3, e.g. fx: 316.75 px");
+    }
+    update_focal_length(setup, camera);
+    if (*rectify) use_rectification(setup, camera);
     std::vector<float> table(std::size_t{camera.width} * camera.height * 3);
     physics::pixel_rays(camera, table.data());
     camera.rays = table.data();
@@ -37,25 +58,132 @@ struct Intrinsics final : Filter {
     setup.set_camera(camera);
   }
 
-  void process(Frame&) const {}  // the frames carry the new camera's rays
+  void process(Frame& frame) const {  // the frames carry the new camera's rays
+    if (!*rectify) return;
+    const std::size_t rows = rectification_.rows(), columns = rectification_.columns();
+    const Array<std::uint16_t> bits = flags(frame, rows, columns);
+    thread_local std::vector<std::uint16_t> before;
+    before.assign(bits.begin(), bits.end());
+    rectification_.flags(before.data(), bits.data());
+    for (const std::string& name : images_) resample(frame, name, bits);
+    lengths_.invalidate(frame, bits);
+  }
 
  private:
+  void use_calibration(const Setup& setup, tofgraph_camera& camera) const {
+    try {
+      core::CalibrationReader file(std::string(*calibration), "intrinsics", camera.name);
+      const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
+        std::ranges::copy(file.need(key, unit, to.size(), example).value, to.begin());
+      };
+      set("focal_length", "px", "{value: [318.2 px, 318.4 px], sd: [0.3 px, 0.3 px]}", camera.focal_px);
+      set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
+      set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
+      file.finish();
+    } catch (const core::ConfigurationError& error) {
+      throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
+    }
+    for (const double focal : camera.focal_px) {
+      if (!(focal > 0)) throw ConfigError("calibration", "'focal_length' must be positive, e.g. [318.2 px, 318.4 px]");
+    }
+    setup.uses_file(*calibration);
+  }
+
   /// @returns whether anything was given
   bool change(tofgraph_camera& camera) const {
     bool changed = false;
     const auto set = [&changed](const Param<double>& given, double& value) {
       if (given.given()) value = *given;
       changed = changed || given.given();
-      return given.given();
     };
-    const bool new_x = set(fx, camera.focal_px[0]), new_y = set(fy, camera.focal_px[1]);
-    const double metres = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
-    if ((new_x || new_y) && std::isfinite(metres)) camera.focal_length = metres;
+    set(fx, camera.focal_px[0]);
+    set(fy, camera.focal_px[1]);
     set(cx, camera.principal_point[0]);
     set(cy, camera.principal_point[1]);
     const Param<double>* const distortion[] = {&k1, &k2, &p1, &p2, &k3};
     for (std::size_t i = 0; i < 5; ++i) set(*distortion[i], camera.distortion[i]);
     return changed;
+  }
+
+  static void update_focal_length(const Setup& setup, tofgraph_camera& camera) {
+    const double metres = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
+    if (!std::ranges::equal(camera.focal_px, setup.camera().focal_px) && std::isfinite(metres))
+      camera.focal_length = metres;
+  }
+
+  /// Makes the map, says which images go through it, and takes the distortion away.
+  void use_rectification(const Setup& setup, tofgraph_camera& camera) {
+    if (setup.find("points") != nullptr)
+      throw ConfigError("rectify", "comes too late: there are points already; put the node before point_cloud");
+    rectification_ = Rectification(camera);
+    const std::size_t inside = rectification_.inside(), pixels = rectification_.pixels();
+    if (inside == 0)
+      throw ConfigError("rectify", "no pixel of the rectified image lies within the image: check the lens");
+    if (inside < pixels) {
+      warn(std::to_string(pixels - inside) + " of " + std::to_string(pixels) +
+           " pixels of the rectified image see nothing of the image and become invalid");
+    }
+    flags.provide(setup);
+    lengths_.prepare(setup, {});
+    for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
+    std::ranges::fill(camera.distortion, 0.0);
+  }
+
+  void announce(const Setup& setup, const tofgraph_channel& channel) {
+    const std::string_view name = channel.name;
+    const std::uint32_t rank = channel.rank;
+    if (name == "rays") return;
+    if (rank < 2 || channel.extent[rank - 2] != rectification_.rows() ||
+        channel.extent[rank - 1] != rectification_.columns()) {
+      throw ConfigError("rectify", "'" + std::string(name) + "' is no image of the camera's size");
+    }
+    const bool counts = std::string_view(channel.unit) == "counts" &&
+                        (channel.type == TOFGRAPH_U16 || channel.type == TOFGRAPH_I16 || channel.type == TOFGRAPH_I32);
+    if (name != "flags" && channel.type != TOFGRAPH_F32 && !counts) {
+      throw ConfigError("rectify", "'" + std::string(name) + "' is " + element_name(channel.type) +
+                                       ": only float32 and whole counts can be resampled");
+    }
+    if (name != "flags") images_.emplace_back(name);
+    tofgraph_channel made = channel;
+    const std::string applied = std::string(channel.applied) + (*channel.applied != 0 ? " " : "") + "rectified";
+    made.applied = applied.c_str();
+    setup.provide(made);
+  }
+
+  void resample(const Frame& frame, const std::string& name, const Array<std::uint16_t>& bits) const {
+    const tofgraph_view image = frame.modify(name.c_str());
+    switch (image.type) {
+      case TOFGRAPH_U16:
+        return each_slice<std::uint16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+      case TOFGRAPH_I16:
+        return each_slice<std::int16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+      case TOFGRAPH_I32:
+        return each_slice<std::int32_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+      default:
+        break;
+    }
+    const bool length = std::string_view(image.unit) == "m";
+    each_slice<float>(image, [&](const float* in, float* out) {
+      if (name == "sigma")
+        rectification_.deviations(in, out);
+      else if (length)
+        rectification_.lengths(in, out);
+      else
+        rectification_.values(in, out);
+    });
+    if (length && name != "true_depth")
+      Rectification::mark(static_cast<const float*>(image.data), bits.data(), bits.size());
+  }
+
+  /// Calls mix(in, out) for each image of a stack, `in` being a copy.
+  template <class T, class Mix> void each_slice(const tofgraph_view& view, Mix&& mix) const {
+    const Array<T> images(view);
+    thread_local std::vector<T> before;
+    const std::size_t pixels = rectification_.pixels();
+    for (std::size_t at = 0; at < images.size(); at += pixels) {
+      before.assign(images.begin() + at, images.begin() + at + pixels);
+      mix(before.data(), images.data() + at);
+    }
   }
 
   void report_outside(const std::vector<float>& table) const {
@@ -67,8 +195,12 @@ struct Intrinsics final : Filter {
            " pixels lie outside the lens model and become invalid");
     }
   }
+
+  Rectification rectification_;
+  OtherLengths lengths_;
+  std::vector<std::string> images_;
 };
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Intrinsics, "Replaces the camera's lens and with it each pixel's ray")
+TOFGRAPH_STAGE(tofgraph::Intrinsics, "Replaces the camera's lens and with it each pixel's ray; rectifies images")

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "physics/non_linearity.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -37,6 +38,7 @@ struct LinearModel : Filter {
                                "', expected that of 'distance'");
     }
     flags.provide(setup);
+    lengths.prepare(setup, {"sigma"});
     rows = setup.camera().height;
     columns = setup.camera().width;
     for (std::size_t i = 0; i < rows * columns; ++i) rays.push_back(physics::unit_ray(setup.camera().rays + 3 * i));
@@ -74,6 +76,7 @@ struct LinearModel : Filter {
       z[i] = good ? value : nan;
       flag_bits[i] = static_cast<std::uint16_t>(flag_bits[i] | (good ? 0 : flag::invalid));
     }
+    lengths.invalidate(frame, bits);
     if (!deviation) return;
     for (std::size_t i = 0; i < measured.size(); ++i) deviation[i] = z[i] == z[i] ? deviation[i] * slope[i] : nan;
   }
@@ -81,6 +84,7 @@ struct LinearModel : Filter {
   physics::Geometry geometry;
   std::size_t rows = 0, columns = 0;
   std::vector<physics::Vector3> rays;
+  OtherLengths lengths;
 };
 
 }  // namespace tofgraph

@@ -16,6 +16,7 @@
 
 #include "physics/bistatic_tables.hpp"
 #include "physics/non_linearity.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
@@ -223,6 +224,7 @@ struct OptimizedBistatic final : Filter {
                                "', expected that of 'distance'");
     }
     flags.provide(setup);
+    lengths_.prepare(setup, {"sigma"});
     columns_ = camera.width;
     rows_ = camera.height;
     for (std::size_t i = 0; i < rows_ * columns_; ++i) rays_.push_back(physics::unit_ray(camera.rays + 3 * i));
@@ -239,16 +241,18 @@ struct OptimizedBistatic final : Filter {
                                std::to_string(measured.columns()) + ", the camera has " + std::to_string(rows_) +
                                " x " + std::to_string(columns_));
     }
+    const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
     const BistaticImages images{.distance = measured.data(),
                                 .depth = depth(frame, rows_, columns_).data(),
                                 .sigma = sigma(frame).data(),
-                                .flags = flags(frame, rows_, columns_).data(),
+                                .flags = bits.data(),
                                 .pixels = measured.size()};
     if (*solver == "bisection")
       bisect(images);
     else
       HWY_DYNAMIC_DISPATCH(Solve)(tables_->camera(), tables_->sources(), images);
     for (const std::size_t i : outside_) images.flags[i] |= flag::outside_lens;
+    lengths_.invalidate(frame, bits);
   }
 
  private:
@@ -267,6 +271,7 @@ struct OptimizedBistatic final : Filter {
   physics::Geometry geometry_;
   std::size_t rows_ = 0, columns_ = 0;
   std::vector<physics::Vector3> rays_;
+  OtherLengths lengths_;
   std::vector<std::size_t> outside_;  // pixels outside the lens model
   std::optional<physics::BistaticTables> tables_;
 };

@@ -13,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "plugins/filters/other_lengths.hpp"
+
 #ifndef TOFGRAPH_POINT_CLOUD_ONCE
 #define TOFGRAPH_POINT_CLOUD_ONCE
 namespace tofgraph {
@@ -121,6 +123,7 @@ struct PointCloud final : Filter {
                                "', the points come from '" + length.channel() + "'");
     }
     flags.provide(setup);
+    lengths_.prepare(setup, {"sigma"});
     rows_ = camera.height;
     columns_ = camera.width;
     make_directions(camera, source == "depth");
@@ -142,6 +145,7 @@ struct PointCloud final : Filter {
       .flags = bits.data(),
       .pixels = image.size()});
     for (const std::size_t i : outside_) bits[i] |= flag::invalid | flag::outside_lens;
+    lengths_.invalidate(frame, bits);
     if (!sigma.present()) return;
     const Array<float> deviation = sigma(frame);
     for (std::size_t i = 0; i < deviation.size(); ++i) {
@@ -162,6 +166,7 @@ struct PointCloud final : Filter {
     }
   }
 
+  OtherLengths lengths_;
   std::size_t rows_ = 0, columns_ = 0;
   float offset_ = 0;
   std::vector<float> directions_, per_length_;

@@ -6,9 +6,9 @@
 #include <pcl/point_types.h>
 
 #include <cmath>
-#include <limits>
-#include <string>
 #include <vector>
+
+#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -27,11 +27,7 @@ struct StatisticalOutlierRemoval final : Filter {
 
   void prepare(Setup& setup) {
     flags.provide(setup);
-    const tofgraph_channel& cloud = *setup.find("points");
-    for (const tofgraph_channel& c : setup.channels()) {
-      const bool belongs = c.rank >= 2 && c.extent[0] == cloud.extent[0] && c.extent[1] == cloud.extent[1];
-      if (belongs && c.type == TOFGRAPH_F32 && std::string_view(c.unit) == "m") lengths_.emplace_back(c.name);
-    }
+    lengths_.prepare(setup, {});
   }
 
   void process(Frame& frame) const {
@@ -54,18 +50,11 @@ struct StatisticalOutlierRemoval final : Filter {
     filter.filter(kept);
     for (const pcl::index_t removed : *filter.getRemovedIndices())
       bits[pixels[static_cast<std::size_t>(removed)]] |= flag::invalid | flag::user;
-    for (const std::string& name : lengths_) {
-      const Array<float> values(frame.modify(name.c_str()));
-      const std::size_t each = values.size() / bits.size();
-      for (const pcl::index_t removed : *filter.getRemovedIndices()) {
-        std::fill_n(values.begin() + pixels[static_cast<std::size_t>(removed)] * each, each,
-                    std::numeric_limits<float>::quiet_NaN());
-      }
-    }
+    lengths_.invalidate(frame, bits);
   }
 
  private:
-  std::vector<std::string> lengths_;
+  OtherLengths lengths_;
 };
 
 }  // namespace tofgraph

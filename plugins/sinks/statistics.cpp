@@ -58,12 +58,14 @@ Summary summary_of(const std::vector<double>& values) {
 }
 
 /// Sum of the squared distances of points to the plane that makes it least: the smallest eigenvalue of their scatter.
+/// @returns NaN when fewer than four points leave nothing over, or when one of them is no point
 double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
-  if (points.size() <= 3) return 0;
+  if (points.size() <= 3) return unknown;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const auto& point : points) centre += point / static_cast<double>(points.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const auto& point : points) scatter += (point - centre) * (point - centre).transpose();
+  if (!scatter.allFinite()) return unknown;
   return std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[0]);
 }
 

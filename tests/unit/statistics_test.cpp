@@ -63,6 +63,29 @@ TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
   }
 }
 
+TEST_F(StatisticsStage, ThereIsNoRmsAgainstAPlaneThatCannotBeFitted) {
+  const test::Camera camera = test::camcube2();
+  std::vector<float> depth(204 * 204, none);
+  for (const std::size_t i : {100, 5000, 30000}) depth[i] = 1 + 1e-5F * static_cast<float>(i);
+  const json three = of("depth", {204, 204}, {depth}, "", &camera.view);
+  EXPECT_EQ(three["count"], 3);
+  EXPECT_EQ(three["rms_against"], "plane");
+  EXPECT_TRUE(three["rms"].is_null()) << "any three points lie in a plane: " << three["rms"];
+  EXPECT_TRUE(three["frames"][0]["rms"].is_null());
+  depth[20000] = 3;
+  EXPECT_GT(of("depth", {204, 204}, {depth}, "", &camera.view)["rms"], 0.01);
+}
+
+TEST_F(StatisticsStage, ThereIsNoRmsWithALengthOutsideTheLensModel) {
+  test::Camera camera = test::camcube2();
+  camera.view.distortion[0] = -3;  // folds at r = 1/3; the corners, at 0.449, have no ray
+  const std::vector<float> depth(204 * 204, 2.0F);
+  const json s = of("depth", {204, 204}, {depth}, "", &camera.view);
+  EXPECT_EQ(s["count"], 204 * 204);
+  EXPECT_TRUE(s["rms"].is_null()) << s["rms"];
+  EXPECT_NEAR(s["mean"], 2, 1e-9);
+}
+
 TEST_F(StatisticsStage, OneToTenIsKnown) {
   std::vector<float> values;
   for (int i = 1; i <= 10; ++i) values.push_back(static_cast<float>(i));

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Images resampled to an ideal pinhole: where each pixel comes from, and how each kind of channel is mixed.
+#pragma once
+
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "physics/lens.hpp"
+
+namespace tofgraph {
+
+/// For each pixel (u, v) of a pinhole with the camera's focal length and principal point: the place in the camera's
+/// image that sees the same ray, and the four pixels around it with their bilinear weights. Channels are mixed by what
+/// they are: lengths are NaN when any of the four is, other images leave those out that are no numbers, flags are
+/// joined.
+class Rectification {
+ public:
+  Rectification() = default;
+  explicit Rectification(const tofgraph_camera& camera)
+      : rows_(camera.height), columns_(camera.width), sources_(std::size_t{camera.width} * camera.height) {
+    const physics::Lens lens(camera.distortion);
+    for (std::size_t v = 0; v < rows_; ++v) {
+      for (std::size_t u = 0; u < columns_; ++u) sources_[v * columns_ + u] = source_of(camera, lens, u, v);
+    }
+  }
+
+  std::size_t rows() const { return rows_; }
+  std::size_t columns() const { return columns_; }
+  std::size_t pixels() const { return sources_.size(); }
+  /// How many pixels have a source.
+  std::size_t inside() const {
+    return static_cast<std::size_t>(std::ranges::count_if(sources_, [](const Source& s) { return s.bits == 0; }));
+  }
+
+  void lengths(const float* in, float* out) const {
+    each(out, nan, [in](const Source& s) {
+      const float* p = in + s.first;
+      return s.weight[0] * p[0] + s.weight[1] * p[s.right] + s.weight[2] * p[s.below] +
+             s.weight[3] * p[s.below + s.right];
+    });
+  }
+
+  /// Standard deviation of the mix of four independent values: the root of sum of weight^2 variance.
+  void deviations(const float* in, float* out) const {
+    each(out, nan, [in](const Source& s) {
+      const float* p = in + s.first;
+      const auto part = [](float weight, float sd) { return weight * weight * sd * sd; };
+      return std::sqrt(part(s.weight[0], p[0]) + part(s.weight[1], p[s.right]) + part(s.weight[2], p[s.below]) +
+                       part(s.weight[3], p[s.below + s.right]));
+    });
+  }
+
+  /// What is no length: over those of the four pixels that are numbers.
+  void values(const float* in, float* out) const {
+    each(out, nan, [in](const Source& s) {
+      float sum = 0, weights = 0;
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const float value = in[s.pixel(k)];
+        const bool number = value == value;
+        sum += number ? s.weight[k] * value : 0;
+        weights += number ? s.weight[k] : 0;
+      }
+      return weights > 0 ? sum / weights : nan;
+    });
+  }
+
+  /// Whole counts, rounded; 0 where nothing was seen: the flags say so.
+  template <class T> void counts(const T* in, T* out) const {
+    each(out, T{0}, [in](const Source& s) {
+      double sum = 0.5;
+      for (std::uint32_t k = 0; k < 4; ++k) sum += static_cast<double>(s.weight[k]) * in[s.pixel(k)];
+      return static_cast<T>(std::floor(sum));
+    });
+  }
+
+  /// Those of all four pixels, and why there is no source.
+  void flags(const std::uint16_t* in, std::uint16_t* out) const {
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      const Source& s = sources_[i];
+      const std::uint16_t* p = in + s.first;
+      const int joined = s.bits != 0 ? 0 : p[0] | p[s.right] | p[s.below] | p[s.below + s.right];
+      out[i] = static_cast<std::uint16_t>(joined | static_cast<int>(s.bits));
+    }
+  }
+
+  /// Flags a pixel as invalid where its length has become NaN.
+  static void mark(const float* length, std::uint16_t* out, std::size_t pixels) {
+    for (std::size_t i = 0; i < pixels; ++i)
+      out[i] = static_cast<std::uint16_t>(out[i] | (length[i] == length[i] ? 0 : flag::invalid));
+  }
+
+ private:
+  static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+  /// The four pixels around a place. A neighbour of no weight is the pixel itself, so that its value cannot matter.
+  struct Source {
+    std::uint32_t first = 0, right = 0, below = 0;  // pixel; steps to its neighbours
+    std::uint16_t bits = 0;                         // flags of a pixel that has no source
+    float weight[4] = {};
+    std::size_t pixel(std::uint32_t k) const { return first + (k & 1U) * right + (k >> 1U) * below; }
+  };
+
+  template <class T, class Mix> void each(T* out, T nothing, Mix&& mix) const {
+    for (std::size_t i = 0; i < sources_.size(); ++i) out[i] = sources_[i].bits == 0 ? mix(sources_[i]) : nothing;
+  }
+
+  Source source_of(const tofgraph_camera& camera, const physics::Lens& lens, std::size_t u, std::size_t v) const {
+    const double(&f)[2] = camera.focal_px;
+    const double(&c)[2] = camera.principal_point;
+    const physics::ImagePoint ideal{(static_cast<double>(u) - c[0]) / f[0], (static_cast<double>(v) - c[1]) / f[1]};
+    Source source;
+    if (!lens.invertible_at(ideal)) {
+      source.bits = flag::invalid | flag::outside_lens;
+      return source;
+    }
+    // Steps of a millionth of a pixel: rounding must not give a neighbour a share.
+    const auto snapped = [](double x) { return std::round(x * 1e6) / 1e6; };
+    const physics::ImagePoint seen = lens.distort(ideal);
+    const double x = snapped(seen.x * f[0] + c[0]), y = snapped(seen.y * f[1] + c[1]);
+    if (!(x >= 0 && y >= 0 && x <= static_cast<double>(columns_ - 1) && y <= static_cast<double>(rows_ - 1))) {
+      source.bits = flag::invalid;
+      return source;
+    }
+    const auto column = static_cast<std::size_t>(x), row = static_cast<std::size_t>(y);
+    const double a = x - static_cast<double>(column), b = y - static_cast<double>(row);
+    source.first = static_cast<std::uint32_t>(row * columns_ + column);
+    source.right = a > 0 ? 1U : 0U;
+    source.below = b > 0 ? static_cast<std::uint32_t>(columns_) : 0U;
+    const double weights[] = {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b};
+    std::ranges::transform(weights, source.weight, [](double weight) { return static_cast<float>(weight); });
+    return source;
+  }
+
+  std::size_t rows_ = 0, columns_ = 0;
+  std::vector<Source> sources_;
+};
+
+}  // namespace tofgraph
