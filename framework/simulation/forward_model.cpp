@@ -25,10 +25,50 @@ ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::ve
   first_readout_ = static_cast<std::size_t>(readout - effects_.begin());
 }
 
+namespace {
+
+/// Some rows of an image.
+Pixels strip_of(const Pixels& pixels, std::size_t first, std::size_t last) {
+  const auto part = [&](const auto& all, std::size_t each) {
+    const auto at = [&](std::size_t row) {
+      return all.begin() + static_cast<std::ptrdiff_t>(row * pixels.columns * each);
+    };
+    return std::decay_t<decltype(all)>(at(first), at(last));
+  };
+  return {last - first, pixels.columns, pixels.spacing, part(pixels.at, 2), part(pixels.rays, 1)};
+}
+
+}  // namespace
+
 Expectation ForwardModel::expect(const Tracer& tracer, const Shot& shot, const Pixels& pixels) const {
-  Evaluation evaluation(*this, tracer, shot, pixels, {});
-  evaluation.shine();
-  return evaluation.develop();
+  const auto evaluate = [&](const Pixels& some) {
+    Evaluation evaluation(*this, tracer, shot, some, {});
+    evaluation.shine();
+    return evaluation.develop();
+  };
+  // A strip stays in the processor's cache; effects that look at neighbours need the whole image.
+  constexpr std::size_t rows = 10;
+  const bool whole = std::ranges::any_of(effects_, [](const EffectPtr& e) { return e->looks_at_neighbours(); });
+  if (whole || pixels.rows <= 2 * rows) return evaluate(pixels);
+  Expectation result;
+  const std::size_t n = pixels.size();
+  result.taps.resize(8 * n);
+  result.hits.resize(n);
+  for (std::size_t first = 0; first < pixels.rows; first += rows) {
+    const std::size_t last = std::min(first + rows, pixels.rows);
+    // With the rows above and below, which tell where edges are.
+    const std::size_t above = first > 0 ? 1 : 0, below = last < pixels.rows ? 1 : 0;
+    const Pixels strip = strip_of(pixels, first - above, last + below);
+    const Expectation part = evaluate(strip);
+    const std::size_t count = (last - first) * pixels.columns, from = above * pixels.columns;
+    for (std::size_t plane = 0; plane < 8; ++plane)
+      std::copy_n(part.taps.begin() + static_cast<std::ptrdiff_t>(plane * strip.size() + from), count,
+                  result.taps.begin() + static_cast<std::ptrdiff_t>(plane * n + first * pixels.columns));
+    std::copy_n(part.hits.begin() + static_cast<std::ptrdiff_t>(from), count,
+                result.hits.begin() + static_cast<std::ptrdiff_t>(first * pixels.columns));
+    result.noise_factor = part.noise_factor;
+  }
+  return result;
 }
 
 void ForwardModel::read_out(const Shot& shot, const Pixels& pixels, std::span<double> taps) const {
