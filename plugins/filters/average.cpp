@@ -9,6 +9,7 @@
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -26,6 +27,9 @@ struct PixelSums {
   double *sum, *squares, *amplitude;
   std::int32_t *valid, *lit;  // numbers in the sums of lengths and of amplitudes
 };
+
+/// Pixels that are done together, so that their sums stay in the cache.
+constexpr std::size_t average_block = 2048;
 
 /// What is given for each pixel.
 struct PixelMeans {
@@ -59,30 +63,36 @@ void Add(const PixelSums& sums, const float* lengths, const float* amplitudes, i
   }
   if (amplitudes == nullptr) return;
   for (std::size_t i = first; i < last; ++i) {
-    const double value = amplitudes[i];
     const bool finite = std::abs(amplitudes[i]) <= most;
-    amplitude[i] += factor * (finite ? value : 0.0);
+    const std::uint32_t mask = finite ? ~0U : 0U;  // a choice of floats would be a jump
+    amplitude[i] +=
+        factor * static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(amplitudes[i]) & mask));
     lit[i] += finite ? sign : 0;
   }
 }
 
-/// Mean, and sd (n - 1) / sqrt(n) of it.
+/// Mean, and sd (n - 1) / sqrt(n) of it, of at most a block.
 void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std::size_t last) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   float* __restrict values = means.values, * __restrict deviations = means.deviations;
   std::uint16_t* __restrict flags = means.flags;
-  const float unknown = means.keep_single ? 0.0F : nan;
   const std::int32_t* __restrict valid = sums.valid;
-  for (std::size_t i = first; i < last; ++i) {  // choices among integers and what is computed already are no jumps
+  const float* __restrict reference = sums.reference;
+  const double* __restrict sum = sums.sum, * __restrict squares = sums.squares;
+  float spread[average_block], mean[average_block];  // whole first, chosen from afterwards: no jumps in either loop
+  for (std::size_t i = first; i < last; ++i) {
     const std::int32_t n = valid[i], some = n > 1 ? n : 1, free = n > 2 ? n - 1 : 1;
-    const double inverse = 1.0 / some, sum = sums.sum[i];
-    const double left = sums.squares[i] - sum * sum * inverse;
-    const double variance = (left + std::abs(left)) / 2 * inverse / free;  // rounding can leave a little less than 0
-    const float absent = n > 0 ? 0.0F : nan;
-    const float single = deviations[i] + unknown + absent;
-    const auto deviation = static_cast<float>(std::sqrt(variance));
-    values[i] = static_cast<float>(static_cast<double>(sums.reference[i]) + sum * inverse) + absent;
-    deviations[i] = n > 1 ? deviation : single;
+    const double inverse = 1.0 / some, left = squares[i] - sum[i] * sum[i] * inverse;
+    // Rounding can leave a little less than 0.
+    spread[i - first] = static_cast<float>(std::sqrt((left + std::abs(left)) / 2 * inverse / free));
+    mean[i - first] = static_cast<float>(static_cast<double>(reference[i]) + sum[i] * inverse);
+  }
+  if (!means.keep_single) std::fill(deviations + first, deviations + last, nan);
+  for (std::size_t i = first; i < last; ++i) {
+    const float single = deviations[i], deviation = spread[i - first], value = mean[i - first];
+    const float known = valid[i] > 0 ? single : nan;
+    deviations[i] = valid[i] > 1 ? deviation : known;
+    values[i] = valid[i] > 0 ? value : nan;
   }
   for (std::size_t i = first; i < last; ++i) {
     const int others = flags[i] & ~flag::invalid;
@@ -151,7 +161,9 @@ struct Average final : Filter {
       collect(values, amplitudes, bits);
       if (++taken_ < *frames) return false;
       std::ranges::copy(joined_, bits.begin());
-      give(values, amplitudes, bits, sigma(frame, values.rows(), values.columns()), 0, values.size());
+      const Array<float> deviations = sigma(frame, values.rows(), values.columns());
+      for (std::size_t first = 0; first < values.size(); first += block)
+        give(values, amplitudes, bits, deviations, first, std::min(first + block, values.size()));
       clear(values.size());
     }
     lengths_.invalidate(frame, bits);
@@ -171,8 +183,7 @@ struct Average final : Filter {
     std::vector<std::uint16_t> flags;
   };
 
-  /// Pixels that are done together, so that their sums stay in the cache.
-  static constexpr std::size_t block = 2048;
+  static constexpr std::size_t block = average_block;
 
   PixelSums sums() {
     return {reference_.data(), sum_.data(), squares_.data(), amplitude_.data(), valid_.data(), lit_.data()};
