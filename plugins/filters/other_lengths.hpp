@@ -6,6 +6,7 @@
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
+#include <cstring>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -33,39 +34,41 @@ class OtherLengths {
 
   /// Makes invalid pixels NaN. A channel that has them so already is not touched, so that it stays shared.
   void invalidate(const Frame& frame, const Array<std::uint16_t>& flags) const {
+    if (names_.empty()) return;
+    thread_local std::vector<std::size_t> pixels;
+    find_invalid(flags, pixels);
     for (const std::string& name : names_) {
       const Array<const float> lengths(frame.find(name.c_str()));
       const bool same_size = lengths.rows() == flags.rows() && lengths.columns() == flags.columns();
-      if (flags.size() == 0 || !same_size || !is_missing(lengths, flags)) continue;
+      if (pixels.empty() || !same_size) continue;
+      const std::size_t each = lengths.size() / flags.size();  // points have three
+      const auto is_done = [&](std::size_t pixel) {
+        return std::all_of(&lengths[pixel * each], &lengths[pixel * each] + each, [](float v) { return v != v; });
+      };
+      if (std::ranges::all_of(pixels, is_done)) continue;
       const Array<float> changed(frame.modify(name.c_str()));
-      each_value(changed, flags,
-                 [](float& value, bool invalid) { value = invalid ? std::numeric_limits<float>::quiet_NaN() : value; });
+      for (const std::size_t pixel : pixels)
+        std::fill_n(&changed[pixel * each], each, std::numeric_limits<float>::quiet_NaN());
     }
   }
 
  private:
-  /// Calls call(value, whether its pixel is invalid). Without branches, so that it is vectorised.
-  template <class T, class Call>
-  static void each_value(const Array<T>& lengths, const Array<std::uint16_t>& flags, Call&& call) {
-    T* value = lengths.data();
-    const std::uint16_t* bits = flags.data();
-    const std::size_t pixels = flags.size(), each = lengths.size() / pixels;  // points have three
-    if (each == 1) {
-      for (std::size_t i = 0; i < pixels; ++i) call(value[i], (bits[i] & flag::invalid) != 0);
-      return;
+  /// Four pixels at a time: most are valid.
+  static void find_invalid(const Array<std::uint16_t>& flags, std::vector<std::size_t>& pixels) {
+    pixels.resize(flags.size() + 1);
+    std::size_t found = 0, i = 0;
+    const auto look = [&](std::size_t pixel) {  // without a branch, which could not be foreseen
+      pixels[found] = pixel;
+      found += flags[pixel] & flag::invalid;
+    };
+    for (; i + 4 <= flags.size(); i += 4) {
+      std::uint64_t four = 0;
+      std::memcpy(&four, &flags[i], sizeof four);
+      if ((four & 0x0001000100010001U) == 0) continue;
+      for (std::size_t k = 0; k < 4; ++k) look(i + k);
     }
-    for (std::size_t i = 0; i < pixels; ++i) {
-      for (std::size_t k = 0; k < each; ++k) call(value[each * i + k], (bits[i] & flag::invalid) != 0);
-    }
-  }
-
-  /// Whether an invalid pixel still has a length.
-  static bool is_missing(const Array<const float>& lengths, const Array<std::uint16_t>& flags) {
-    int found = 0;
-    each_value(lengths, flags, [&found](const float& value, bool invalid) {
-      found |= static_cast<int>(invalid) & static_cast<int>(value == value);
-    });
-    return found != 0;
+    for (; i < flags.size(); ++i) look(i);
+    pixels.resize(found);
   }
 
   std::vector<std::string> names_;

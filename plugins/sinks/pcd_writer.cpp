@@ -13,14 +13,21 @@ namespace tofgraph {
 struct PcdWriter final : CloudFile {
   Param<Choice> encoding{
       this, "encoding", {.fallback = "binary", .choices = "ascii binary binary_compressed", .text = "of the values"}};
-  Param<std::vector<double>> viewpoint{this,
-                                       "viewpoint",
-                                       {.fallback = "[0, 0, 0, 1, 0, 0, 0]",
-                                        .text = "of the camera in the frame of the points: x y z in metres, "
-                                                "quaternion w x y z; default: the optical centre"}};
+  Param<std::vector<double>> viewpoint{
+      this,
+      "viewpoint",
+      {.fallback = "[0, 0, 0, 1, 0, 0, 0]",
+       .text = "of the camera in the frame of the points: x y z in metres, "
+               "quaternion w x y z; default: the optical centre; needed after transform"}};
 
   void prepare(Setup& setup) {
     CloudFile::prepare(setup);
+    if (!viewpoint.given() &&
+        std::string_view(setup.find("points")->applied).find("T_world_camera") != std::string_view::npos) {
+      throw ConfigError("viewpoint",
+                        "the points were moved by transform, so the camera is no longer at their origin: give its pose "
+                        "T_world_camera, x y z in metres and quaternion w x y z, e.g. [0.5, 0, 1, 1, 0, 0, 0]");
+    }
     if (viewpoint->size() != 7)
       throw ConfigError("viewpoint", "needs seven numbers: x y z in metres, quaternion w x y z");
     const auto v = [this](std::size_t i) { return static_cast<float>((*viewpoint)[i]); };

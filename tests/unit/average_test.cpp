@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/program.hpp"
+
 namespace tofgraph {
 namespace {
 
@@ -100,6 +102,60 @@ TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {
   EXPECT_EQ(stage.get<float>("amplitude"), (Image{100.5F, 10.0F}));
   EXPECT_EQ(stage.get<std::uint16_t>("flags"), (std::vector<std::uint16_t>{10, 0}));
   EXPECT_EQ(stage.get<float>("depth"), (Image{1.0F, 2.0F}));
+}
+
+TEST(Average, LeavesAmplitudesOutThatAreNoNumbers) {
+  for (const char* line : {"average frames=3", "average frames=3 running=true"}) {
+    Harness stage(line);
+    Image last;
+    for (const float light : {NAN, 10.0F, 30.0F, 50.0F, 70.0F, 90.0F}) {
+      stage.put<float>("depth", {1, 2}, {1.0F, 1.0F});
+      stage.put<float>("amplitude", {1, 2}, {light, NAN});
+      const bool given = stage.run();
+      if (given) last = stage.get<float>("amplitude");
+      if (given && light == 30) {
+        EXPECT_EQ(last[0], 20) << line;
+      }
+    }
+    EXPECT_EQ(last[0], 70) << line;
+    EXPECT_TRUE(std::isnan(last[1])) << line;
+  }
+}
+
+TEST(Average, ARunningMeanForgetsWhatHasLeftItsWindow) {
+  // A glitch of 1e6 m costs the sum of squares four digits beyond those of millimetres, unless it is made anew.
+  Harness stage("average frames=5 running=true");
+  auto frames = recording(200);
+  for (std::size_t i = 0; i < pixels; ++i) frames[20][i] = 1e6F;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    stage.put<float>("depth", {rows, columns}, frames[f]);
+    ASSERT_TRUE(stage.run());
+    if (f > 100) expect_mean(stage, frames, f - 4, f + 1);
+  }
+}
+
+TEST(Average, TellsHowManyFramesAreLeftOver) {
+  Harness stage("average frames=4");
+  for (int f = 0; f < 7; ++f) {
+    stage.put<float>("depth", {1, 1}, {1.0F});
+    stage.run();
+  }
+  stage.finish();
+  ASSERT_EQ(stage.messages().size(), 1U);
+  EXPECT_NE(stage.messages()[0].find("the last 3 frames do not fill a mean of 4"), std::string::npos)
+      << stage.messages()[0];
+}
+
+TEST(Average, RefusesARecordingThatIsShorterThanOneMean) {
+  const auto check = [](int frames) {
+    return tests::shell("$TOFGRAPH check 'simulator output=distance frames=" + std::to_string(frames) +
+                            " ! average frames=8 ! null' --camera camcube2",
+                        "/tmp");
+  };
+  const tests::Outcome short_one = check(7);
+  EXPECT_EQ(short_one.exit_code, 2);
+  EXPECT_NE(short_one.err.find("7 frames come in, not enough for one mean of 8"), std::string::npos) << short_one.err;
+  EXPECT_EQ(check(8).exit_code, 0);
 }
 
 TEST(Average, RefusesSenselessNumbers) {

@@ -126,6 +126,24 @@ INSTANTIATE_TEST_SUITE_P(Encodings, PcdWriter,
                            return std::string(info.param.encoding) + (info.param.dense ? "_dense" : "_organised");
                          });
 
+TEST(PcdWriter, AsksForThePoseOfTheCameraAfterTransform) {
+  const tests::TemporaryFolder folder;
+  const std::string path = " path='" + (folder.path() / "moved.pcd").string() + "'";
+  const auto prepare = [&](const std::string& line) {
+    Harness stage(line + path);
+    stage.put<float>("points", {1, 1, 3}, {1, 2, 3}, {.applied = "transform T_world_camera"});
+    try {
+      stage.prepare();
+    } catch (const std::exception& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(prepare("pcd_writer").find("give its pose"), std::string::npos) << prepare("pcd_writer");
+  EXPECT_EQ(prepare("pcd_writer viewpoint=[1, 2, 3, 1, 0, 0, 0]"), "");
+  EXPECT_EQ(prepare("ply_writer"), "") << "PLY has no place for a pose";
+}
+
 TEST(PcdWriter, WritesTheViewpoint) {
   const tests::TemporaryFolder folder;
   Harness stage("pcd_writer viewpoint=[1, 2, 3, 0, 1, 0, 0] path='" + (folder.path() / "c.pcd").string() + "'");
