@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
   cli::add_describe(app, common);
   cli::add_simulate(app, common);
   cli::add_gallery(app, common);
+  cli::add_diagnose(app, common);
   try {
     app.parse(argc, argv);
     cli::look_at_plugin_path(common);

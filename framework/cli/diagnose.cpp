@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/diagnose.hpp"
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+
+void add_diagnose(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  CLI::App* command =
+      app.add_subcommand("diagnose", "Find the effects that a simulation lacks, add them, show that the gap shrinks");
+  command->add_option("--model", arguments->model, "The model file: what the simulation knows")->required();
+  command->add_option("--data", arguments->data, "The campaign file: measured captures with the truth of their scenes")
+      ->required();
+  command->add_option("-o,--out", arguments->out, "A folder for report.html, report.json and the extended model.yaml")
+      ->required();
+  command->add_option("--max-effects", arguments->most_effects, "Effects that may be added; default: 6");
+  command->add_option("--seed", arguments->seed,
+                      "Of what is drawn: held-out levels, sign flips, bootstrap; default: 1");
+  command->add_option("--without", arguments->without, "An effect that is no candidate; may be repeated")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--threads", arguments->threads, "Threads; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_flag("--skip-missing", arguments->skip_missing, "Go on without captures that cannot be read");
+  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");
+  command->callback([arguments, &common] {
+    common.command = [arguments, &common] {
+      arguments->quiet = common.quiet;
+      arguments->plugin_folders = common.plugin_folders;
+      return run_module("diagnose", arguments.get());
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What `tofgraph diagnose` was asked for; the work is in diagnose_module.cpp.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::cli {
+
+struct DiagnoseArguments {
+  std::string model, data, out;
+  std::vector<std::string> without;
+  std::size_t most_effects = 6;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;  ///< 0: one a core
+  bool skip_missing = false, force = false, quiet = false;
+  std::vector<std::filesystem::path> plugin_folders;
+};
+
+}  // namespace tofgraph::cli

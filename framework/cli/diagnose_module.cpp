@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/diagnose.hpp"
+#include "cli/progress.hpp"
+#include "core/diagnostics.hpp"
+#include "diagnosis/diagnosis.hpp"
+#include "io/output_file.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <thread>
+
+namespace tofgraph::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_outputs(const DiagnoseArguments& arguments) {
+  for (const char* name : {"report.json", "model.yaml"}) {
+    const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
+    if (!problem.empty()) throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
+  }
+}
+
+int diagnose(const DiagnoseArguments& arguments) {
+  check_outputs(arguments);
+  const core::Catalogue catalogue(arguments.plugin_folders);
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                    arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
+  Progress bar(arguments.quiet);
+  diagnosis::DiagnosisOptions options;
+  options.model = arguments.model;
+  options.data = arguments.data;
+  options.without = arguments.without;
+  options.skip_missing = arguments.skip_missing;
+  options.search.most_effects = arguments.most_effects;
+  options.search.seed = arguments.seed;
+  options.progress = [&](double share, const std::string& what) { bar.show(share, what); };
+  std::unique_ptr<diagnosis::Diagnosis> result;
+  try {
+    result = diagnosis::diagnose(catalogue, options);
+  } catch (const std::invalid_argument& error) {
+    throw core::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
+  }
+  const fs::path out(arguments.out);
+  io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
+  io::write_file(out / "report.json", diagnosis::report_json(*result).dump(2) + "\n");
+  if (!arguments.quiet) fmt::print(stderr, "{}\n{}\n", diagnosis::summary(*result), (out / "report.json").string());
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::diagnose(*static_cast<const tofgraph::cli::DiagnoseArguments*>(arguments));
+}

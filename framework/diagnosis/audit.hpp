@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a design can show, before any residual is looked at.
+#pragma once
+
+#include "diagnosis/scan.hpp"
+
+#include <memory>
+
+namespace tofgraph::diagnosis {
+
+struct Visibility {
+  const Candidate* candidate = nullptr;
+  double norm = 0;       ///< of the signature at the typical size, in standard deviations
+  std::size_t rank = 0;  ///< parameters that the design determines
+  double smallest = 0;   ///< share of the typical size that would be found
+  bool blind = false;
+};
+
+/// Two effects whose signatures this design hardly tells apart.
+struct Alike {
+  const Candidate *first = nullptr, *second = nullptr;
+  double cosine = 0;  ///< largest principal cosine
+};
+
+struct Audit {
+  std::vector<Visibility> effects;
+  std::vector<Alike> alike;
+};
+
+/// @param model terms that are in the model; their candidates are not looked at
+Audit audit(const Problem& problem, const std::vector<Term>& model,
+            const std::vector<std::unique_ptr<Candidate>>& candidates);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/bases.hpp"
+
+#include "physics/constants.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// A number of a superpixel in a condition; NaN: not known.
+using Covariate = std::function<double(std::size_t condition, std::size_t superpixel)>;
+struct Axis {
+  std::string name;
+  std::vector<Covariate> columns;
+};
+
+/// Legendre polynomials P1 .. P4.
+double legendre(int order, double u) {
+  switch (order) {
+    case 1:
+      return u;
+    case 2:
+      return (3 * u * u - 1) / 2;
+    case 3:
+      return u * (5 * u * u - 3) / 2;
+    default:
+      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
+  }
+}
+
+class Axes {
+ public:
+  explicit Axes(const Design& design) : design_(design) {}
+
+  std::vector<Axis> all() {
+    const auto condition = [this](auto member) -> Covariate {
+      return [this, member](std::size_t i, std::size_t) { return design_.conditions()[i].*member; };
+    };
+    const auto settings = [&](const char* name, auto label) { levels(name, label); };
+    axes_.push_back({"everywhere", {[](std::size_t, std::size_t) { return 1.0; }}});
+    const Covariate board = condition(&io::Condition::board_distance);
+    smooth("board distance", board);
+    smooth("integration time",
+           [this](std::size_t i, std::size_t) { return std::log(design_.conditions()[i].integration_time); });
+    const Covariate bright = [this](std::size_t i, std::size_t s) {
+      return std::log(std::abs(design_.ideal(i)[s].phasor));
+    };
+    smooth("amplitude", bright);
+    smooth("time since power-on", condition(&io::Condition::time_since_power_on));
+    smooth("tilt about x", condition(&io::Condition::board_tilt_x));
+    smooth("tilt about y", condition(&io::Condition::board_tilt_y));
+    smooth("temperature", condition(&io::Condition::temperature));
+    smooth("velocity", condition(&io::Condition::velocity));
+    const Covariate x = [this](std::size_t, std::size_t s) { return centred(s, 0); };
+    const Covariate y = [this](std::size_t, std::size_t s) { return centred(s, 1); };
+    const Covariate radius = [this](std::size_t, std::size_t s) { return std::hypot(centred(s, 0), centred(s, 1)); };
+    smooth("x", x);
+    smooth("y", y);
+    smooth("radius", radius);
+    smooth("incidence", [this](std::size_t i, std::size_t s) { return design_.incidence(i, s); });
+    settings("target", [](const io::Condition& c) { return c.target; });
+    settings("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
+    settings("ambient", [](const io::Condition& c) { return c.ambient; });
+    settings("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
+    settings("rail", [](const io::Condition& c) { return c.rail; });
+    settings("reference", [](const io::Condition& c) { return c.reference; });
+    for (const int cycles : {1, 2, 4}) cycle(cycles);
+    product("board distance and x", board, x);
+    product("board distance and y", board, y);
+    product("board distance and radius", board, radius);
+    product("amplitude and integration time", bright,
+            [this](std::size_t i, std::size_t) { return std::log(design_.conditions()[i].integration_time); });
+    return std::move(axes_);
+  }
+
+ private:
+  double centred(std::size_t s, std::size_t axis) const {
+    const double size = axis == 0 ? design_.camera().width : design_.camera().height;
+    return 2 * design_.pixels().at[2 * s + axis] / (size - 1) - 1;
+  }
+
+  /// To -1 .. 1; nothing where it does not change. @param levels how many values there are, at most 5
+  Covariate scaled(const Covariate& raw, std::size_t& levels) const {
+    std::set<double> values;
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      for (std::size_t s = 0; s < design_.superpixels(); ++s) {
+        const double value = raw(i, s);
+        if (std::isfinite(value)) values.insert(value);
+      }
+    }
+    const double least = values.empty() ? 0 : *values.begin(), most = values.empty() ? 0 : *values.rbegin();
+    levels = most - least > 1e-9 * std::abs(most) ? std::min<std::size_t>(values.size(), 5) : 1;
+    return [raw, least, most](std::size_t i, std::size_t s) {
+      const double value = raw(i, s);
+      return std::isfinite(value) ? 2 * (value - least) / (most - least) - 1 : 0;
+    };
+  }
+
+  void smooth(const char* name, const Covariate& raw) {
+    std::size_t levels = 0;
+    const Covariate u = scaled(raw, levels);
+    if (levels < 2) return;
+    Axis axis{name, {}};
+    for (int order = 1; order < static_cast<int>(levels); ++order)
+      axis.columns.push_back([u, order](std::size_t i, std::size_t s) { return legendre(order, u(i, s)); });
+    axes_.push_back(std::move(axis));
+  }
+
+  void product(const char* name, const Covariate& first, const Covariate& second) {
+    std::size_t first_levels = 0, second_levels = 0;
+    const Covariate u = scaled(first, first_levels), v = scaled(second, second_levels);
+    if (first_levels < 2 || second_levels < 2) return;
+    Axis axis{name, {}};
+    for (int p = 1; p <= 2; ++p) {
+      for (int q = 1; q <= 2; ++q)
+        axis.columns.push_back(
+            [u, v, p, q](std::size_t i, std::size_t s) { return legendre(p, u(i, s)) * legendre(q, v(i, s)); });
+    }
+    axes_.push_back(std::move(axis));
+  }
+
+  template <class Label> void levels(const char* name, Label label) {
+    std::set<std::string> words;
+    for (const io::Condition& c : design_.conditions()) words.insert(label(c));
+    if (words.size() < 2) return;
+    Axis axis{name, {}};
+    for (auto word = std::next(words.begin()); word != words.end(); ++word)
+      axis.columns.push_back([this, label, word = *word](std::size_t i, std::size_t) {
+        return label(design_.conditions()[i]) == word ? 1.0 : 0.0;
+      });
+    axes_.push_back(std::move(axis));
+  }
+
+  /// Periods a round of the phase.
+  void cycle(int cycles) {
+    const double range = physics::unambiguous_range(design_.camera().modulation_frequency);
+    Axis axis{fmt::format("distance, period {:.2f} m", range / cycles), {}};
+    for (const double quarter : {0.0, std::numbers::pi / 2}) {
+      axis.columns.push_back([this, cycles, quarter](std::size_t i, std::size_t s) {
+        return std::cos(cycles * std::arg(design_.ideal(i)[s].phasor) - quarter);
+      });
+    }
+    axes_.push_back(std::move(axis));
+  }
+
+  const Design& design_;
+  std::vector<Axis> axes_;
+};
+
+}  // namespace
+
+std::vector<Basis> generic_bases(const Problem& problem) {
+  const Design& design = problem.design;
+  const std::size_t n = design.superpixels();
+  std::vector<Basis> bases;
+  for (const Axis& axis : Axes(design).all()) {
+    std::vector<std::vector<std::vector<double>>> values;  // column, condition, superpixel
+    for (const Covariate& covariate : axis.columns) {
+      auto& column = values.emplace_back(design.size(), std::vector<double>(n));
+      for (std::size_t i = 0; i < design.size(); ++i) {
+        for (std::size_t s = 0; s < n; ++s) {
+          const double value = covariate(i, s);
+          column[i][s] = std::isfinite(value) ? basis_unit * value : 0;
+        }
+      }
+    }
+    for (std::size_t o = 0; o < observables; ++o) {
+      const bool known = std::ranges::any_of(problem.data, [&](const Observations& data) {
+        return std::any_of(data.variance.begin() + static_cast<std::ptrdiff_t>(o * n),
+                           data.variance.begin() + static_cast<std::ptrdiff_t>((o + 1) * n),
+                           [](double v) { return std::isfinite(v); });
+      });
+      if (!known) continue;
+      Basis basis{o, axis.name, {fmt::format("{} along {}", observable_names[o], axis.name), {}}};
+      for (const auto& column : values) {
+        Column& rows = basis.group.columns.emplace_back(design.size(), std::vector<double>(design.rows(), 0));
+        for (std::size_t i = 0; i < design.size(); ++i)
+          std::ranges::copy(column[i], rows[i].begin() + static_cast<std::ptrdiff_t>(o * n));
+      }
+      bases.push_back(std::move(basis));
+    }
+  }
+  return bases;
+}
+
+double size_of(const Basis& basis, const Eigen::VectorXd& values, const Problem& problem) {
+  const std::size_t n = problem.design.superpixels(), first = basis.observable * n;
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    for (std::size_t row = first; row < first + n; ++row) {
+      if (std::isinf(problem.data[i].variance[row])) continue;
+      double value = 0;
+      for (std::size_t c = 0; c < basis.group.columns.size(); ++c)
+        value += values(static_cast<Eigen::Index>(c)) * basis.group.columns[c][i][row];
+      sum += value * value;
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Generic patterns of an observable along an axis: they say where a gap is without saying what it is.
+#pragma once
+
+#include "diagnosis/scan.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// A pattern of one observable along one axis.
+struct Basis {
+  std::size_t observable = 0;
+  std::string axis;
+  Group group;  ///< columns in mm (distance) or 0.1 % (the others)
+};
+inline constexpr double basis_unit = 1e-3;
+
+/// Those axes that this campaign varies.
+std::vector<Basis> generic_bases(const Problem& problem);
+
+/// Root mean square of what a basis with these values makes, over the superpixels that are known; in SI.
+double size_of(const Basis& basis, const Eigen::VectorXd& values, const Problem& problem);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/design.hpp"
+
+#include "physics/constants.hpp"
+#include "simulation/simulation.hpp"
+
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double default_reflectivity = 0.5;  ///< of a target of which it is not known; the search estimates it
+constexpr double probe = 1e-3;                ///< m, for the derivative by the board's distance
+
+}  // namespace
+
+Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions)
+    : camera_(std::move(camera)),
+      physical_(physical),
+      conditions_(std::move(conditions)),
+      pixels_(simulation::superpixels(camera_->view(), grid, grid)) {
+  const simulation::ForwardModel ideal(this->camera(), physical_, {});
+  for (std::size_t i = 0; i < size(); ++i) {
+    shots_.push_back(simulation::shot_of(this->camera(), conditions_[i]));
+    ideal_.push_back(signals(ideal, i, 0, 0));
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    std::vector<double> farther = predict(ideal, i, 0, probe);
+    const std::vector<double> nearer = predict(ideal, i, 0, -probe);
+    for (std::size_t row = 0; row < farther.size(); ++row) farther[row] = (farther[row] - nearer[row]) / (2 * probe);
+    shifts_.push_back(std::move(farther));
+  }
+}
+
+simulation::BoardPose pose_of(const io::Condition& c) {
+  const auto known = [](double value, double otherwise) { return std::isnan(value) ? otherwise : value; };
+  return {
+      c.board_distance, known(c.board_tilt_x, 0), known(c.board_tilt_y, 0), known(c.reflectivity, default_reflectivity),
+      c.roll,           known(c.velocity, 0)};
+}
+
+std::vector<Signal> Design::signals(const simulation::ForwardModel& model, std::size_t i, double light,
+                                    double moved) const {
+  simulation::BoardPose pose = pose_of(conditions_[i]);
+  pose.distance += moved;
+  pose.reflectivity *= std::exp(light);
+  simulation::Expectation expectation =
+      model.expect(simulation::board_tracer(camera().focal_length, pose), shots_[i], pixels_);
+  if (model.has_readout()) model.read_out(shots_[i], pixels_, expectation.taps);
+  std::vector<Signal> result;
+  result.reserve(superpixels());
+  for (std::size_t s = 0; s < superpixels(); ++s) result.push_back(signal_of(&expectation.taps[s], superpixels()));
+  return result;
+}
+
+std::vector<double> Design::predict(const simulation::ForwardModel& model, std::size_t i, double light,
+                                    double moved) const {
+  const std::vector<Signal> seen = signals(model, i, light, moved);
+  const double scale = physics::metres_per_radian(shots_[i].condition.modulation_frequency);
+  const std::size_t n = superpixels();
+  std::vector<double> rows(observables * n);
+  for (std::size_t s = 0; s < n; ++s) {
+    const Signal &now = seen[s], &base = ideal_[i][s];
+    const std::complex<double> ratio = now.phasor / base.phasor;
+    const double gain = std::abs(ratio);
+    rows[distance * n + s] = scale * std::arg(ratio);
+    rows[amplitude * n + s] = std::log(gain);
+    rows[intensity * n + s] = std::log(now.intensity / base.intensity);
+    rows[null1 * n + s] = now.null1 / (2 * base.intensity * gain);
+    rows[null2 * n + s] = now.null2 / std::abs(now.phasor);
+  }
+  return rows;
+}
+
+double Design::incidence(std::size_t i, std::size_t s) const {
+  const simulation::BoardPose pose = pose_of(conditions_[i]);
+  const physics::Plane plane = physics::board(pose.distance, pose.tilt_x, pose.tilt_y);
+  return std::abs(physics::dot(plane.normal, pixels_.rays[s]));
+}
+
+}  // namespace tofgraph::diagnosis

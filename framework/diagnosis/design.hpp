@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The conditions of a campaign on a coarse grid: what any model expects of them, as differences to the ideal.
+#pragma once
+
+#include "diagnosis/observables.hpp"
+#include "io/campaign.hpp"
+#include "simulation/board.hpp"
+#include "simulation/forward_model.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+inline constexpr std::size_t grid = 12;  ///< superpixels in a row and in a column: 17 x 17 px of 204 x 204
+
+/// The board of a condition; where its reflectivity is not known it is 0.5.
+simulation::BoardPose pose_of(const io::Condition& condition);
+
+/// Immutable; may be used from several threads.
+class Design {
+ public:
+  /// @param conditions each with a board that fills the view and an integration time
+  Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions);
+
+  const tofgraph_camera& camera() const { return camera_->view(); }
+  const core::CameraPtr& camera_pointer() const { return camera_; }
+  bool physical() const { return physical_; }
+  std::size_t size() const { return conditions_.size(); }
+  const std::vector<io::Condition>& conditions() const { return conditions_; }
+  const simulation::Shot& shot(std::size_t condition) const { return shots_[condition]; }
+  const simulation::Pixels& pixels() const { return pixels_; }
+  std::size_t superpixels() const { return pixels_.size(); }
+  std::size_t rows() const { return observables * superpixels(); }
+
+  /// What the model expects, observables x superpixels. @param light logarithm of the factor on the reflectivity
+  /// @param moved m, of the board along the axis
+  /// @throws simulation::EffectError
+  std::vector<double> predict(const simulation::ForwardModel& model, std::size_t condition, double light = 0,
+                              double moved = 0) const;
+
+  /// Change of the observables for each metre that the board is farther away.
+  const std::vector<double>& shift(std::size_t condition) const { return shifts_[condition]; }
+  /// The ideal camera's signal, one a superpixel.
+  const std::vector<Signal>& ideal(std::size_t condition) const { return ideal_[condition]; }
+  /// cos of the angle of incidence on the board as seen from the lens, one a superpixel.
+  double incidence(std::size_t condition, std::size_t superpixel) const;
+
+ private:
+  std::vector<Signal> signals(const simulation::ForwardModel& model, std::size_t condition, double light,
+                              double moved) const;
+
+  core::CameraPtr camera_;
+  bool physical_;
+  std::vector<io::Condition> conditions_;
+  std::vector<simulation::Shot> shots_;
+  simulation::Pixels pixels_;
+  std::vector<std::vector<Signal>> ideal_;
+  std::vector<std::vector<double>> shifts_;
+};
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The gap search from files to a result: what `tofgraph diagnose` does.
+#pragma once
+
+#include "diagnosis/audit.hpp"
+#include "diagnosis/ingest.hpp"
+#include "diagnosis/search.hpp"
+#include "diagnosis/validation.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+
+namespace tofgraph::diagnosis {
+
+enum class Verdict { unknown, named_with_rest, tie, named, nothing_found };
+std::string_view verdict_name(Verdict verdict);
+
+struct DiagnosisOptions {
+  std::filesystem::path model, data;
+  std::vector<std::string> without;  ///< effects that are no candidates
+  bool skip_missing = false;
+  SearchOptions search;
+  std::function<void(double share, const std::string& what)> progress;
+};
+
+struct ParameterResult {
+  std::string name, unit;
+  double value = 0;
+  Interval interval;
+};
+
+struct EffectResult {
+  std::string name, change;  ///< added, or refitted
+  std::vector<std::string> tied_with;
+  std::string where;
+  std::vector<ParameterResult> parameters;
+  double held_out_before = 0, held_out_after = 0;  ///< gap without and with it, m
+  double gain = 0, p_value = 1;
+  std::vector<Rival> rivals;
+  std::string experiment;  ///< what tells it from what it is tied with
+};
+
+/// Of one observable, SI.
+struct Gap {
+  double before = 0, after = 0, held_out_before = 0, held_out_after = 0, noise_floor = 0;
+};
+
+/// All that the reports need. Candidates and terms point into the members that own them.
+struct Diagnosis {
+  Verdict verdict = Verdict::nothing_found;
+  std::vector<EffectResult> effects;
+  std::array<Gap, observables> gaps;  ///< NaN where the data do not have the observable
+  std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out
+  std::vector<bool> held_out;
+  Audit audit;
+  SearchResult search;
+  Measurements measurements;
+  simulation::Model model;
+  std::vector<Term> model_terms;
+  std::vector<std::unique_ptr<Candidate>> candidates, own_candidates;  ///< that may be added; of the model
+};
+
+/// Reads, searches, judges. @throws core::ConfigurationError for what is written wrong
+/// @throws std::runtime_error for captures that cannot be read
+std::unique_ptr<Diagnosis> diagnose(const core::Catalogue& catalogue, const DiagnosisOptions& options);
+
+/// One sentence.
+std::string summary(const Diagnosis& diagnosis);
+/// formats: report.json and the extended model.
+nlohmann::json report_json(const Diagnosis& diagnosis);
+std::string model_yaml(const Diagnosis& diagnosis);
+
+}  // namespace tofgraph::diagnosis

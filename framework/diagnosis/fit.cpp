@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/fit.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
+constexpr int most_iterations = 12;
+constexpr double settled = 0.02;  ///< of the deviance
+
+bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
+
+/// A step of a parameter in its unit, kept within bounds and, for shapes, short.
+double moved(const FreeParameter& p, double value, double step) {
+  if (is_angle(p)) {
+    const double next = value + std::clamp(step, -0.7, 0.7);
+    return next - 2 * std::numbers::pi * std::floor((next - p.minimum) / (2 * std::numbers::pi));
+  }
+  if (p.shape) {
+    const double most = 0.5 * std::max(std::abs(value), 0.1 * std::abs(p.typical));
+    step = std::clamp(step, -most, most);
+  }
+  return std::clamp(value + step, p.minimum, p.maximum);
+}
+
+State stepped(const Problem& problem, const State& from, const Eigen::VectorXd& step, double share, bool effects) {
+  State to = from;
+  Eigen::Index j = 0;
+  for (std::size_t t = 0; effects && t < to.terms.size(); ++t) {
+    const auto& free = to.terms[t].candidate->free();
+    for (std::size_t k = 0; k < free.size(); ++k, ++j)
+      to.terms[t].values[k] = moved(free[k], to.terms[t].values[k], share * step(j) * free[k].typical);
+  }
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) to.light[t] += share * step(j++);
+  return to;
+}
+
+/// Levenberg's damping is the prior of solve(); the step is halved until the deviance falls.
+Fit descend(const Problem& problem, State start, std::span<const double> weight, bool effects) {
+  const int targets = static_cast<int>(problem.targets.size());
+  start.light.resize(problem.targets.size(), 0);
+  auto rows = expected(problem, start);
+  Profile now = profile(grams_of(problem, rows, {}), problem.target, targets, weight, start.variances);
+  for (std::size_t t = 0; t < start.light.size(); ++t)
+    start.light[t] += now.solution.values(static_cast<Eigen::Index>(t));
+  start.variances = now.variances;
+  rows = expected(problem, start);
+  Fit best{start, now.solution.deviance, 0, {}};
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    const std::vector<Column> columns = effects ? own_columns(problem, start, rows) : std::vector<Column>{};
+    now = profile(grams_of(problem, rows, columns), problem.target, targets, weight, now.variances);
+    best.covariance = now.solution.covariance;
+    best.dimension = now.solution.dimension;
+    const Eigen::VectorXd step = now.solution.values;
+    double share = 1;
+    Fit next;
+    for (; share > 0.05; share /= 2) {
+      State tried = stepped(problem, start, step, share, effects);
+      auto tried_rows = expected(problem, tried);
+      // What is left for the reflectivities is linear: profile() includes it.
+      const Profile after = profile(grams_of(problem, tried_rows, {}), problem.target, targets, weight, now.variances);
+      for (std::size_t t = 0; t < tried.light.size(); ++t)
+        tried.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
+      tried.variances = after.variances;
+      next = {std::move(tried), after.solution.deviance, now.solution.dimension, now.solution.covariance};
+      if (next.deviance < best.deviance + settled) {
+        rows = expected(problem, next.state);
+        break;
+      }
+    }
+    const double gain = best.deviance - next.deviance;
+    if (gain > 0) best = next;
+    if (!(gain > settled)) break;
+    start = best.state;
+  }
+  return best;
+}
+
+}  // namespace
+
+Problem make_problem(const Design& design, const std::vector<Observations>& data) {
+  Problem problem{design, data, {}, {}};
+  for (const io::Condition& condition : design.conditions()) {
+    if (!std::isnan(condition.reflectivity)) {
+      problem.target.push_back(-1);
+      continue;
+    }
+    auto found = std::ranges::find(problem.targets, condition.target);
+    if (found == problem.targets.end()) found = problem.targets.insert(found, condition.target);
+    problem.target.push_back(static_cast<int>(found - problem.targets.begin()));
+  }
+  return problem;
+}
+
+std::vector<std::vector<double>> expected(const Problem& problem, const State& state) {
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> rows(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const int target = problem.target[i];
+    const double light = target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
+    rows[i] = design.predict(model, i, light);
+    const std::vector<double>& variance = problem.data[i].variance;
+    for (std::size_t row = 0; row < rows[i].size(); ++row) {
+      if (std::isinf(variance[row]))
+        rows[i][row] = 0;
+      else if (!std::isfinite(rows[i][row]))
+        throw simulation::EffectError(state.terms.empty() ? "none" : state.terms.back().candidate->name(), "",
+                                      fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
+    }
+  });
+  return rows;
+}
+
+Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
+                  std::size_t term, std::size_t parameter) {
+  const FreeParameter& p = state.terms[term].candidate->free()[parameter];
+  State other = state;
+  double& value = other.terms[term].values[parameter];
+  const double step = (value + derivative_step * p.typical > p.maximum ? -1 : 1) * derivative_step * p.typical;
+  value += step;
+  Column column = expected(problem, other);
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row)
+      column[i][row] = (column[i][row] - rows[i][row]) * (p.typical / step);
+  }
+  return column;
+}
+
+std::vector<Column> own_columns(const Problem& problem, const State& state,
+                                const std::vector<std::vector<double>>& rows) {
+  std::vector<Column> columns;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    for (std::size_t k = 0; k < state.terms[t].candidate->free().size(); ++k)
+      columns.push_back(derivative(problem, state, rows, t, k));
+  }
+  return columns;
+}
+
+std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
+                           std::span<const Column> columns) {
+  const std::size_t n = problem.design.rows(), each = problem.design.superpixels();
+  std::vector<Gram> grams(rows.size());
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    const Observations& data = problem.data[i];
+    const auto last = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd all(static_cast<Eigen::Index>(n), last + gram_tail);
+    for (std::size_t row = 0; row < n; ++row) {
+      const auto r = static_cast<Eigen::Index>(row);
+      const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
+      if (weight == 0) {
+        all.row(r).setZero();
+        continue;
+      }
+      const bool bright = row / each == amplitude || row / each == intensity;
+      for (Eigen::Index c = 0; c < last; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
+      all(r, last) = weight * problem.design.shift(i)[row];
+      all(r, last + 1) = bright ? weight : 0;
+      all(r, last + 2) = weight * (data.value[row] - rows[i][row]);
+    }
+    Gram gram = Gram::Zero(all.cols(), all.cols());
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(all.transpose());
+    grams[i] = gram.selfadjointView<Eigen::Lower>();
+  });
+  return grams;
+}
+
+Fit fit(const Problem& problem, State start, std::span<const double> weight) {
+  return descend(problem, std::move(start), weight, true);
+}
+
+Fit fit_nuisances(const Problem& problem, State start, std::span<const double> weight) {
+  return descend(problem, std::move(start), weight, false);
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Fits the effects of a model to the observations, with the targets' reflectivities and the variances.
+#pragma once
+
+#include "diagnosis/candidate.hpp"
+#include "diagnosis/design.hpp"
+#include "diagnosis/mixed_model.hpp"
+
+#include <functional>
+
+namespace tofgraph::diagnosis {
+
+/// What is to be explained.
+struct Problem {
+  const Design& design;
+  const std::vector<Observations>& data;  ///< one a condition
+  std::vector<std::string> targets;       ///< whose reflectivity is not known
+  std::vector<int> target;                ///< of each condition, among those; -1: known
+};
+/// Finds the targets whose reflectivity is not known.
+Problem make_problem(const Design& design, const std::vector<Observations>& data);
+
+/// A point in the space of models.
+struct State {
+  std::vector<Term> terms;
+  std::vector<double> light;  ///< ln of each target's factor on the reflectivity of the design
+  Variances variances;
+};
+
+struct Fit {
+  State state;
+  double deviance = std::numeric_limits<double>::infinity();
+  double dimension = 0;        ///< parameters of effects that the data determine
+  Eigen::MatrixXd covariance;  ///< of the free parameters of all terms in their order, in units of their typical values
+  double bic(std::size_t conditions) const { return deviance + dimension * std::log(static_cast<double>(conditions)); }
+};
+
+/// A column of the linearised problem: the change for one typical step of a parameter. rows, one a condition.
+using Column = std::vector<std::vector<double>>;
+
+/// Rows of every condition as the model expects them. @throws simulation::EffectError, also for what is not finite
+std::vector<std::vector<double>> expected(const Problem& problem, const State& state);
+
+/// Derivative by a free parameter of a term, for one typical step.
+/// @param rows expected(problem, state)
+Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
+                  std::size_t term, std::size_t parameter);
+
+/// The derivatives by all free parameters of all terms, in their order.
+std::vector<Column> own_columns(const Problem& problem, const State& state,
+                                const std::vector<std::vector<double>>& rows);
+
+/// Gram matrices of columns, tail included. @param rows of the model
+std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
+                           std::span<const Column> columns);
+
+/// Minimises the deviance over all free parameters. @param weight of each condition: 0 leaves it out
+/// @throws simulation::EffectError
+Fit fit(const Problem& problem, State start, std::span<const double> weight);
+
+/// The same with the parameters of effects held, for reflectivities and variances alone.
+Fit fit_nuisances(const Problem& problem, State start, std::span<const double> weight);
+
+}  // namespace tofgraph::diagnosis

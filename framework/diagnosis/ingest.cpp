@@ -1,0 +1,223 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/ingest.hpp"
+
+#include "diagnosis/superpixels.hpp"
+#include "io/capture.hpp"
+#include "physics/constants.hpp"
+#include "simulation/simulation.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr std::size_t fewest_conditions = 3;
+
+/// Why this search cannot use a condition, or nothing.
+std::string problem_of(const io::Condition& c) {
+  if (!c.has_board() || !c.scene.empty() || c.objects) return "it shows no single board that fills the view";
+  if (c.board_size) return "its board does not fill the view";
+  if (c.lens == "capped") return "the lens is capped";
+  return "";
+}
+
+struct Channel {
+  std::size_t index;
+  std::uint32_t type;
+  std::uint64_t elements;
+};
+
+/// A capture as the search reads it.
+class Recording {
+ public:
+  explicit Recording(const std::filesystem::path& file) : reader_(file) {
+    for (std::size_t i = 0; i < reader_.channels().size(); ++i) {
+      const io::CaptureChannel& c = reader_.channels()[i];
+      channels_[c.name] = {i, c.type, c.elements()};
+    }
+  }
+  const io::CaptureReader& reader() const { return reader_; }
+  bool has(const char* name) const { return channels_.contains(name); }
+
+  FrameSums sums(std::size_t first, std::size_t last, double full_well, double scale) const {
+    const auto& header = reader_.header();
+    const FrameSums::Kind kind = has("taps")        ? FrameSums::Kind::taps
+                                 : has("phases")    ? FrameSums::Kind::phases
+                                 : has("amplitude") ? FrameSums::Kind::decoded
+                                                    : FrameSums::Kind::distances;
+    if (kind >= FrameSums::Kind::decoded && !has("distance"))
+      throw std::runtime_error("has neither taps nor phases nor distance");
+    FrameSums sums(kind, header.width, header.height);
+    for (std::size_t f = first; f <= last; ++f) {
+      if (kind == FrameSums::Kind::taps)
+        sums.add_taps(read<std::uint16_t>("taps", f), full_well);
+      else if (kind == FrameSums::Kind::phases)
+        sums.add_phases(floats("phases", f));
+      else
+        sums.add_decoded(floats("distance", f),
+                         kind == FrameSums::Kind::decoded ? floats("amplitude", f) : std::vector<float>{}, scale);
+    }
+    return sums;
+  }
+
+ private:
+  template <class T> std::vector<T> read(const char* name, std::size_t frame) const {
+    const Channel& channel = channels_.at(name);
+    std::vector<T> data(channel.elements);
+    reader_.read(channel.index, frame, data.data());
+    return data;
+  }
+  std::vector<float> floats(const char* name, std::size_t frame) const {
+    const auto as = [](const auto& values) { return std::vector<float>(values.begin(), values.end()); };
+    switch (channels_.at(name).type) {
+      case TOFGRAPH_I16:
+        return as(read<std::int16_t>(name, frame));
+      case TOFGRAPH_I32: {
+        std::vector<float> result;
+        for (const std::int32_t v : read<std::int32_t>(name, frame)) result.push_back(static_cast<float>(v));
+        return result;
+      }
+      default:
+        return read<float>(name, frame);
+    }
+  }
+
+  io::CaptureReader reader_;
+  std::map<std::string, Channel> channels_;
+};
+
+/// What the capture knows and the campaign does not say.
+void complete(io::Condition& condition, const io::CaptureReader& capture) {
+  const tofgraph_metadata first = capture.metadata(0);
+  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
+  if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
+  if (std::isnan(condition.integration_time))
+    throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+}
+
+/// One condition read, or why not.
+struct Read {
+  io::Condition condition;
+  Observations observations;
+  ReductionCounts counts;
+  std::size_t saturated = 0, frames = 0;
+  FrameSums::Kind kind = FrameSums::Kind::phases;
+};
+
+class Reader {
+ public:
+  Reader(const io::Campaign& campaign, const IngestOptions& options)
+      : camera_(campaign.camera->view()),
+        ideal_(camera_, options.physical, {}),
+        pixels_(simulation::whole_image(camera_)) {}
+
+  Read read(const io::Condition& written) const {
+    Read result;
+    result.condition = written;
+    io::Condition& condition = result.condition;
+    const Recording recording(condition.capture);
+    const io::CaptureReader& capture = recording.reader();
+    if (capture.header().width != camera_.width || capture.header().height != camera_.height)
+      throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
+                                           capture.header().height, camera_.name, camera_.width, camera_.height));
+    if (capture.frames() == 0) throw std::runtime_error("has no frames");
+    complete(condition, capture);
+    const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
+    if (last >= capture.frames())
+      throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+    const double scale = physics::metres_per_radian(camera_.modulation_frequency);
+    const FrameSums sums =
+        recording.sums(condition.frames ? (*condition.frames)[0] : 0, last, camera_.full_well, scale);
+    const std::vector<Signal> base = ideal(condition);
+    const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
+    result.observations = reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
+                                 {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts);
+    result.saturated = sums.saturated();
+    result.frames = sums.frames();
+    result.kind = sums.kind();
+    return result;
+  }
+
+ private:
+  std::vector<Signal> ideal(const io::Condition& condition) const {
+    const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(condition));
+    const auto taps = ideal_.expect(tracer, simulation::shot_of(camera_, condition), pixels_).taps;
+    std::vector<Signal> signals;
+    signals.reserve(pixels_.size());
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      signals.push_back(signal_of(&taps[i], pixels_.size()));
+      if (std::isnan(signals.back().intensity)) signals.back() = {};
+    }
+    return signals;
+  }
+
+  const tofgraph_camera& camera_;
+  simulation::ForwardModel ideal_;
+  simulation::Pixels pixels_;
+};
+
+}  // namespace
+
+Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
+  Measurements result;
+  const Reader reader(campaign, options);
+  const std::size_t n = campaign.conditions.size();
+  std::vector<Read> read(n);
+  std::vector<std::string> why(n);
+  std::vector<std::uint8_t> missing(n, 0);
+  std::atomic<std::size_t> done = 0;
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    const io::Condition& condition = campaign.conditions[i];
+    why[i] = problem_of(condition);
+    try {
+      if (why[i].empty()) read[i] = reader.read(condition);
+    } catch (const std::runtime_error& error) {
+      why[i] = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+      missing[i] = 1;
+    }
+    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(n));
+  });
+
+  std::vector<io::Condition> used;
+  std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (missing[i] != 0 && !options.skip_missing)
+      throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing goes on without it",
+                                           campaign.conditions[i].id, why[i]));
+    if (!why[i].empty()) {
+      result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
+      continue;
+    }
+    Read& r = read[i];
+    used.push_back(std::move(r.condition));
+    result.observations.push_back(std::move(r.observations));
+    result.frames += r.frames;
+    pixels += r.counts.pixels;
+    bad += r.counts.bad;
+    saturated += r.saturated;
+    single += r.frames < 2 ? 1U : 0U;
+    result.taps |= r.kind == FrameSums::Kind::taps;
+    result.phases |= r.kind == FrameSums::Kind::phases;
+  }
+  if (used.size() < fewest_conditions)
+    throw std::invalid_argument(
+        fmt::format("{} condition{} can be used, and a search needs {} at least: what is a model's error and what is "
+                    "a condition's own cannot be told apart{}",
+                    used.size(), used.size() == 1 ? "" : "s", fewest_conditions,
+                    result.left_out.empty() ? "" : "; left out: " + result.left_out.front()));
+  result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.replicates = single == 0;
+  result.design = std::make_shared<const Design>(campaign.camera, options.physical, std::move(used));
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

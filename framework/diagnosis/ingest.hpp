@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file From captures to observations: superpixels, masks, noise.
+#pragma once
+
+#include "diagnosis/design.hpp"
+
+#include <functional>
+
+namespace tofgraph::diagnosis {
+
+/// What reading a campaign gave.
+struct Measurements {
+  std::shared_ptr<const Design> design;    ///< of the conditions that are used
+  std::vector<Observations> observations;  ///< one a condition of the design
+  std::vector<std::string> left_out;       ///< conditions that are not used, and why
+  std::size_t frames = 0;
+  double bad_pixels = 0;              ///< share of pixels that do not fit their neighbours
+  double saturated = 0;               ///< share
+  bool replicates = false;            ///< noise from the frames; otherwise from the camera's profile
+  bool taps = false, phases = false;  ///< some condition has them
+};
+
+struct IngestOptions {
+  bool physical = false;
+  bool skip_missing = false;
+  std::function<void(double share)> progress;
+};
+
+/// Reads all captures, one condition at a time.
+/// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
+/// @throws std::invalid_argument when too little is left to search in
+Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
+
+}  // namespace tofgraph::diagnosis

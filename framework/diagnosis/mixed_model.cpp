@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/mixed_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+struct Bounds {
+  double least, most;
+};
+constexpr Bounds jitter_bounds{1e-6, 3e-2}, light_bounds{1e-6, 1e-1};
+
+/// The least value of f over ln x by golden sections.
+template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
+  constexpr double golden = 0.6180339887498949;
+  double low = std::max(std::log(bounds.least), std::log(centre) - width);
+  double high = std::min(std::log(bounds.most), std::log(centre) + width);
+  double a = high - golden * (high - low), b = low + golden * (high - low);
+  double at_a = f(std::exp(a)), at_b = f(std::exp(b));
+  while (high - low > 0.02) {
+    if (at_a < at_b) {
+      high = b, b = a, at_b = at_a;
+      a = high - golden * (high - low), at_a = f(std::exp(a));
+    } else {
+      low = a, a = b, at_a = at_b;
+      b = low + golden * (high - low), at_b = f(std::exp(b));
+    }
+  }
+  return std::exp((low + high) / 2);
+}
+
+}  // namespace
+
+Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
+  const Eigen::Index n = gram.cols(), g = n - gram_tail;
+  const Eigen::Vector2d scale(variances.jitter, variances.light);
+  const Eigen::MatrixXd random = gram.middleCols(g, 2) * scale.asDiagonal();  // n x 2
+  const Eigen::Matrix2d inner =
+      Eigen::Matrix2d::Identity() + scale.asDiagonal() * gram.block<2, 2>(g, g) * scale.asDiagonal();
+  log_determinant = std::log(inner.determinant());
+  return gram - random * inner.inverse() * random.transpose();
+}
+
+NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
+                         std::span<const int> target, int targets, std::span<const double> weight) {
+  const Eigen::Index p = marginals.front().cols() - gram_tail, light = p + 1, residual = p + 2;
+  NormalEquations sum{Eigen::MatrixXd::Zero(p + targets, p + targets), Eigen::VectorXd::Zero(p + targets), 0, 0};
+  for (std::size_t i = 0; i < marginals.size(); ++i) {
+    const double w = weight[i];
+    if (w == 0) continue;
+    const Gram& m = marginals[i];
+    sum.information.topLeftCorner(p, p) += w * m.topLeftCorner(p, p);
+    sum.score.head(p) += w * m.col(residual).head(p);
+    sum.square += w * m(residual, residual);
+    sum.log_determinant += w * log_determinants[i];
+    if (target[i] < 0) continue;
+    const Eigen::Index t = p + target[i];
+    sum.information.col(t).head(p) += w * m.col(light).head(p);
+    sum.information.row(t).head(p) += w * m.col(light).head(p).transpose();
+    sum.information(t, t) += w * m(light, light);
+    sum.score(t) += w * m(light, residual);
+  }
+  return sum;
+}
+
+Solution solve(const NormalEquations& equations, Eigen::Index effects) {
+  Eigen::MatrixXd information = equations.information;
+  const double prior = 1 / (prior_width * prior_width);
+  information.diagonal().array() += prior;
+  const Eigen::LDLT<Eigen::MatrixXd> factors(information);
+  Solution result;
+  result.values = factors.solve(equations.score);
+  result.covariance = factors.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
+  result.deviance = equations.square - result.values.dot(equations.score) + equations.log_determinant;
+  for (Eigen::Index j = 0; j < effects; ++j)
+    result.dimension += std::clamp(1 - prior * result.covariance(j, j), 0.0, 1.0);
+  return result;
+}
+
+Profile profile(std::span<const Gram> grams, std::span<const int> target, int targets, std::span<const double> weight,
+                const Variances& start) {
+  const Eigen::Index effects = grams.front().cols() - gram_tail;
+  std::vector<Gram> marginals(grams.size());
+  std::vector<double> determinants(grams.size());
+  const auto at = [&](const Variances& variances) {
+    for (std::size_t i = 0; i < grams.size(); ++i) {
+      if (weight[i] != 0) marginals[i] = marginal(grams[i], variances, determinants[i]);
+    }
+    return solve(assemble(marginals, determinants, target, targets, weight), effects);
+  };
+  Variances best = start;
+  for (const double width : {3.0, 1.0}) {
+    best.jitter = minimise([&](double x) { return at({x, best.light}).deviance; }, jitter_bounds, best.jitter, width);
+    best.light = minimise([&](double x) { return at({best.jitter, x}).deviance; }, light_bounds, best.light, width);
+  }
+  return {best, at(best)};
+}
+
+std::vector<Gram> columns_of(std::span<const Gram> grams, std::span<const Eigen::Index> which) {
+  std::vector<Eigen::Index> all(which.begin(), which.end());
+  const Eigen::Index tail = grams.front().cols() - gram_tail;
+  for (Eigen::Index k = 0; k < gram_tail; ++k) all.push_back(tail + k);
+  std::vector<Gram> result;
+  result.reserve(grams.size());
+  for (const Gram& gram : grams) result.emplace_back(gram(all, all));
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

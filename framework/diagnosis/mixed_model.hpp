@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Generalised least squares over conditions. A condition's covariance is D + jitter^2 g g^T + light^2 h h^T: the noise
+/// of its superpixels, a board that is not quite where it should be (g: change of the observables for a metre) and
+/// light that is not quite the same (h: change for a factor e). Each target has one unknown reflectivity. A condition
+/// comes as the Gram matrix of its columns in D^-1, so that all that follows is small.
+#pragma once
+
+#include <Eigen/Dense>
+
+#include <span>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Standard deviations between conditions.
+struct Variances {
+  double jitter = 5e-4;  ///< m
+  double light = 1e-3;   ///< of ln amplitude
+};
+
+/// Columns: any number of effects' columns, then g, h, and the residual r.
+using Gram = Eigen::MatrixXd;
+inline constexpr Eigen::Index gram_tail = 3;  ///< g, h, r
+
+/// The Gram matrix in C^-1 in place of D^-1 (Woodbury). @param log_determinant of C D^-1
+Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);
+
+/// The normal equations over conditions. Unknowns: the effects' columns, then the targets' ln reflectivities.
+struct NormalEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd score;
+  double square = 0;           ///< r^T C^-1 r
+  double log_determinant = 0;  ///< sum of the conditions'
+};
+
+/// @param target of each condition, -1: its reflectivity is known @param weight of each condition (times it counts)
+NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
+                         std::span<const int> target, int targets, std::span<const double> weight);
+
+struct Solution {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;
+  double deviance = 0;   ///< -2 ln likelihood but for a constant of the data
+  double dimension = 0;  ///< how many of the effects' columns the data determine
+};
+
+/// @param effects number of effects' columns; these have a prior of +-prior_width, in the columns' units
+Solution solve(const NormalEquations& equations, Eigen::Index effects);
+inline constexpr double prior_width = 100;
+
+/// The variances with the least deviance, and that solution.
+/// @param start where the search for them begins
+struct Profile {
+  Variances variances;
+  Solution solution;
+};
+Profile profile(std::span<const Gram> grams, std::span<const int> target, int targets, std::span<const double> weight,
+                const Variances& start);
+
+/// Of each Gram the columns in `which`, and the tail.
+std::vector<Gram> columns_of(std::span<const Gram> grams, std::span<const Eigen::Index> which);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a superpixel of one condition tells, as the difference to the ideal camera: distance (m), ln amplitude,
+/// ln intensity, and the null channels N1 / 2I and N2 / a, which are zero in an ideal camera.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+inline constexpr std::size_t distance = 0, amplitude = 1, intensity = 2, null1 = 3, null2 = 4, observables = 5;
+inline constexpr std::array<std::string_view, observables> observable_names = {"distance", "amplitude", "intensity",
+                                                                               "null1", "null2"};
+/// Of the differences; what is not a length is relative.
+inline constexpr std::array<std::string_view, observables> observable_units = {"m", "", "", "", ""};
+
+/// Observables x superpixels. Where nothing is known the variance is infinite and the value 0.
+struct Observations {
+  std::vector<double> value, variance;
+};
+
+/// What the four samples and the taps say of a pixel, or of the sum over some.
+struct Signal {
+  std::complex<double> phasor;  ///< a e^(j Psi), counts
+  double intensity = 0;         ///< mean of the taps, counts
+  double null1 = 0, null2 = 0;  ///< N1 and N2, counts
+};
+
+/// From taps A_k, B_k (counts), k = 0..3, the tap of image k being at taps[2 k stride].
+template <class T> Signal signal_of(const T* taps, std::size_t stride) {
+  std::array<double, 4> c{};
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double a = static_cast<double>(taps[2 * k * stride]), b = static_cast<double>(taps[(2 * k + 1) * stride]);
+    c[k] = a - b;
+    sum += a + b;
+  }
+  return {{(c[0] - c[2]) / 2, (c[3] - c[1]) / 2},
+          sum / 8,
+          (c[0] + c[1] + c[2] + c[3]) / 4,
+          (c[0] - c[1] + c[2] - c[3]) / 4};
+}
+
+}  // namespace tofgraph::diagnosis

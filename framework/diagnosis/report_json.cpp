@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/diagnosis.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+using nlohmann::json;
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json gap_of(const Gap& gap, std::string_view unit) {
+  return {{"unit", unit},
+          {"before", number(gap.before)},
+          {"after", number(gap.after)},
+          {"held_out_before", number(gap.held_out_before)},
+          {"held_out_after", number(gap.held_out_after)},
+          {"noise_floor", number(gap.noise_floor)}};
+}
+
+json effect_of(const EffectResult& effect) {
+  json parameters = json::object();
+  for (const ParameterResult& p : effect.parameters)
+    parameters[p.name] = {{"value", p.value}, {"unit", p.unit}, {"low", p.interval.low}, {"high", p.interval.high}};
+  json result = {{"name", effect.name},
+                 {"change", effect.change},
+                 {"tied_with", effect.tied_with},
+                 {"where", effect.where},
+                 {"parameters", parameters}};
+  if (effect.change != "added") return result;
+  result["held_out_gap_before"] = number(effect.held_out_before);
+  result["held_out_gap_after"] = number(effect.held_out_after);
+  result["gain"] = effect.gain;
+  result["p_value"] = effect.p_value;
+  if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
+  for (const Rival& rival : effect.rivals)
+    result["rivals"].push_back({{"name", rival.candidate->name()}, {"deviance", rival.deviance}, {"bic", rival.bic}});
+  return result;
+}
+
+json pattern_of(const Pattern& p) {
+  return {{"observable", observable_names[p.observable]}, {"axis", p.axis},  {"p_value", p.p_value}, {"size", p.size},
+          {"unit", observable_units[p.observable]},       {"share", p.share}};
+}
+
+json unexplained_of(const Diagnosis& d) {
+  if (d.search.rest.empty() && d.search.structure == 0) return nullptr;
+  json result = {
+      {"shape", fmt::format("{} component{} beyond noise", d.search.structure, d.search.structure == 1 ? "" : "s")},
+      {"nearest", json::array()},
+      {"lack_of_fit", d.search.lack_of_fit}};
+  if (!d.search.rest.empty()) {
+    const Pattern& first = d.search.rest.front();
+    result["observable"] = observable_names[first.observable];
+    result["size"] = first.size;
+    result["shape"] = "along " + first.axis;
+    for (const Pattern& p : d.search.rest) {
+      if (p.observable == first.observable) result["axes"].push_back(p.axis);
+    }
+  }
+  for (const Rival& rival : d.search.nearest)
+    result["nearest"].push_back({{"effect", rival.candidate->name()}, {"capture", rival.bic}});
+  return result;
+}
+
+std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+}  // namespace
+
+std::string summary(const Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const EffectResult& effect : d.effects) {
+    if (effect.change == "added")
+      names.push_back(effect.tied_with.empty() ? effect.name
+                                               : fmt::format("{} (or {})", effect.name, list_of(effect.tied_with)));
+  }
+  const Gap& gap = d.gaps[distance];
+  const std::string shrink =
+      fmt::format("the gap on held-out conditions goes from {:.2f} mm to {:.2f} mm, noise alone is {:.2f} mm",
+                  1e3 * gap.held_out_before, 1e3 * gap.held_out_after, 1e3 * gap.noise_floor);
+  switch (d.verdict) {
+    case Verdict::named:
+      return fmt::format("The model lacks {}: {}.", list_of(names), shrink);
+    case Verdict::tie:
+      return fmt::format("The model lacks {}, which these data cannot tell apart: {}.", list_of(names), shrink);
+    case Verdict::named_with_rest:
+      return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
+                         shrink);
+    case Verdict::unknown:
+      return "Measurement and simulation differ, and no known effect explains how.";
+    default:
+      return "Nothing was found that these data could show.";
+  }
+}
+
+json report_json(const Diagnosis& d) {
+  json report = {
+      {"format", "tofgraph-gap-report"}, {"version", 1}, {"verdict", verdict_name(d.verdict)}, {"summary", summary(d)}};
+  report["effects"] = json::array();
+  for (const EffectResult& effect : d.effects) report["effects"].push_back(effect_of(effect));
+  report["gap"] = gap_of(d.gaps[distance], "m");
+  for (std::size_t o = 1; o < observables; ++o) {
+    if (std::isfinite(d.gaps[o].before))
+      report["observables"][observable_names[o]] = gap_of(d.gaps[o], observable_units[o]);
+  }
+  report["where"] = json::array();
+  for (const Pattern& p : d.search.where) report["where"].push_back(pattern_of(p));
+  report["blind"] = json::array();
+  report["visible"] = json::object();
+  for (const Visibility& seen : d.audit.effects) {
+    if (seen.blind)
+      report["blind"].push_back(seen.candidate->name());
+    else
+      report["visible"][seen.candidate->name()] = {{"standard_deviations", seen.norm},
+                                                   {"smallest_share_of_typical", seen.smallest}};
+  }
+  report["alike"] = json::array();
+  for (const Alike& pair : d.audit.alike)
+    report["alike"].push_back({{"effects", {pair.first->name(), pair.second->name()}}, {"cosine", pair.cosine}});
+  report["unexplained"] = unexplained_of(d);
+  report["model"] = "model.yaml";
+  report["notes"] = d.notes;
+  report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
+  const Variances& v = d.search.after.state.variances;
+  report["nuisances"] = {{"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
+                         {"light", {{"value", v.light}, {"unit", ""}}}};
+  report["data"] = {{"conditions", d.measurements.design->size()},
+                    {"frames", d.measurements.frames},
+                    {"held_out", std::ranges::count(d.held_out, true)}};
+  return report;
+}
+
+std::string model_yaml(const Diagnosis& d) {
+  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", core::yaml_word(d.model.camera),
+                                 d.model.physical ? "physical" : "reference");
+  text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
+  for (const Term& term : d.search.after.state.terms) text += "  - " + term.candidate->yaml(term.values) + "\n";
+  return text;
+}
+
+}  // namespace tofgraph::diagnosis

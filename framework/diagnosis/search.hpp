@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Looks for the effects that a model is missing: score all, refit the best, add, look again, swap and drop.
+#pragma once
+
+#include "diagnosis/bases.hpp"
+#include "diagnosis/scan.hpp"
+
+#include <functional>
+#include <map>
+
+namespace tofgraph::diagnosis {
+
+struct SearchOptions {
+  std::size_t most_effects = 6;
+  std::uint64_t seed = 1;
+  std::size_t flips = 1000;
+  std::function<void(const std::string& what)> progress;  ///< may be empty
+};
+
+/// A generic pattern of the gap.
+struct Pattern {
+  std::size_t observable = 0;
+  std::string axis;
+  double gain = 0, p_value = 1;
+  double size = 0;   ///< root mean square, SI
+  double share = 0;  ///< of what is beyond noise
+};
+
+/// Another effect in the place of one that was found.
+struct Rival {
+  const Candidate* candidate = nullptr;
+  double deviance = 0;  ///< more than with the one that was found
+  double bic = 0;       ///< likewise
+  bool tied = false;    ///< these data cannot tell which of the two it is
+};
+
+struct Found {
+  const Candidate* candidate = nullptr;
+  double gain = 0;  ///< of the deviance, when it is taken out again
+  double p_value = 1;
+  std::vector<Rival> rivals;   ///< best first
+  std::vector<Pattern> where;  ///< what the gap looks like without it
+};
+
+struct SearchResult {
+  Fit before, after;                           ///< the model as it was, and with what was found
+  std::vector<Found> found;                    ///< in the order of after.state.terms, from the first that was added
+  std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
+  std::vector<Pattern> where;                  ///< patterns of the gap before the search, by p-value and gain
+  std::vector<Pattern> rest;                   ///< significant patterns that no candidate explains
+  double lack_of_fit = 1;                      ///< chi-square over freedom after the search
+  double freedom = 0;
+  std::size_t structure = 0;   ///< patterns in the rest that follow no axis (parallel analysis)
+  std::vector<Rival> nearest;  ///< candidates that come nearest to the rest; bic: share of its gain
+};
+
+/// @param model terms of the model as it is; these are refitted
+/// @param candidates effects that may be added; those of the model are not taken twice
+SearchResult search(const Problem& problem, const std::vector<Term>& model,
+                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr int draws = 20;
+constexpr double far = 6;  ///< standard deviations of the largest component under chance
+
+/// Squared singular values, largest first.
+Eigen::VectorXd spectrum(const Eigen::MatrixXd& matrix) {
+  const Eigen::MatrixXd small = matrix.rows() < matrix.cols() ? Eigen::MatrixXd(matrix * matrix.transpose())
+                                                              : Eigen::MatrixXd(matrix.transpose() * matrix);
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small, Eigen::EigenvaluesOnly).eigenvalues().reverse();
+}
+
+}  // namespace
+
+std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state) {
+  const auto rows = expected(problem, state);
+  const std::vector<Gram> grams = grams_of(problem, rows, {});
+  const std::size_t n = problem.design.superpixels();
+  const auto conditions = static_cast<Eigen::Index>(rows.size());
+  std::vector<Eigen::MatrixXd> result(observables, Eigen::MatrixXd::Zero(conditions, static_cast<Eigen::Index>(n)));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    // What jitter and light take out of this condition: both are as free here as the data want them.
+    Eigen::Matrix2d information = grams[i].topLeftCorner<2, 2>();
+    information.diagonal().array() += 1e-9;
+    const Eigen::Vector2d taken = information.ldlt().solve(grams[i].col(2).head<2>());
+    for (std::size_t o = 0; o < observables; ++o) {
+      for (std::size_t s = 0; s < n; ++s) {
+        const std::size_t row = o * n + s;
+        const double variance = problem.data[i].variance[row];
+        if (std::isinf(variance)) continue;
+        const bool bright = o == amplitude || o == intensity;
+        const double left = problem.data[i].value[row] - rows[i][row] - taken(0) * problem.design.shift(i)[row] -
+                            (bright ? taken(1) : 0);
+        result[o](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(s)) = left / std::sqrt(variance);
+      }
+    }
+  }
+  return result;
+}
+
+std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::size_t rank = 0;
+  for (Eigen::MatrixXd& matrix : whitened_residuals(problem, state)) {
+    if (matrix.isZero()) continue;
+    const Eigen::VectorXd seen = spectrum(matrix);
+    double sum = 0, squares = 0;
+    for (int d = 0; d < draws; ++d) {
+      Eigen::MatrixXd drawn = matrix;
+      for (double& value : drawn.reshaped()) value = (generator() & 1U) != 0 ? value : -value;
+      const double largest = spectrum(drawn)(0);
+      sum += largest;
+      squares += largest * largest;
+    }
+    const double mean = sum / draws, deviation = std::sqrt(std::max(squares / draws - mean * mean, 0.0));
+    rank += static_cast<std::size_t>((seen.array() > mean + far * deviation).count());
+  }
+  return rank;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Patterns in residuals that follow no axis: principal components against what noise alone gives.
+#pragma once
+
+#include "diagnosis/fit.hpp"
+
+#include <cstdint>
+
+namespace tofgraph::diagnosis {
+
+/// Conditions x superpixels, whitened, without what a board's jitter and the light's explain; one an observable.
+std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state);
+
+/// How many principal components are larger than chance, over all observables (parallel analysis: signs of all
+/// elements are drawn anew).
+std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed);
+
+}  // namespace tofgraph::diagnosis

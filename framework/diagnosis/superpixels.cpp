@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/superpixels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double outlier = 6;             ///< robust standard deviations from the superpixel's median
+constexpr std::size_t fewest_pixels = 8;  ///< of a superpixel
+constexpr double darkest = 10;            ///< a superpixel's amplitude in standard deviations of its mean
+constexpr std::uint8_t no_number = 1, full = 2;
+
+/// A pixel in units of the ideal camera's: what does not depend on where the pixel is, if all is well.
+struct Relative {
+  double real, imaginary, intensity, null1, null2;
+  static constexpr std::array<double Relative::*, 5> all();
+};
+constexpr std::array<double Relative::*, 5> Relative::all() {
+  return {&Relative::real, &Relative::imaginary, &Relative::intensity, &Relative::null1, &Relative::null2};
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Pixels that lie within the bulk in all five numbers.
+std::vector<bool> inliers(const std::vector<Relative>& pixels) {
+  std::vector<bool> good(pixels.size(), true);
+  std::vector<double> values(pixels.size());
+  for (const auto member : Relative::all()) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = pixels[i].*member;
+    const double centre = median(values);
+    for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = std::abs(pixels[i].*member - centre);
+    const double limit = outlier * 1.4826 * median(values);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (limit > 0 && std::abs(pixels[i].*member - centre) > limit) good[i] = false;
+    }
+  }
+  return good;
+}
+
+}  // namespace
+
+FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height)
+    : kind_(kind),
+      width_(width),
+      height_(height),
+      sum_(width * height),
+      square_(width * height, 0),
+      intensity_(width * height, 0),
+      bad_(width * height, 0) {}
+
+void FrameSums::add(std::size_t i, const std::array<double, 4>& c, double intensity) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    sum_[i][k] += c[k];
+    square_[i] += c[k] * c[k];
+  }
+  intensity_[i] += intensity;
+}
+
+void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) {
+  const std::size_t n = sum_.size();
+  const double limit = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, 4> c{};
+    double sum = 0, most = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double a = taps[2 * k * n + i], b = taps[(2 * k + 1) * n + i];
+      c[k] = a - b;
+      sum += a + b;
+      most = std::max({most, a, b});
+    }
+    if (most >= limit) bad_[i] |= full;
+    add(i, c, sum / 8);
+  }
+  ++frames_;
+}
+
+void FrameSums::add_phases(std::span<const float> phases) {
+  const std::size_t n = sum_.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    std::array<double, 4> c{};
+    for (std::size_t k = 0; k < 4; ++k) c[k] = phases[k * n + i];
+    if (std::isfinite(c[0] + c[1] + c[2] + c[3]))
+      add(i, c, 0);
+    else
+      bad_[i] |= no_number;
+  }
+  ++frames_;
+}
+
+void FrameSums::add_decoded(std::span<const float> distances, std::span<const float> amplitudes,
+                            double metres_per_radian) {
+  for (std::size_t i = 0; i < sum_.size(); ++i) {
+    const double length = distances[i], strength = amplitudes.empty() ? 1 : amplitudes[i];
+    if (std::isfinite(length + strength))
+      add(i, physics::samples_of(std::polar(strength, length / metres_per_radian)), 0);
+    else
+      bad_[i] |= no_number;
+  }
+  ++frames_;
+}
+
+std::size_t FrameSums::saturated() const {
+  return static_cast<std::size_t>(std::ranges::count_if(bad_, [](std::uint8_t b) { return (b & full) != 0; }));
+}
+
+/// One condition on its way to superpixels.
+class Reduction {
+ public:
+  Reduction(const FrameSums& sums, std::span<const Signal> ideal, const physics::TapNoise& noise, double scale)
+      : sums_(sums), ideal_(ideal), noise_(noise), scale_(scale), frames_(static_cast<double>(sums.frames_)) {}
+
+  void superpixel(const std::vector<std::size_t>& candidates, std::size_t s, std::size_t n, Observations& out,
+                  ReductionCounts& counts) const {
+    std::vector<std::size_t> pixels;
+    std::vector<Relative> relative;
+    for (const std::size_t i : candidates) {
+      if (sums_.bad_[i] != 0 || !(std::abs(ideal_[i].phasor) > 0)) continue;
+      pixels.push_back(i);
+      relative.push_back(relative_to_ideal(i));
+    }
+    counts.pixels += candidates.size();
+    if (pixels.size() < fewest_pixels) return;
+    const std::vector<bool> good = inliers(relative);
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (good[i]) kept.push_back(pixels[i]);
+    }
+    counts.bad += pixels.size() - kept.size();
+    if (kept.size() >= fewest_pixels) summarise(kept, s, n, out);
+  }
+
+ private:
+  Signal mean(std::size_t i) const {
+    const auto& c = sums_.sum_[i];
+    return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames_), sums_.intensity_[i] / frames_,
+            (c[0] + c[1] + c[2] + c[3]) / (4 * frames_), (c[0] - c[1] + c[2] - c[3]) / (4 * frames_)};
+  }
+
+  Relative relative_to_ideal(std::size_t i) const {
+    const Signal m = mean(i);
+    const std::complex<double> q = m.phasor / ideal_[i].phasor;
+    const double a = std::abs(ideal_[i].phasor);
+    return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
+  }
+
+  /// Variance of one sample c_k in counts^2: between frames, or the profile's.
+  double sample_variance(const std::vector<std::size_t>& pixels) const {
+    double sum = 0;
+    for (const std::size_t i : pixels) {
+      if (sums_.frames_ < 2) {
+        const double level = sums_.kind_ == FrameSums::Kind::taps ? sums_.intensity_[i] : ideal_[i].intensity;
+        sum += noise_.sample_variance(level);
+        continue;
+      }
+      double squares = sums_.square_[i];
+      for (const double c : sums_.sum_[i]) squares -= c * c / frames_;
+      sum += squares / (4 * (frames_ - 1));
+    }
+    return sum / static_cast<double>(pixels.size());
+  }
+
+  void summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n, Observations& out) const {
+    std::complex<double> product;
+    double square = 0, light = 0, ideal_light = 0, null1_sum = 0, null2_sum = 0, amplitudes = 0;
+    for (const std::size_t i : pixels) {
+      const Signal m = mean(i);
+      const std::complex<double> base = ideal_[i].phasor;
+      product += m.phasor * std::conj(base);
+      square += std::norm(base);
+      amplitudes += std::abs(base);
+      light += m.intensity;
+      ideal_light += ideal_[i].intensity;
+      null1_sum += m.null1;
+      null2_sum += m.null2;
+    }
+    const std::complex<double> ratio = product / square;
+    const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), 1e-6);
+    const double count = static_cast<double>(pixels.size()) * frames_;
+    const bool decoded = sums_.kind_ == FrameSums::Kind::decoded || sums_.kind_ == FrameSums::Kind::distances;
+    // Of one component of the ratio; a component is half the difference of two samples, decoded ones are the same.
+    const double relative = variance / ((decoded ? 1 : 2) * frames_ * square * gain * gain);
+    if (!(relative * darkest * darkest < 1)) return;
+    const auto set = [&](std::size_t observable, double value, double its_variance) {
+      out.value[observable * n + s] = value;
+      out.variance[observable * n + s] = its_variance;
+    };
+    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * relative);
+    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), relative);
+    if (decoded) return;
+    const double per_sample = variance / count;  // of a mean sample
+    const double level = 2 * ideal_light * gain / static_cast<double>(pixels.size());
+    const double mean_amplitude = gain * amplitudes / static_cast<double>(pixels.size());
+    const double number = static_cast<double>(pixels.size());
+    set(null1, null1_sum / number / level, per_sample / 4 / (level * level));
+    set(null2, null2_sum / number / mean_amplitude, per_sample / 4 / (mean_amplitude * mean_amplitude));
+    if (sums_.kind_ != FrameSums::Kind::taps) return;
+    set(intensity, std::log(light / ideal_light), per_sample / 16 / std::pow(light / number, 2));
+  }
+
+  const FrameSums& sums_;
+  std::span<const Signal> ideal_;
+  const physics::TapNoise& noise_;
+  double scale_, frames_;
+};
+
+Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
+                    const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
+                    ReductionCounts& counts) {
+  if (sums.frames() < 2 && !noise.known())
+    throw std::invalid_argument(
+        "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "
+        "each condition, or write e.g. read_noise: 3 counts and shot_noise: 0.012 counts into the profile");
+  const std::size_t n = grid * grid;
+  Observations out{std::vector<double>(observables * n, 0),
+                   std::vector<double>(observables * n, std::numeric_limits<double>::infinity())};
+  const Reduction reduction(sums, ideal, noise, metres_per_radian);
+  for (std::size_t s = 0; s < n; ++s) {
+    std::vector<std::size_t> pixels;
+    const std::size_t row = s / grid, column = s % grid;
+    for (std::size_t v = row * sums.height() / grid; v < (row + 1) * sums.height() / grid; ++v) {
+      for (std::size_t u = column * sums.width() / grid; u < (column + 1) * sums.width() / grid; ++u) {
+        if (u >= roi[0] && u <= roi[1] && v >= roi[2] && v <= roi[3]) pixels.push_back(v * sums.width() + u);
+      }
+    }
+    reduction.superpixel(pixels, s, n, out, counts);
+  }
+  return out;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Frames of one condition, reduced to superpixels against the ideal camera.
+#pragma once
+
+#include "diagnosis/observables.hpp"
+#include "physics/four_phase.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Sums over the frames of one condition; what kind of frames decides what is known.
+class FrameSums {
+ public:
+  enum class Kind { taps, phases, decoded, distances };  ///< decoded: distance and amplitude
+  FrameSums(Kind kind, std::size_t width, std::size_t height);
+
+  Kind kind() const { return kind_; }
+  std::size_t frames() const { return frames_; }
+  std::size_t width() const { return width_; }
+  std::size_t height() const { return height_; }
+  /// 4 x 2 x pixels. @param full_well counts; taps at or beyond it are saturated; NaN: not known
+  void add_taps(std::span<const std::uint16_t> taps, double full_well);
+  void add_phases(std::span<const float> phases);  ///< 4 x pixels
+  /// m and counts, pixels each; no amplitude: of distances. @param metres_per_radian of the modulation
+  void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
+
+  std::size_t saturated() const;
+
+ private:
+  friend class Reduction;
+  void add(std::size_t pixel, const std::array<double, 4>& samples, double intensity);
+
+  Kind kind_;
+  std::size_t width_, height_, frames_ = 0;
+  std::vector<std::array<double, 4>> sum_;  ///< of c_k
+  std::vector<double> square_;              ///< of c_k^2, over k
+  std::vector<double> intensity_;
+  std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated
+};
+
+/// What the reduction found besides the observations.
+struct ReductionCounts {
+  std::size_t pixels = 0, bad = 0;
+};
+
+/// One condition's observations. @param ideal the signal of every pixel of the ideal camera
+/// @param noise of the profile, where one frame tells none @param roi first and last column, first and last row
+/// @param grid superpixels in a row and in a column
+/// @throws std::invalid_argument when one frame is there and the profile knows no noise
+Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
+                    const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
+                    ReductionCounts& counts);
+
+}  // namespace tofgraph::diagnosis
