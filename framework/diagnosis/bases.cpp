@@ -161,7 +161,8 @@ std::vector<Basis> generic_bases(const Problem& problem) {
   const Design& design = problem.design;
   const std::size_t n = design.superpixels();
   std::vector<Basis> bases;
-  for (const Axis& axis : Axes(design).all()) {
+  Axes axes(design);  // what it gives refers to it
+  for (const Axis& axis : axes.all()) {
     std::vector<std::vector<std::vector<double>>> values;  // column, condition, superpixel
     for (const Covariate& covariate : axis.columns) {
       auto& column = values.emplace_back(design.size(), std::vector<double>(n));
