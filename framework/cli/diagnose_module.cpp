@@ -4,6 +4,7 @@
 #include "cli/progress.hpp"
 #include "core/diagnostics.hpp"
 #include "diagnosis/diagnosis.hpp"
+#include "diagnosis/gap_report.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_outputs(const DiagnoseArguments& arguments) {
-  for (const char* name : {"report.json", "model.yaml"}) {
+  for (const char* name : {"report.html", "report.json", "model.yaml"}) {
     const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
     if (!problem.empty()) throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
@@ -46,7 +47,8 @@ int diagnose(const DiagnoseArguments& arguments) {
   const fs::path out(arguments.out);
   io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
   io::write_file(out / "report.json", diagnosis::report_json(*result).dump(2) + "\n");
-  if (!arguments.quiet) fmt::print(stderr, "{}\n{}\n", diagnosis::summary(*result), (out / "report.json").string());
+  diagnosis::gap_report(*result).write(out / "report.html");
+  if (!arguments.quiet) fmt::print(stderr, "{}\n{}\n", diagnosis::summary(*result), (out / "report.html").string());
   return 0;
 }
 

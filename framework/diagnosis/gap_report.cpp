@@ -1,0 +1,329 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/gap_report.hpp"
+
+#include "core/quantity.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+using Row = std::vector<std::string>;
+
+/// Lengths in mm, what is relative in percent.
+std::string shown(double value, std::size_t observable) {
+  if (!std::isfinite(value)) return "-";
+  return observable == distance ? fmt::format("{:.3g} mm", 1e3 * value) : fmt::format("{:.3g} %", 100 * value);
+}
+double scaled(double value, std::size_t observable) { return observable == distance ? 1e3 * value : 100 * value; }
+std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
+
+std::string label(std::size_t observable) {
+  constexpr std::array<const char*, observables> labels = {"depth", "amplitude", "intensity", "N1 / 2I", "N2 / a"};
+  return labels.at(observable);
+}
+
+/// Measurement minus a model, condition by condition, superpixel by superpixel; NaN where nothing is known.
+using Residuals = std::vector<std::vector<double>>;
+Residuals residuals(const Problem& problem, const State& state, std::size_t observable) {
+  const auto rows = expected(problem, state);
+  const std::size_t n = problem.design.superpixels();
+  Residuals result(problem.data.size(), std::vector<double>(n, NAN));
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    for (std::size_t s = 0; s < n; ++s) {
+      const std::size_t row = observable * n + s;
+      if (std::isinf(problem.data[i].variance[row])) continue;
+      const double slope = observable == distance ? problem.design.shift(i)[row] : 1;  // half paths become depths
+      result[i][s] = (problem.data[i].value[row] - rows[i][row]) / slope;
+    }
+  }
+  return result;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0, count = 0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    sum += v;
+    ++count;
+  }
+  return count > 0 ? sum / count : NAN;
+}
+
+class Report {
+ public:
+  explicit Report(const Diagnosis& d)
+      : d_(d),
+        design_(*d.measurements.design),
+        problem_(make_problem(design_, d.measurements.observations)),
+        page_("Where simulation and measurement differ") {}
+
+  report::Page make() {
+    constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
+    page_.verdict(summary(d_), moods.at(static_cast<std::size_t>(d_.verdict)));
+    page_.paragraph(fmt::format("{} conditions, {} frames; {} conditions were put aside and never fitted.",
+                                design_.size(), d_.measurements.frames, std::ranges::count(d_.held_out, true)));
+    found();
+    gaps();
+    where();
+    rivals();
+    unexplained();
+    blind();
+    next();
+    if (!d_.notes.empty()) {
+      page_.heading("Notes");
+      for (const std::string& note : d_.notes) page_.paragraph(note);
+    }
+    return std::move(page_);
+  }
+
+ private:
+  void found() {
+    page_.heading("What the model lacks");
+    if (d_.effects.empty()) return page_.paragraph("No effect was found, and the model has none.");
+    std::vector<Row> rows;
+    for (const EffectResult& e : d_.effects) {
+      std::string parameters;
+      for (const ParameterResult& p : e.parameters)
+        parameters += fmt::format("{}{} {} ({} to {})", parameters.empty() ? "" : "; ", p.name,
+                                  core::format_quantity(p.value, p.unit), core::format_quantity(p.interval.low, p.unit),
+                                  core::format_quantity(p.interval.high, p.unit));
+      const bool added = e.change == "added";
+      rows.push_back(
+          {e.name, e.change, fmt::format("{}", fmt::join(e.tied_with, ", ")), parameters, e.where,
+           added ? fmt::format("{} -> {}", shown(e.held_out_before, distance), shown(e.held_out_after, distance))
+                 : "-"});
+    }
+    const Row header = {"effect",
+                        "",
+                        "cannot be told from",
+                        "parameters (95 % interval)",
+                        "seen in",
+                        "held-out gap without -> with it"};
+    page_.table(header, rows);
+  }
+
+  void gaps() {
+    page_.heading("The gap");
+    std::vector<Row> rows;
+    for (std::size_t o = 0; o < observables; ++o) {
+      const Gap& g = d_.gaps[o];
+      if (!std::isfinite(g.before)) continue;
+      rows.push_back({label(o), shown(g.before, o), shown(g.after, o), shown(g.held_out_before, o),
+                      shown(g.held_out_after, o), shown(g.noise_floor, o)});
+    }
+    const Row header = {"root mean square", "before", "after", "held out, before", "held out, after", "noise alone"};
+    page_.table(header, rows);
+  }
+
+  /// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
+  std::string over_conditions(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
+    std::set<double> distances;
+    std::map<std::string, std::size_t> kinds;
+    for (const io::Condition& c : design_.conditions()) {
+      distances.insert(c.board_distance);
+      kinds.emplace(kind_of(c), 0);
+    }
+    std::size_t number = 0;
+    report::HeatMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
+    for (auto& [name, column] : kinds) {
+      column = number++;
+      map.x_names.push_back(name);
+    }
+    for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
+    std::vector<std::vector<double>> cells(map.rows * map.columns);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const io::Condition& c = design_.conditions()[i];
+      const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
+      cells[row * map.columns + kinds.at(kind_of(c))].push_back(mean(values[i]));
+    }
+    for (const auto& cell : cells) map.values.push_back(scaled(mean(cell), o));
+    map.x_label = "target, integration time, ..";
+    map.y_label = "board";
+    map.limit = limit;
+    return report::heat_map(map, 570, 380);
+  }
+
+  static std::string kind_of(const io::Condition& c) {
+    std::string kind = fmt::format("{} {}", c.target, core::format_quantity(c.integration_time, "s"));
+    if (!c.sources.empty()) kind += fmt::format(" {}", fmt::join(c.sources, "+"));
+    if (c.ambient != "dark") kind += " " + c.ambient;
+    return kind;
+  }
+
+  std::string over_pixels(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
+    const simulation::Pixels& pixels = design_.pixels();
+    report::HeatMap map{.title = title, .unit = unit_of(o), .rows = pixels.rows, .columns = pixels.columns};
+    for (std::size_t s = 0; s < pixels.size(); ++s) {
+      std::vector<double> column;
+      for (const auto& condition : values) column.push_back(condition[s]);
+      map.values.push_back(scaled(mean(column), o));
+    }
+    map.limit = limit;
+    return report::heat_map(map, 340, 290);
+  }
+
+  /// One limit for the pictures before and after.
+  static double limit_of(const Residuals& values, std::size_t o) {
+    std::vector<double> means;
+    for (const auto& condition : values) means.push_back(scaled(mean(condition), o));
+    const double limit = report::usual_limit(means);
+    return limit > 0 ? limit : 1;
+  }
+
+  std::string curve(const Residuals& before, const Residuals& after, std::size_t o) const {
+    std::map<double, std::pair<std::vector<double>, std::vector<double>>> levels;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      auto& [measured, extended] = levels[design_.conditions()[i].board_distance];
+      measured.push_back(mean(before[i]));
+      extended.push_back(mean(before[i]) - mean(after[i]));
+    }
+    report::Curve points{.name = "measurement", .x = {}, .y = {}, .error = {}, .points = true};
+    report::Curve line{.name = "extended simulation", .x = {}, .y = {}, .error = {}, .points = false};
+    report::Curve zero{.name = "simulation as it was", .x = {}, .y = {}, .error = {}, .points = false};
+    for (const auto& [z, values] : levels) {
+      double square = 0;
+      for (const double v : values.first) square += std::pow(v - mean(values.first), 2);
+      points.error.push_back(scaled(std::sqrt(square / static_cast<double>(values.first.size())), o));
+      for (report::Curve* c : {&points, &line, &zero}) c->x.push_back(z);
+      points.y.push_back(scaled(mean(values.first), o));
+      line.y.push_back(scaled(mean(values.second), o));
+      zero.y.push_back(0);
+    }
+    return report::curves({fmt::format("{}: difference to the simulation as it was", label(o)),
+                           "board distance / m",
+                           unit_of(o),
+                           {zero, line, points},
+                           false},
+                          570, 290);
+  }
+
+  void where() {
+    page_.heading("Where");
+    std::vector<Row> rows;
+    for (const Pattern& p : d_.search.where) {
+      if (rows.size() == 12) break;
+      rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share),
+                      fmt::format("{:.2g}", p.p_value)});
+    }
+    const Row header = {"observable", "along", "size (rms)", "share of what is beyond noise",
+                        "p (sign flips of conditions)"};
+    if (rows.empty())
+      page_.paragraph("The gap follows no axis beyond what noise does.");
+    else
+      page_.table(header, rows);
+    for (const std::size_t o : {distance, amplitude}) {
+      if (!std::isfinite(d_.gaps[o].before)) continue;
+      const Residuals before = residuals(problem_, d_.search.before.state, o),
+                      after = residuals(problem_, d_.search.after.state, o);
+      const double limit = limit_of(before, o);
+      const std::vector<std::string> conditions = {over_conditions(before, o, label(o) + ", before", limit),
+                                                   over_conditions(after, o, label(o) + ", after", limit)};
+      page_.figures(conditions, "Measurement minus simulation: the mean over each condition's image.");
+      const std::vector<std::string> images = {over_pixels(before, o, label(o) + ", before", limit),
+                                               over_pixels(after, o, label(o) + ", after", limit)};
+      page_.figures(images, "The same over the image: the mean over all conditions.");
+      const std::vector<std::string> lines = {curve(before, after, o)};
+      page_.figures(lines, "Points: mean and spread over the conditions at a distance.");
+    }
+  }
+
+  void rivals() {
+    std::vector<Row> rows;
+    for (const EffectResult& e : d_.effects) {
+      for (const Rival& rival : e.rivals)
+        rows.push_back(
+            {e.name, rival.candidate->name(), fmt::format("{:.4g}", rival.deviance), rival.tied ? "tie" : "worse"});
+    }
+    if (rows.empty()) return;
+    page_.heading("Other effects in its place");
+    page_.paragraph(
+        "How much worse the fit becomes when another effect stands in the place of the one that was found.");
+    const Row header = {"found", "in its place", "deviance lost", ""};
+    page_.table(header, rows);
+  }
+
+  void unexplained() {
+    if (d_.search.rest.empty() && d_.search.structure == 0) return;
+    page_.heading("What no effect explains");
+    std::vector<Row> rows;
+    for (const Pattern& p : d_.search.rest)
+      rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.2g}", p.p_value)});
+    const Row header = {"observable", "along", "size (rms)", "p"};
+    if (!rows.empty()) page_.table(header, rows);
+    if (d_.search.structure > 0)
+      page_.paragraph(fmt::format("{} pattern{} beyond noise follow{} no axis.", d_.search.structure,
+                                  d_.search.structure == 1 ? "" : "s", d_.search.structure == 1 ? "s" : ""));
+    std::string nearest;
+    for (const Rival& rival : d_.search.nearest)
+      nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", rival.candidate->name(), 100 * rival.bic);
+    if (!nearest.empty()) page_.paragraph("Nearest effects, and how much of it they catch: " + nearest + ".");
+    std::vector<std::string> figures;
+    for (std::size_t o = 0; o < observables; ++o) {
+      if (!std::isfinite(d_.gaps[o].before)) continue;
+      const Residuals rest = residuals(problem_, d_.search.after.state, o);
+      figures.push_back(over_pixels(rest, o, label(o) + ", what is left", limit_of(rest, o)));
+    }
+    page_.figures(figures, "What is left over the image, the mean over all conditions.");
+  }
+
+  void blind() {
+    page_.heading("What these data could and could not show");
+    std::vector<std::string> names;
+    std::vector<Row> rows;
+    for (const Visibility& seen : d_.audit.effects) {
+      if (seen.blind)
+        names.push_back(seen.candidate->name());
+      else
+        rows.push_back(
+            {seen.candidate->name(), fmt::format("{:.0f}", seen.norm), fmt::format("{:.2g}", seen.smallest)});
+    }
+    page_.paragraph(names.empty() ? std::string("No effect is hidden from them.")
+                                  : fmt::format("Hidden from them: {}.", fmt::join(names, ", ")));
+    const Row header = {"effect", "signature at its typical size, in standard deviations",
+                        "smallest that would be found, of the typical size"};
+    page_.table(header, rows);
+    std::vector<Row> pairs;
+    for (const Alike& pair : d_.audit.alike)
+      pairs.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.3f}", pair.cosine)});
+    if (pairs.empty()) return;
+    page_.paragraph("Effects whose signatures these data hardly tell apart:");
+    const Row pair_header = {"effect", "and", "cosine of their signatures"};
+    page_.table(pair_header, pairs);
+  }
+
+  void next() {
+    std::vector<Row> rows;
+    for (const EffectResult& e : d_.effects) {
+      if (!e.tied_with.empty())
+        rows.push_back({fmt::format("{} or {}", e.name, fmt::join(e.tied_with, ", ")), e.experiment});
+    }
+    for (const Visibility& seen : d_.audit.effects) {
+      if (seen.blind)
+        rows.push_back({"whether there is " + seen.candidate->name(), seen.candidate->border().experiment});
+    }
+    if (rows.empty()) return;
+    page_.heading("What to measure next");
+    const Row header = {"to know", "measure"};
+    page_.table(header, rows);
+  }
+
+  const Diagnosis& d_;
+  const Design& design_;
+  Problem problem_;
+  report::Page page_;
+};
+
+}  // namespace
+
+report::Page gap_report(const Diagnosis& diagnosis) { return Report(diagnosis).make(); }
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "diagnosis/diagnosis.hpp"
+#include "report/page.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// report.html: the verdict, what was found, where the gap is before and after, what the data could not show, what to
+/// measure next. @throws std::runtime_error when gnuplot is missing
+report::Page gap_report(const Diagnosis& diagnosis);
+
+}  // namespace tofgraph::diagnosis
