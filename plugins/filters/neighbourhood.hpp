@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Medians of pixels, and what becomes of invalid pixels in a neighbourhood of valid ones.
+#pragma once
+
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace tofgraph {
+
+/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. @returns true if any is valid
+inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
+                         const Array<std::uint16_t>& bits) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
+  int valid = 0;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const bool good = std::abs(lengths[i]) <= farthest && (bits[i] & flag::invalid) == 0;
+    lengths[i] = good ? lengths[i] : nan;
+    bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));
+    valid |= good ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < deviations.size(); ++i) deviations[i] = lengths[i] == lengths[i] ? deviations[i] : nan;
+  return valid != 0;
+}
+
+/// The middle value, of an even number the mean of the two in the middle. Reorders the values, of which there is one at
+/// least and none NaN.
+inline float median_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 != 0) return *middle;
+  return 0.5F * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// The valid values of the square window about a pixel, clipped by the image. @returns the window's number of pixels
+inline std::size_t gather_window(const Array<float>& image, std::size_t row, std::size_t column, std::size_t radius,
+                                 std::vector<float>& values) {
+  const std::size_t top = row - std::min(row, radius), bottom = std::min(row + radius + 1, image.rows());
+  const std::size_t left = column - std::min(column, radius), right = std::min(column + radius + 1, image.columns());
+  values.clear();
+  for (std::size_t r = top; r < bottom; ++r) {
+    for (std::size_t c = left; c < right; ++c) {
+      if (!std::isnan(image(r, c))) values.push_back(image(r, c));
+    }
+  }
+  return (bottom - top) * (right - left);
+}
+
+/// Gives an invalid pixel the median of the valid ones in its window, where at least half of the window is valid, and
+/// flags it as filled. Its sigma is the root mean square difference of these from the median: what is not known is the
+/// surface, not the noise on it.
+inline void fill_invalid(const Array<float>& lengths, const Array<float>& deviations, const Array<std::uint16_t>& bits,
+                         std::size_t radius) {
+  struct Filling {
+    std::size_t pixel;
+    float length, deviation;
+  };
+  std::vector<Filling> fillings;  // applied at the end: a filled pixel fills no other
+  std::vector<float> values;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    if (!std::isnan(lengths[i])) continue;
+    const std::size_t all = gather_window(lengths, i / lengths.columns(), i % lengths.columns(), radius, values);
+    if (2 * values.size() < all) continue;
+    const float middle = median_of(values);
+    float squares = 0;
+    for (const float v : values) squares += (v - middle) * (v - middle);
+    fillings.push_back({i, middle, std::sqrt(squares / static_cast<float>(values.size()))});
+  }
+  for (const Filling& filling : fillings) {
+    lengths[filling.pixel] = filling.length;
+    if (deviations) deviations[filling.pixel] = filling.deviation;
+    bits[filling.pixel] = static_cast<std::uint16_t>((bits[filling.pixel] & ~flag::invalid) | flag::filled);
+  }
+}
+
+}  // namespace tofgraph

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The filters with weights exp(-d^2 / h^2) over a window: against their equations in double precision, on every
+// instruction set of this machine, and by properties that need no reference.
+#include <tofgraph/harness.hpp>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/denoise_reference.hpp"
+#include "tests/unit/processors.hpp"
+
+namespace tofgraph {
+namespace {
+
+using test::Image;
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+std::vector<std::uint64_t> extent(const Image& image) {
+  return {static_cast<std::uint64_t>(image.rows), static_cast<std::uint64_t>(image.columns)};
+}
+
+struct Result {
+  std::vector<float> depth, sigma;
+  std::vector<std::uint16_t> flags;
+};
+
+Result run(const std::string& line, const Image& depth, const Image* sigma = nullptr) {
+  Harness stage(line);
+  stage.put<float>("depth", extent(depth), depth.values);
+  if (sigma != nullptr)
+    stage.put<float>("sigma", extent(*sigma), sigma->values, {.unit = "m", .of = "depth", .applied = "", .from = ""});
+  stage.run();
+  return {stage.get<float>("depth"), sigma != nullptr ? stage.get<float>("sigma") : std::vector<float>(),
+          stage.get<std::uint16_t>("flags")};
+}
+
+/// Steps, slopes and noise, with 5 % of the pixels invalid.
+Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned seed) {
+  Image image(rows, columns);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> level(0.4F, 7.0F);
+  for (std::ptrdiff_t r = 0; r < rows; r += 11) {
+    for (std::ptrdiff_t c = 0; c < columns; c += 13) {
+      const float height = level(random);
+      for (std::ptrdiff_t y = r; y < std::min(r + 11, rows); ++y)
+        for (std::ptrdiff_t x = c; x < std::min(c + 13, columns); ++x)
+          image(y, x) = height + 0.003F * static_cast<float>(x - c);
+    }
+  }
+  test::add_noise(image, 0.010, seed);
+  test::drop_pixels(image, 0.05, seed + 1);
+  return image;
+}
+
+/// A sigma of 5 to 20 mm.
+Image random_sigma(const Image& like, unsigned seed) {
+  Image sigma(like.rows, like.columns);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> level(0.005F, 0.020F);
+  for (std::size_t i = 0; i < sigma.values.size(); ++i)
+    sigma.values[i] = std::isnan(like.values[i]) ? nan : level(random);
+  return sigma;
+}
+
+void expect_near(const std::vector<float>& found, const std::vector<double>& expected, double tolerance,
+                 const std::string& what) {
+  ASSERT_EQ(found.size(), expected.size());
+  double most = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_EQ(std::isnan(found[i]), std::isnan(expected[i])) << what << ", pixel " << i;
+    if (!std::isnan(expected[i])) most = std::max(most, std::abs(static_cast<double>(found[i]) - expected[i]));
+  }
+  EXPECT_LE(most, tolerance) << what;
+}
+
+TEST(WindowFilters, AgreeWithTheEquationsInDoublePrecision) {
+  struct Case {
+    std::string line;
+    int window;
+    double h, rho;
+    std::ptrdiff_t rows, columns;
+  };
+  const std::vector<Case> cases = {
+      {"yaroslavsky strength='20 mm'", 7, 0.020, INFINITY, 204, 204},
+      {"yaroslavsky strength='3.91 mm' window=3", 3, 0.00391, INFINITY, 31, 77},
+      {"yaroslavsky strength='1 m' window=9", 9, 1.0, INFINITY, 60, 45},
+      {"yaroslavsky strength='20 mm' window=1", 1, 0.020, INFINITY, 9, 9},
+      {"bilateral strength='20 mm'", 7, 0.020, 5, 204, 204},
+      {"bilateral strength='50 mm' rho='1.5 px' window=11", 11, 0.050, 1.5, 150, 13},
+      {"bilateral strength='20 mm' window=7", 7, 0.020, 5, 7, 7},
+  };
+  test::on_each_processor([&](const std::string& processor) {
+    for (const Case& c : cases) {
+      const Image depth = random_image(c.rows, c.columns, 7), sigma = random_sigma(depth, 8);
+      const auto weight = test::bilateral_weight(
+          depth, [&](auto, auto) { return c.h; }, c.rho);
+      const test::Denoised expected = test::averaged(depth, sigma, c.window, weight);
+      const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
+      expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
+      expect_near(with.sigma, expected.sigma, 1e-6, processor + ": sigma of " + c.line);
+      expect_near(without.depth, expected.values, 1e-5, processor + ": without sigma, " + c.line);
+    }
+  });
+}
+
+TEST(WindowFilters, FollowTheSigmaOfEachPixel) {
+  const Image depth = random_image(90, 101, 3), sigma = random_sigma(depth, 4);
+  std::vector<float> known;
+  for (const float s : sigma.values)
+    if (!std::isnan(s)) known.push_back(s);
+  std::ranges::sort(known);
+  const std::size_t half = known.size() / 2;
+  const double median = known.size() % 2 != 0 ? known[half] : (known[half - 1] + known[half]) / 2.0;
+  const auto fixed = [&](auto, auto) { return std::sqrt(2.0) * median; };
+  expect_near(run("yaroslavsky", depth, &sigma).depth,
+              test::averaged(depth, sigma, 7, test::yaroslavsky_weight(depth, fixed)).values, 1e-5, "auto");
+  const auto own = [&](auto r, auto c) { return std::sqrt(2.0) * sigma.at(r, c); };
+  const test::Denoised expected = test::averaged(depth, sigma, 7, test::bilateral_weight(depth, own, 5));
+  const Result adaptive = run("bilateral sigma_adaptive=true", depth, &sigma);
+  expect_near(adaptive.depth, expected.values, 1e-5, "adaptive");
+  expect_near(adaptive.sigma, expected.sigma, 1e-6, "sigma of adaptive");
+}
+
+}  // namespace
+}  // namespace tofgraph
