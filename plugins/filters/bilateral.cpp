@@ -12,7 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-void FilterPixels(WindowFrame& frame, const Tile& tile) { FilterTile<PixelWeights>(frame, tile); }
+void FilterPixels(const WindowFrame& frame, const Tile& tile) { FilterTile<PixelWeights>(frame, tile); }
 
 }  // namespace tofgraph::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -40,7 +40,7 @@ struct Bilateral final : WindowFilter {
     set_spatial([this](double dy, double dx) { return (dy * dy + dx * dx) / (*rho * *rho); });
   }
   void process(Frame& frame) const {
-    filter(frame, 0, [](WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
+    filter(frame, 0, [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
   }
 };
 

@@ -12,13 +12,14 @@
 
 namespace tofgraph {
 
-/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. @returns true if any is valid
+/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. Without branches, so that it
+/// is vectorised. @returns true if any is valid
 inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
                          const Array<std::uint16_t>& bits) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
   int valid = 0;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const bool good = std::abs(lengths[i]) <= farthest && (bits[i] & flag::invalid) == 0;
+    const bool good = (std::abs(lengths[i]) <= farthest) & ((bits[i] & flag::invalid) == 0);
     lengths[i] = good ? lengths[i] : nan;
     bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));
     valid |= good ? 1 : 0;

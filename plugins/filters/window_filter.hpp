@@ -90,7 +90,7 @@ struct WindowFilter : Filter {
   }
 
   /// Filters a frame. @param border columns and rows beyond the window that the weights look at
-  /// @param filter what to do with a tile: filter(WindowFrame&, const Tile&)
+  /// @param filter what to do with a tile: filter(const WindowFrame&, const Tile&)
   template <class FilterTile> void filter(const Frame& frame, std::ptrdiff_t border, FilterTile&& filter) const {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame);
@@ -98,7 +98,7 @@ struct WindowFilter : Filter {
     if (!mark_invalid(lengths, deviations, bits)) return;
     std::unique_ptr<WindowFrame> f;
     if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
-    set_frame(*f, lengths, deviations, 2 * window_.radius + border);
+    set_frame(*f, lengths, deviations, 3 * window_.radius + border);
     const std::vector<Tile> tiles = tiles_of(f->rows, f->columns, window_);
     tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) { filter(*f, tiles[i]); });
     spare_.push(std::move(f));
@@ -139,15 +139,14 @@ struct WindowFilter : Filter {
     f.adaptive = *sigma_adaptive;
     const auto scale = static_cast<float>(1 / unit), typical = static_cast<float>(middle);
     pad(f, f.scaled, border, WindowFrame::far_away,
-        [&](std::size_t i) { return std::isnan(lengths[i]) ? WindowFrame::far_away : lengths[i] * scale; });
+        [&](std::size_t i) { return lengths[i] == lengths[i] ? lengths[i] * scale : WindowFrame::far_away; });
     if (deviations) {
       pad(f, f.variance, border, 0,
-          [&](std::size_t i) { return std::isnan(lengths[i]) ? 0.0F : deviations[i] * deviations[i]; });
+          [&](std::size_t i) { return lengths[i] == lengths[i] ? deviations[i] * deviations[i] : 0.0F; });
     }
     if (f.adaptive) {
       pad(f, f.softness, border, 1, [&](std::size_t i) {
-        const float ratio = typical / std::max(deviations[i], typical * least_sigma);  // NaN: the least
-        return ratio * ratio;
+        return typical / std::max(typical * least_sigma, deviations[i]);  // NaN: the least
       });
     }
   }

@@ -61,7 +61,7 @@ struct WindowFrame {
 
   PaddedImage scaled;    // lengths; far_away where invalid and in the border
   PaddedImage variance;  // m^2, of the lengths; empty without sigma
-  PaddedImage softness;  // (h / h of the pixel)^2; empty when h is the same everywhere
+  PaddedImage softness;  // h / h of the pixel; empty when h is the same everywhere
   float unit;            // m; of the scaled lengths
   float* lengths;        // m, NaN where invalid: what is filtered
   float* sigma;          // m; null without
@@ -89,14 +89,14 @@ class PairRows {
  public:
   void reset(const Tile& tile, const HalfWindow& window) {
     rows_ = window.radius + 1;
-    begin_ = tile.first_column - window.radius;
-    stride_ = tile.last_column - tile.first_column + 2 * window.radius + PaddedImage::slack;
+    begin_ = tile.first_column - 2 * window.radius;
+    stride_ = tile.last_column - tile.first_column + 4 * window.radius + PaddedImage::slack;
     offsets_ = window.count();
     values_.resize(static_cast<std::size_t>(rows_ * offsets_ * stride_));
   }
-  /// The image row r, of the offset with this index, so that [column] is that of the image. r from -radius on.
+  /// The image row r, of the offset with this index, so that [column] is that of the image. r from -2 radius on.
   float* row(std::ptrdiff_t r, std::ptrdiff_t index) {
-    return values_.data() + ((r + rows_) % rows_ * offsets_ + index) * stride_ - begin_;
+    return values_.data() + ((r + 2 * rows_) % rows_ * offsets_ + index) * stride_ - begin_;
   }
   std::ptrdiff_t stride() const { return stride_; }
 

@@ -12,7 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-void FilterPixels(WindowFrame& frame, const Tile& tile) { FilterTile<PixelWeights>(frame, tile); }
+void FilterPixels(const WindowFrame& frame, const Tile& tile) { FilterTile<PixelWeights>(frame, tile); }
 
 }  // namespace tofgraph::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -30,7 +30,7 @@ struct Yaroslavsky final : WindowFilter {
 
   void prepare(Setup& setup) { prepare_window(setup, "window", *window); }
   void process(Frame& frame) const {
-    filter(frame, 0, [](WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
+    filter(frame, 0, [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
   }
 };
 
