@@ -40,7 +40,10 @@ struct Bilateral final : WindowFilter {
     set_spatial([this](double dy, double dx) { return (dy * dy + dx * dx) / (*rho * *rho); });
   }
   void process(Frame& frame) const {
-    filter(frame, 0, [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
+    filter(
+        frame, 0, [](WindowFrame&, double, double) {},
+        [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)
+                                                     (f, tile); });
   }
 };
 

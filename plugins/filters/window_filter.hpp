@@ -90,20 +90,39 @@ struct WindowFilter : Filter {
   }
 
   /// Filters a frame. @param border columns and rows beyond the window that the weights look at
+  /// @param extend what a filter adds: extend(WindowFrame&, h in m, median of sigma in m or 0)
   /// @param filter what to do with a tile: filter(const WindowFrame&, const Tile&)
-  template <class FilterTile> void filter(const Frame& frame, std::ptrdiff_t border, FilterTile&& filter) const {
+  template <class Extend, class FilterTile>
+  void filter(const Frame& frame, std::ptrdiff_t border, Extend&& extend, FilterTile&& filter) const {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame);
     const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
     if (!mark_invalid(lengths, deviations, bits)) return;
     std::unique_ptr<WindowFrame> f;
     if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
-    set_frame(*f, lengths, deviations, 3 * window_.radius + border);
+    const double middle = median_sigma(deviations);
+    const double h = strength.word() == "auto" ? std::numbers::sqrt2 * middle : *strength;
+    set_frame(*f, lengths, deviations, 3 * window_.radius + border, h, middle);
+    extend(*f, h, middle);
     const std::vector<Tile> tiles = tiles_of(f->rows, f->columns, window_);
     tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) { filter(*f, tiles[i]); });
     spare_.push(std::move(f));
     if (*fill) fill_invalid(lengths, deviations, bits, static_cast<std::size_t>(window_.radius));
   }
+
+  /// Copies value(pixel) into an image with a border.
+  template <class Value>
+  static void pad(const WindowFrame& f, PaddedImage& image, std::ptrdiff_t border, float outside, Value&& value) {
+    image.reset(f.rows, f.columns, border, outside);
+    std::size_t i = 0;
+    for (std::ptrdiff_t r = 0; r < f.rows; ++r) {
+      float* row = image.row(r);
+      for (std::ptrdiff_t c = 0; c < f.columns; ++c) row[c] = value(i++);
+    }
+  }
+
+  std::ptrdiff_t window_radius() const { return window_.radius; }
+  bool uses_noise_ = false;  // the median of sigma is needed for more than h
 
  private:
   void check_strength(const Setup& setup) const {
@@ -124,10 +143,8 @@ struct WindowFilter : Filter {
     if (*sigma_adaptive) throw ConfigError("sigma_adaptive", "needs the channel sigma, which is not there" + hint);
   }
 
-  void set_frame(WindowFrame& f, const Array<float>& lengths, const Array<float>& deviations,
-                 std::ptrdiff_t border) const {
-    const double middle = median_sigma(deviations);
-    const double h = strength.word() == "auto" ? std::numbers::sqrt2 * middle : *strength;
+  void set_frame(WindowFrame& f, const Array<float>& lengths, const Array<float>& deviations, std::ptrdiff_t border,
+                 double h, double middle) const {
     const double unit = h * std::sqrt(std::numbers::ln2);
     f.rows = static_cast<std::ptrdiff_t>(lengths.rows());
     f.columns = static_cast<std::ptrdiff_t>(lengths.columns());
@@ -153,23 +170,12 @@ struct WindowFilter : Filter {
 
   /// The median of the frame's sigma where that is needed, m.
   double median_sigma(const Array<float>& deviations) const {
-    if (strength.word() != "auto" && !*sigma_adaptive) return 0;
+    if (strength.word() != "auto" && !*sigma_adaptive && !uses_noise_) return 0;
     std::vector<float> known;
     std::ranges::copy_if(deviations, std::back_inserter(known), [](float s) { return std::isfinite(s); });
     const double middle = known.empty() ? 0 : static_cast<double>(median_of(known));
     if (middle >= least_strength) return middle;
     throw std::runtime_error("the frame's sigma has no median above 1 um: write a length, e.g. strength: 20 mm");
-  }
-
-  /// Copies value(pixel) into an image with a border.
-  template <class Value>
-  static void pad(const WindowFrame& f, PaddedImage& image, std::ptrdiff_t border, float outside, Value&& value) {
-    image.reset(f.rows, f.columns, border, outside);
-    std::size_t i = 0;
-    for (std::ptrdiff_t r = 0; r < f.rows; ++r) {
-      float* row = image.row(r);
-      for (std::ptrdiff_t c = 0; c < f.columns; ++c) row[c] = value(i++);
-    }
   }
 
   HalfWindow window_{};

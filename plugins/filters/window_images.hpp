@@ -48,6 +48,17 @@ struct HalfWindow {
   }
 };
 
+/// How patches are compared, for the filters that do.
+struct Patch {
+  std::ptrdiff_t radius = 0;
+  std::vector<float> factors;  // weights along one axis, from -radius to radius, of sum 1
+  bool uniform = false;        // all alike: running sums instead
+  bool robust = false;         // those across an edge from the middle count less
+  float closeness = 0;         // (h / the step that is an edge)^2
+  float floor = 0;             // exponent that noise alone gives: as much is taken off
+  float guide_scale = 0;       // of the squared differences of a guide over their variance; 0: there is none
+};
+
 /// A frame that a window filter works on. Lengths are in units of h / sqrt(ln 2), so that a weight exp(-d^2 / h^2) is
 /// 2^(-d^2).
 struct WindowFrame {
@@ -59,12 +70,14 @@ struct WindowFrame {
   HalfWindow window;
   const float* spatial;  // exponent of the second factor, of each offset by its index; 0 without one
 
-  PaddedImage scaled;    // lengths; far_away where invalid and in the border
-  PaddedImage variance;  // m^2, of the lengths; empty without sigma
-  PaddedImage softness;  // h / h of the pixel; empty when h is the same everywhere
-  float unit;            // m; of the scaled lengths
-  float* lengths;        // m, NaN where invalid: what is filtered
-  float* sigma;          // m; null without
+  PaddedImage scaled;                 // lengths; far_away where invalid and in the border
+  PaddedImage variance;               // m^2, of the lengths; empty without sigma
+  PaddedImage softness;               // h / h of the pixel; empty when h is the same everywhere
+  PaddedImage guide, guide_variance;  // another image that tells what belongs together, and its noise
+  Patch patch;
+  float unit;      // m; of the scaled lengths
+  float* lengths;  // m, NaN where invalid: what is filtered
+  float* sigma;    // m; null without
   bool adaptive;
 };
 

@@ -30,7 +30,10 @@ struct Yaroslavsky final : WindowFilter {
 
   void prepare(Setup& setup) { prepare_window(setup, "window", *window); }
   void process(Frame& frame) const {
-    filter(frame, 0, [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)(f, tile); });
+    filter(
+        frame, 0, [](WindowFrame&, double, double) {},
+        [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)
+                                                     (f, tile); });
   }
 };
 

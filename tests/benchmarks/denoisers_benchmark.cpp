@@ -63,6 +63,22 @@ BENCHMARK_CAPTURE(stage, bilateral, "bilateral strength='20 mm'", false, 204)->U
 BENCHMARK_CAPTURE(stage, bilateral_sigma, "bilateral strength='20 mm'", true, 204)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, bilateral_4_megapixels, "bilateral strength='20 mm'", false, 2048)
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means, "non_local_means strength='20 mm'", false, 204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_invalid, "non_local_means strength='20 mm'", false, 204, true)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_patch_7, "non_local_means strength='20 mm' patch=7", false, 204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_uniform_3, "non_local_means strength='20 mm' patch_weights=uniform", false,
+                  204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_uniform_7, "non_local_means strength='20 mm' patch_weights=uniform patch=7",
+                  false, 204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_robust, "non_local_means strength='20 mm' patch_weights=robust", true, 204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_4_megapixels, "non_local_means strength='20 mm'", false, 2048)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(opencv_non_local_means)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -89,18 +89,46 @@ TEST(WindowFilters, AgreeWithTheEquationsInDoublePrecision) {
       {"bilateral strength='50 mm' rho='1.5 px' window=11", 11, 0.050, 1.5, 150, 13},
       {"bilateral strength='20 mm' window=7", 7, 0.020, 5, 7, 7},
   };
-  test::on_each_processor([&](const std::string& processor) {
-    for (const Case& c : cases) {
-      const Image depth = random_image(c.rows, c.columns, 7), sigma = random_sigma(depth, 8);
-      const auto weight = test::bilateral_weight(
-          depth, [&](auto, auto) { return c.h; }, c.rho);
-      const test::Denoised expected = test::averaged(depth, sigma, c.window, weight);
+  for (const Case& c : cases) {
+    const Image depth = random_image(c.rows, c.columns, 7), sigma = random_sigma(depth, 8);
+    const auto weight = test::bilateral_weight(
+        depth, [&](auto, auto) { return c.h; }, c.rho);
+    const test::Denoised expected = test::averaged(depth, sigma, c.window, weight);
+    test::on_each_processor([&](const std::string& processor) {
       const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
       expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
       expect_near(with.sigma, expected.sigma, 1e-6, processor + ": sigma of " + c.line);
       expect_near(without.depth, expected.values, 1e-5, processor + ": without sigma, " + c.line);
-    }
-  });
+    });
+  }
+}
+
+TEST(WindowFilters, NonLocalMeansAgreesWithTheEquationInDoublePrecision) {
+  struct Case {
+    std::string line;
+    int search, patch;
+    double h, a;
+    std::ptrdiff_t rows, columns;
+  };
+  const std::vector<Case> cases = {
+      {"non_local_means strength='20 mm'", 7, 3, 0.020, 1, 204, 204},
+      {"non_local_means strength='20 mm' patch_weights=uniform", 7, 3, 0.020, INFINITY, 204, 204},
+      {"non_local_means strength='15 mm' search=9 patch=7 patch_sigma='2 px'", 9, 7, 0.015, 2, 70, 33},
+      {"non_local_means strength='100 mm' search=21 patch=15 patch_weights=uniform", 21, 15, 0.100, INFINITY, 140, 41},
+      {"non_local_means strength='20 mm' search=3 patch=1", 3, 1, 0.020, 1, 7, 50},
+  };
+  for (const Case& c : cases) {
+    const Image depth = random_image(c.rows, c.columns, 9), sigma = random_sigma(depth, 8);
+    const auto weight = test::non_local_means_weight(
+        depth, [&](auto, auto) { return c.h; }, c.patch, c.a);
+    const test::Denoised expected = test::averaged(depth, sigma, c.search, weight);
+    test::on_each_processor([&](const std::string& processor) {
+      const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
+      expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
+      expect_near(with.sigma, expected.sigma, 2e-6, processor + ": sigma of " + c.line);
+      expect_near(without.depth, expected.values, 1e-5, processor + ": without sigma, " + c.line);
+    });
+  }
 }
 
 TEST(WindowFilters, FollowTheSigmaOfEachPixel) {

@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Weights by the difference of two patches, for files that are compiled once a processor (Highway's foreach_target).
+///
+/// For each offset the squared differences of a row are made once; sums along columns come from rows kept (Gaussian) or
+/// from running sums (uniform), then those along the row. Uniform sums are of integers, so that what leaves the running
+/// sum leaves it whole; they take the same time for every side, Gaussian ones one that is linear in it.
+#if defined(TOFGRAPH_FILTERS_PATCH_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef TOFGRAPH_FILTERS_PATCH_VECTOR_HPP
+#undef TOFGRAPH_FILTERS_PATCH_VECTOR_HPP
+#else
+#define TOFGRAPH_FILTERS_PATCH_VECTOR_HPP
+#endif
+
+#include <hwy/highway.h>
+
+#include <cmath>
+
+#include "plugins/filters/window_vector.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace tofgraph::HWY_NAMESPACE {
+
+/// The exponent of a pair of pixels, and 1 where both are valid, else 0 and 0.
+template <class D> struct PairDifference { hn::Vec<D> exponent, valid; };
+
+template <class D> HWY_INLINE hn::Mask<D> BothValid(D d, hn::Vec<D> first, hn::Vec<D> second) {
+  return hn::Lt(hn::Max(first, second), hn::Set(d, 0.1F * WindowFrame::far_away));
+}
+
+/// @param most the exponent is clipped to this. A guide counts as much as the length: half of each.
+template <class D> HWY_INLINE PairDifference<D> Compare(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t x,
+                                                        std::ptrdiff_t dy, std::ptrdiff_t dx, hn::Vec<D> most) {
+  const auto first = hn::LoadU(d, f.scaled.row(r) + x), second = hn::LoadU(d, f.scaled.row(r + dy) + x + dx);
+  const auto difference = hn::Sub(second, first);
+  auto exponent = hn::Mul(difference, difference);
+  if (f.patch.guide_scale > 0) {
+    const auto other = hn::Sub(hn::LoadU(d, f.guide.row(r + dy) + x + dx), hn::LoadU(d, f.guide.row(r) + x));
+    const auto variance =
+        hn::Add(hn::LoadU(d, f.guide_variance.row(r + dy) + x + dx), hn::LoadU(d, f.guide_variance.row(r) + x));
+    const auto scaled = hn::Div(hn::Mul(hn::Mul(other, other), hn::Set(d, f.patch.guide_scale)), variance);
+    exponent = hn::Mul(hn::Set(d, 0.5F), hn::Add(exponent, scaled));
+  }
+  const auto valid = BothValid(d, first, second);
+  return {hn::IfThenElseZero(valid, hn::Min(exponent, most)), hn::IfThenElseZero(valid, hn::Set(d, 1.0F))};
+}
+
+/// The pairs' weights of one row, for every offset; the exponents when h is adaptive.
+template <bool Adaptive> class PatchWeights {
+ public:
+  static constexpr bool makes_pairs = false;
+
+  PatchWeights(const WindowFrame& f, const Tile& tile)
+      : begin_(tile.first_column - f.window.radius),
+        end_(tile.last_column + f.window.radius),
+        radius_(f.patch.radius),
+        side_(2 * radius_ + 1),
+        stride_(end_ - begin_ + 2 * radius_ + PaddedImage::slack),
+        memory_(Memory()) {
+    const auto floats = static_cast<std::size_t>(stride_ * (2 * side_ * f.window.count() + 4));
+    if (memory_.size() < floats) memory_.resize(floats);
+  }
+
+  template <class D> void MakeRow(D d, const WindowFrame& f, const Tile& tile, std::ptrdiff_t r, PairRows& pairs) {
+    const bool first = r == tile.first_row - f.window.radius;
+    for (std::ptrdiff_t dy = 0; dy <= f.window.radius; ++dy) {
+      for (std::ptrdiff_t dx = f.window.first_column(dy); dx <= f.window.radius; ++dx) {
+        const Offset offset{dy, dx, f.window.index(dy, dx)};
+        float* to = pairs.row(r, offset.index);
+        if (f.patch.robust)
+          RobustRow(d, f, r, offset, to);
+        else if (f.patch.uniform)
+          UniformRow(d, f, r, offset, first, to);
+        else
+          GaussianRow(d, f, r, offset, first, to);
+      }
+    }
+  }
+
+  template <class D, class V>
+  static HWY_INLINE V Below(D d, V, V softness, const WindowFrame&, std::ptrdiff_t, const float* pair) {
+    const V kept = hn::LoadU(d, pair);
+    if constexpr (!Adaptive) return kept;
+    return PowerOfHalf(d, hn::Mul(kept, hn::Mul(softness, softness)));
+  }
+  template <class D, class V> static HWY_INLINE V Above(D d, V difference, V softness, const WindowFrame& f,
+                                                        std::ptrdiff_t index, const float* pair) {
+    return Below(d, difference, softness, f, index, pair);
+  }
+
+ private:
+  struct Offset {
+    std::ptrdiff_t dy, dx, index;
+  };
+
+  static std::vector<float>& Memory() {
+    thread_local std::vector<float> memory;
+    return memory;
+  }
+  /// A row of memory, so that [x] is the image's column.
+  float* Line(std::ptrdiff_t i) { return memory_.data() + i * stride_ - begin_ + radius_; }
+  float* Kept(const Offset& offset, std::ptrdiff_t i) { return Line(4 + 2 * (offset.index * side_ + i)); }
+
+  /// From the patches' sum of exponents and of weights to what is kept of the pair.
+  template <class D> static HWY_INLINE void Finish(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset,
+                                                   std::ptrdiff_t x, hn::Vec<D> sum, hn::Vec<D> weights, float* to) {
+    const auto first = hn::LoadU(d, f.scaled.row(r) + x);
+    const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
+    const auto mean = hn::Sub(hn::Div(sum, weights), hn::Set(d, f.patch.floor));
+    const auto exponent = hn::IfThenElse(BothValid(d, first, second), hn::Max(mean, hn::Zero(d)), hn::Set(d, 1e15F));
+    hn::StoreU(Adaptive ? exponent : PowerOfHalf(d, exponent), d, to + x);
+  }
+
+  template <class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset,
+                                                 bool first, float* to) {
+    const float* factor = f.patch.factors.data() + radius_;
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    const auto slot = [&](std::ptrdiff_t row) { return (row + f.rows * side_) % side_; };
+    const auto most = hn::Set(d, 1e20F);
+    for (std::ptrdiff_t row = first ? r - radius_ : r + radius_; row <= r + radius_; ++row) {
+      float *exponents = Kept(offset, slot(row)), *valid = exponents + stride_;
+      for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += lanes) {
+        const auto pair = Compare(d, f, row, x, offset.dy, offset.dx, most);
+        hn::StoreU(pair.exponent, d, exponents + x);
+        hn::StoreU(pair.valid, d, valid + x);
+      }
+    }
+    float *column = Line(0), *weights = Line(1);
+    for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += lanes) {
+      auto sum = hn::Zero(d), all = hn::Zero(d);
+      for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
+        const float* exponents = Kept(offset, slot(r + k));
+        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, exponents + x), sum);
+        all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, exponents + stride_ + x), all);
+      }
+      hn::StoreU(sum, d, column + x);
+      hn::StoreU(all, d, weights + x);
+    }
+    for (std::ptrdiff_t x = begin_; x < end_; x += lanes) {
+      auto sum = hn::Zero(d), all = hn::Zero(d);
+      for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
+        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, column + x + k), sum);
+        all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, weights + x + k), all);
+      }
+      Finish(d, f, r, offset, x, sum, all, to);
+    }
+  }
+
+  /// Adds a row to running sums along columns, or takes it out.
+  template <int Sign, class D> HWY_INLINE void AddToColumns(D d, const WindowFrame& f, std::ptrdiff_t row,
+                                                            const Offset& offset, float most, float scale) {
+    const hn::RebindToSigned<D> di;
+    auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
+    auto* counts = sums + stride_;
+    for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+      const auto pair = Compare(d, f, row, x, offset.dy, offset.dx, hn::Set(d, most));
+      const auto exponent = hn::NearestInt(hn::Mul(pair.exponent, hn::Set(d, scale)));
+      const auto valid = hn::ConvertTo(di, pair.valid);
+      const auto sum = hn::LoadU(di, sums + x), count = hn::LoadU(di, counts + x);
+      hn::StoreU(Sign > 0 ? hn::Add(sum, exponent) : hn::Sub(sum, exponent), di, sums + x);
+      hn::StoreU(Sign > 0 ? hn::Add(count, valid) : hn::Sub(count, valid), di, counts + x);
+    }
+  }
+
+  /// Sums of `side` neighbours along a row, to[x] from those about x, by doubling: as many steps as the side has bits.
+  template <class D> HWY_INLINE void SumAlongRow(D d, const std::int32_t* from, std::int32_t* power, std::int32_t* to) {
+    const hn::RebindToSigned<D> di;
+    const std::ptrdiff_t begin = begin_ - radius_, end = end_ + radius_,
+                         lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    std::copy(from + begin, from + end + lanes, power + begin);
+    std::copy(from + begin, from + end_ - radius_ + lanes, to + begin_);  // a side is odd: its first bit is set
+    std::ptrdiff_t shift = 1 - radius_;
+    for (std::ptrdiff_t size = 1; 2 * size <= side_; size *= 2) {
+      const bool takes = (side_ & (2 * size)) != 0;
+      for (std::ptrdiff_t x = begin; x < end; x += lanes)
+        hn::StoreU(hn::Add(hn::LoadU(di, power + x), hn::LoadU(di, power + x + size)), di, power + x);
+      if (!takes) continue;
+      for (std::ptrdiff_t x = begin_; x < end_; x += lanes)
+        hn::StoreU(hn::Add(hn::LoadU(di, to + x), hn::LoadU(di, power + x + shift)), di, to + x);
+      shift += 2 * size;
+    }
+  }
+
+  template <class D>
+  HWY_INLINE void UniformRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first, float* to) {
+    // One pair this large makes the mean 30, a weight of 1e-9; the sum of the patch fits 31 bits.
+    const auto pixels = static_cast<float>(side_ * side_);
+    const float most = 30 * pixels, scale = std::exp2(std::floor(std::log2(2147483648.0F / (most * pixels * 1.01F))));
+    auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
+    if (first) {
+      std::fill_n(Kept(offset, 0) + begin_ - radius_, 2 * stride_, 0.0F);
+      for (std::ptrdiff_t row = r - radius_; row <= r + radius_; ++row) AddToColumns<1>(d, f, row, offset, most, scale);
+    } else {
+      AddToColumns<1>(d, f, r + radius_, offset, most, scale);
+      AddToColumns<-1>(d, f, r - radius_ - 1, offset, most, scale);
+    }
+    auto *power = reinterpret_cast<std::int32_t*>(Line(0)), *sum = reinterpret_cast<std::int32_t*>(Line(1)),
+         *count = reinterpret_cast<std::int32_t*>(Line(2));
+    SumAlongRow(d, sums, power, sum);
+    SumAlongRow(d, sums + stride_, power, count);
+    const hn::RebindToSigned<D> di;
+    for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+      const auto total = hn::Mul(hn::ConvertTo(d, hn::LoadU(di, sum + x)), hn::Set(d, 1 / scale));
+      Finish(d, f, r, offset, x, total, hn::ConvertTo(d, hn::LoadU(di, count + x)), to);
+    }
+  }
+
+  /// Each pixel of a patch weighs less the further its length is from that in the middle of its patch. Not separable:
+  /// the time goes with the square of the side.
+  template <class D>
+  HWY_INLINE void RobustRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, float* to) {
+    const float* factor = f.patch.factors.data() + radius_;
+    const auto most = hn::Set(d, 1e20F), closeness = hn::Set(d, f.patch.closeness);
+    for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
+      const auto first = hn::LoadU(d, f.scaled.row(r) + x);
+      const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
+      auto sum = hn::Zero(d), all = hn::Zero(d);
+      for (std::ptrdiff_t y = -radius_; y <= radius_; ++y) {
+        for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
+          const auto one = hn::Sub(hn::LoadU(d, f.scaled.row(r + y) + x + k), first);
+          const auto other = hn::Sub(hn::LoadU(d, f.scaled.row(r + offset.dy + y) + x + offset.dx + k), second);
+          const auto step = hn::MulAdd(one, one, hn::Mul(other, other));
+          const auto weight = hn::Mul(PowerOfHalf(d, hn::Mul(step, closeness)), hn::Set(d, factor[y] * factor[k]));
+          const auto pair = Compare(d, f, r + y, x + k, offset.dy, offset.dx, most);
+          sum = hn::MulAdd(weight, pair.exponent, sum);
+          all = hn::MulAdd(weight, pair.valid, all);
+        }
+      }
+      Finish(d, f, r, offset, x, sum, all, to);
+    }
+  }
+
+  std::ptrdiff_t begin_, end_, radius_, side_, stride_;
+  std::vector<float>& memory_;
+};
+
+}  // namespace tofgraph::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
