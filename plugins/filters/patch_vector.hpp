@@ -57,23 +57,35 @@ template <bool Adaptive> class PatchWeights {
         radius_(f.patch.radius),
         side_(2 * radius_ + 1),
         stride_(end_ - begin_ + 2 * radius_ + PaddedImage::slack),
+        shares_(3 + 2 * f.window.radius + 1),
+        complete_(Complete(f, tile)),
         memory_(Memory()) {
-    const auto floats = static_cast<std::size_t>(stride_ * (2 * side_ * f.window.count() + 4));
+    const auto floats = static_cast<std::size_t>(stride_ * (shares_ + 2 * side_ * f.window.count()));
     if (memory_.size() < floats) memory_.resize(floats);
+    for (std::ptrdiff_t dx = -f.window.radius; complete_ && dx <= f.window.radius; ++dx) {
+      float* share = Share(f, dx);
+      for (std::ptrdiff_t x = begin_; x < end_; ++x) share[x] = 1 / ShareInside(f, x, dx, f.columns);
+    }
   }
 
   template <class D> void MakeRow(D d, const WindowFrame& f, const Tile& tile, std::ptrdiff_t r, PairRows& pairs) {
     const bool first = r == tile.first_row - f.window.radius;
+    for (std::ptrdiff_t k = 0; k < side_; ++k) slots_[k] = (r - radius_ + k + f.rows * side_) % side_;
     for (std::ptrdiff_t dy = 0; dy <= f.window.radius; ++dy) {
+      const float share = 1 / ShareInside(f, r, dy, f.rows);
       for (std::ptrdiff_t dx = f.window.first_column(dy); dx <= f.window.radius; ++dx) {
-        const Offset offset{dy, dx, f.window.index(dy, dx)};
+        const Offset offset{dy, dx, f.window.index(dy, dx), share};
         float* to = pairs.row(r, offset.index);
         if (f.patch.robust)
           RobustRow(d, f, r, offset, to);
         else if (f.patch.uniform)
-          UniformRow(d, f, r, offset, first, to);
+          complete_ ? UniformRow<true>(d, f, r, offset, first, to) : UniformRow<false>(d, f, r, offset, first, to);
+        else if (radius_ == 1)
+          complete_ ? GaussianRow<1, true>(d, f, r, offset, first, to)
+                    : GaussianRow<1, false>(d, f, r, offset, first, to);
         else
-          GaussianRow(d, f, r, offset, first, to);
+          complete_ ? GaussianRow<0, true>(d, f, r, offset, first, to)
+                    : GaussianRow<0, false>(d, f, r, offset, first, to);
       }
     }
   }
@@ -92,7 +104,9 @@ template <bool Adaptive> class PatchWeights {
  private:
   struct Offset {
     std::ptrdiff_t dy, dx, index;
+    float share;  // 1 / the weight of a patch's rows that are in the image for both pixels
   };
+  static constexpr std::ptrdiff_t most_side = 21;
 
   static std::vector<float>& Memory() {
     thread_local std::vector<float> memory;
@@ -100,65 +114,100 @@ template <bool Adaptive> class PatchWeights {
   }
   /// A row of memory, so that [x] is the image's column.
   float* Line(std::ptrdiff_t i) { return memory_.data() + i * stride_ - begin_ + radius_; }
-  float* Kept(const Offset& offset, std::ptrdiff_t i) { return Line(4 + 2 * (offset.index * side_ + i)); }
+  float* Kept(const Offset& offset, std::ptrdiff_t i) { return Line(shares_ + 2 * (offset.index * side_ + i)); }
+  float* Share(const WindowFrame& f, std::ptrdiff_t dx) { return Line(3 + dx + f.window.radius); }
 
-  /// From the patches' sum of exponents and of weights to what is kept of the pair.
+  /// True when all pixels that the tile's patches reach inside the image are valid: then the weight of the valid part
+  /// of a patch is a product of what is inside along the rows and along the columns.
+  static bool Complete(const WindowFrame& f, const Tile& tile) {
+    const std::ptrdiff_t reach = f.window.radius + f.patch.radius;
+    float farthest = 0;
+    for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(tile.first_row - reach, 0);
+         r < std::min(tile.last_row + reach, f.rows); ++r) {
+      const float* row = f.scaled.row(r);
+      for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(tile.first_column - reach, 0);
+           x < std::min(tile.last_column + reach, f.columns); ++x)
+        farthest = std::max(farthest, row[x]);
+    }
+    return farthest < WindowFrame::far_away;
+  }
+  /// The weight of a patch's pixels along one axis that are inside for the pixel at i and for that `step` beyond it; 1
+  /// when that is none.
+  static float ShareInside(const WindowFrame& f, std::ptrdiff_t i, std::ptrdiff_t step, std::ptrdiff_t size) {
+    float share = 0;
+    for (std::ptrdiff_t k = -f.patch.radius; k <= f.patch.radius; ++k) {
+      const std::ptrdiff_t first = i + k, second = first + step;
+      const bool inside = std::min(first, second) >= 0 && std::max(first, second) < size;
+      share += inside ? f.patch.factors[static_cast<std::size_t>(k + f.patch.radius)] : 0;
+    }
+    return share > 0 ? share : 1;
+  }
+
+  /// From the mean of the patches' exponents to what is kept of the pair.
   template <class D> static HWY_INLINE void Finish(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset,
-                                                   std::ptrdiff_t x, hn::Vec<D> sum, hn::Vec<D> weights, float* to) {
+                                                   std::ptrdiff_t x, hn::Vec<D> mean, float* to) {
     const auto first = hn::LoadU(d, f.scaled.row(r) + x);
     const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
-    const auto mean = hn::Sub(hn::Div(sum, weights), hn::Set(d, f.patch.floor));
-    const auto exponent = hn::IfThenElse(BothValid(d, first, second), hn::Max(mean, hn::Zero(d)), hn::Set(d, 1e15F));
+    const auto above = hn::Max(hn::Sub(mean, hn::Set(d, f.patch.floor)), hn::Zero(d));
+    const auto exponent = hn::IfThenElse(BothValid(d, first, second), above, hn::Set(d, 1e15F));
     hn::StoreU(Adaptive ? exponent : PowerOfHalf(d, exponent), d, to + x);
   }
 
-  template <class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset,
-                                                 bool first, float* to) {
-    const float* factor = f.patch.factors.data() + radius_;
+  /// @param Radius of the patch when it is known to the compiler, else 0
+  template <int Radius, bool Complete, class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r,
+                                                                            const Offset& offset, bool first,
+                                                                            float* to) {
+    const std::ptrdiff_t radius = Radius != 0 ? Radius : radius_, side = 2 * radius + 1, stride = stride_;
+    const float* factor = f.patch.factors.data();
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-    const auto slot = [&](std::ptrdiff_t row) { return (row + f.rows * side_) % side_; };
+    float* lines[most_side];
+    for (std::ptrdiff_t k = 0; k < side; ++k) lines[k] = Kept(offset, slots_[k]);
     const auto most = hn::Set(d, 1e20F);
-    for (std::ptrdiff_t row = first ? r - radius_ : r + radius_; row <= r + radius_; ++row) {
-      float *exponents = Kept(offset, slot(row)), *valid = exponents + stride_;
-      for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += lanes) {
-        const auto pair = Compare(d, f, row, x, offset.dy, offset.dx, most);
+    for (std::ptrdiff_t k = first ? 0 : side - 1; k < side; ++k) {
+      float *exponents = lines[k], *valid = exponents + stride;
+      for (std::ptrdiff_t x = begin_ - radius; x < end_ + radius; x += lanes) {
+        const auto pair = Compare(d, f, r + k - radius, x, offset.dy, offset.dx, most);
         hn::StoreU(pair.exponent, d, exponents + x);
-        hn::StoreU(pair.valid, d, valid + x);
+        if (!Complete) hn::StoreU(pair.valid, d, valid + x);
       }
     }
     float *column = Line(0), *weights = Line(1);
-    for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += lanes) {
+    for (std::ptrdiff_t x = begin_ - radius; x < end_ + radius; x += lanes) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
-      for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
-        const float* exponents = Kept(offset, slot(r + k));
-        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, exponents + x), sum);
-        all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, exponents + stride_ + x), all);
+      for (std::ptrdiff_t k = 0; k < side; ++k) {
+        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, lines[k] + x), sum);
+        if (!Complete) all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, lines[k] + stride + x), all);
       }
       hn::StoreU(sum, d, column + x);
-      hn::StoreU(all, d, weights + x);
+      if (!Complete) hn::StoreU(all, d, weights + x);
     }
+    const float* share = Share(f, offset.dx);
+    const auto rows = hn::Set(d, offset.share);
     for (std::ptrdiff_t x = begin_; x < end_; x += lanes) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
-      for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
-        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, column + x + k), sum);
-        all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, weights + x + k), all);
+      for (std::ptrdiff_t k = 0; k < side; ++k) {
+        sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, column + x + k - radius), sum);
+        if (!Complete) all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, weights + x + k - radius), all);
       }
-      Finish(d, f, r, offset, x, sum, all, to);
+      const auto mean = Complete ? hn::Mul(sum, hn::Mul(rows, hn::LoadU(d, share + x))) : hn::Div(sum, all);
+      Finish(d, f, r, offset, x, mean, to);
     }
   }
 
   /// Adds a row to running sums along columns, or takes it out.
-  template <int Sign, class D> HWY_INLINE void AddToColumns(D d, const WindowFrame& f, std::ptrdiff_t row,
-                                                            const Offset& offset, float most, float scale) {
+  template <int Sign, bool Complete, class D> HWY_INLINE void AddToColumns(D d, const WindowFrame& f,
+                                                                           std::ptrdiff_t row, const Offset& offset,
+                                                                           float most, float scale) {
     const hn::RebindToSigned<D> di;
     auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
     auto* counts = sums + stride_;
     for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
       const auto pair = Compare(d, f, row, x, offset.dy, offset.dx, hn::Set(d, most));
       const auto exponent = hn::NearestInt(hn::Mul(pair.exponent, hn::Set(d, scale)));
-      const auto valid = hn::ConvertTo(di, pair.valid);
-      const auto sum = hn::LoadU(di, sums + x), count = hn::LoadU(di, counts + x);
+      const auto sum = hn::LoadU(di, sums + x);
       hn::StoreU(Sign > 0 ? hn::Add(sum, exponent) : hn::Sub(sum, exponent), di, sums + x);
+      if (Complete) continue;
+      const auto valid = hn::ConvertTo(di, pair.valid), count = hn::LoadU(di, counts + x);
       hn::StoreU(Sign > 0 ? hn::Add(count, valid) : hn::Sub(count, valid), di, counts + x);
     }
   }
@@ -182,7 +231,7 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  template <class D>
+  template <bool Complete, class D>
   HWY_INLINE void UniformRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first, float* to) {
     // One pair this large makes the mean 30, a weight of 1e-9; the sum of the patch fits 31 bits.
     const auto pixels = static_cast<float>(side_ * side_);
@@ -190,19 +239,24 @@ template <bool Adaptive> class PatchWeights {
     auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
     if (first) {
       std::fill_n(Kept(offset, 0) + begin_ - radius_, 2 * stride_, 0.0F);
-      for (std::ptrdiff_t row = r - radius_; row <= r + radius_; ++row) AddToColumns<1>(d, f, row, offset, most, scale);
+      for (std::ptrdiff_t row = r - radius_; row <= r + radius_; ++row)
+        AddToColumns<1, Complete>(d, f, row, offset, most, scale);
     } else {
-      AddToColumns<1>(d, f, r + radius_, offset, most, scale);
-      AddToColumns<-1>(d, f, r - radius_ - 1, offset, most, scale);
+      AddToColumns<1, Complete>(d, f, r + radius_, offset, most, scale);
+      AddToColumns<-1, Complete>(d, f, r - radius_ - 1, offset, most, scale);
     }
     auto *power = reinterpret_cast<std::int32_t*>(Line(0)), *sum = reinterpret_cast<std::int32_t*>(Line(1)),
          *count = reinterpret_cast<std::int32_t*>(Line(2));
     SumAlongRow(d, sums, power, sum);
-    SumAlongRow(d, sums + stride_, power, count);
+    if (!Complete) SumAlongRow(d, sums + stride_, power, count);
+    const float* share = Share(f, offset.dx);
+    const auto rows = hn::Set(d, offset.share / pixels);
     const hn::RebindToSigned<D> di;
     for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
       const auto total = hn::Mul(hn::ConvertTo(d, hn::LoadU(di, sum + x)), hn::Set(d, 1 / scale));
-      Finish(d, f, r, offset, x, total, hn::ConvertTo(d, hn::LoadU(di, count + x)), to);
+      const auto mean = Complete ? hn::Mul(total, hn::Mul(rows, hn::LoadU(d, share + x)))
+                                 : hn::Div(total, hn::ConvertTo(d, hn::LoadU(di, count + x)));
+      Finish(d, f, r, offset, x, mean, to);
     }
   }
 
@@ -227,11 +281,13 @@ template <bool Adaptive> class PatchWeights {
           all = hn::MulAdd(weight, pair.valid, all);
         }
       }
-      Finish(d, f, r, offset, x, sum, all, to);
+      Finish(d, f, r, offset, x, hn::Div(sum, all), to);
     }
   }
 
-  std::ptrdiff_t begin_, end_, radius_, side_, stride_;
+  std::ptrdiff_t begin_, end_, radius_, side_, stride_, shares_;
+  std::ptrdiff_t slots_[most_side] = {};  // where the rows of the patches about the present row are kept
+  bool complete_;
   std::vector<float>& memory_;
 };
 

@@ -34,8 +34,8 @@ Result run(const std::string& line, const Image& depth, const Image* sigma = nul
           stage.get<std::uint16_t>("flags")};
 }
 
-/// Steps, slopes and noise, with 5 % of the pixels invalid.
-Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned seed) {
+/// Steps, slopes and noise, by default with 5 % of the pixels invalid.
+Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned seed, double invalid = 0.05) {
   Image image(rows, columns);
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> level(0.4F, 7.0F);
@@ -48,7 +48,7 @@ Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned seed) {
     }
   }
   test::add_noise(image, 0.010, seed);
-  test::drop_pixels(image, 0.05, seed + 1);
+  test::drop_pixels(image, invalid, seed + 1);
   return image;
 }
 
@@ -109,16 +109,20 @@ TEST(WindowFilters, NonLocalMeansAgreesWithTheEquationInDoublePrecision) {
     int search, patch;
     double h, a;
     std::ptrdiff_t rows, columns;
+    double invalid = 0.05;
   };
   const std::vector<Case> cases = {
       {"non_local_means strength='20 mm'", 7, 3, 0.020, 1, 204, 204},
       {"non_local_means strength='20 mm' patch_weights=uniform", 7, 3, 0.020, INFINITY, 204, 204},
       {"non_local_means strength='15 mm' search=9 patch=7 patch_sigma='2 px'", 9, 7, 0.015, 2, 70, 33},
       {"non_local_means strength='100 mm' search=21 patch=15 patch_weights=uniform", 21, 15, 0.100, INFINITY, 140, 41},
+      {"non_local_means strength='20 mm'", 7, 3, 0.020, 1, 204, 204, 0},
+      {"non_local_means strength='20 mm' patch_weights=uniform patch=5", 7, 5, 0.020, INFINITY, 204, 35, 0},
+      {"non_local_means strength='20 mm' patch=5", 7, 5, 0.020, 1, 24, 35, 0},
       {"non_local_means strength='20 mm' search=3 patch=1", 3, 1, 0.020, 1, 7, 50},
   };
   for (const Case& c : cases) {
-    const Image depth = random_image(c.rows, c.columns, 9), sigma = random_sigma(depth, 8);
+    const Image depth = random_image(c.rows, c.columns, 9, c.invalid), sigma = random_sigma(depth, 8);
     const auto weight = test::non_local_means_weight(
         depth, [&](auto, auto) { return c.h; }, c.patch, c.a);
     const test::Denoised expected = test::averaged(depth, sigma, c.search, weight);
