@@ -29,22 +29,39 @@ template <class D> HWY_INLINE hn::Mask<D> BothValid(D d, hn::Vec<D> first, hn::V
   return hn::Lt(hn::Max(first, second), hn::Set(d, 0.1F * WindowFrame::far_away));
 }
 
-/// @param most the exponent is clipped to this. A guide counts as much as the length: half of each.
-template <class D> HWY_INLINE PairDifference<D> Compare(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t x,
-                                                        std::ptrdiff_t dy, std::ptrdiff_t dx, hn::Vec<D> most) {
-  const auto first = hn::LoadU(d, f.scaled.row(r) + x), second = hn::LoadU(d, f.scaled.row(r + dy) + x + dx);
-  const auto difference = hn::Sub(second, first);
-  auto exponent = hn::Mul(difference, difference);
-  if (f.patch.guide_scale > 0) {
-    const auto other = hn::Sub(hn::LoadU(d, f.guide.row(r + dy) + x + dx), hn::LoadU(d, f.guide.row(r) + x));
-    const auto variance =
-        hn::Add(hn::LoadU(d, f.guide_variance.row(r + dy) + x + dx), hn::LoadU(d, f.guide_variance.row(r) + x));
-    const auto scaled = hn::Div(hn::Mul(hn::Mul(other, other), hn::Set(d, f.patch.guide_scale)), variance);
-    exponent = hn::Mul(hn::Set(d, 0.5F), hn::Add(exponent, scaled));
+/// Compares the pixels of a row with those at an offset from them. Copies of all that is needed: no store can change
+/// it.
+struct Comparison {
+  const float *first, *second, *guide_first, *guide_second, *variance_first, *variance_second;
+  float guide_scale, most;
+
+  /// @param clip exponents are clipped to this
+  Comparison(const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t dy, std::ptrdiff_t dx, float clip)
+      : first(f.scaled.row(r)), second(f.scaled.row(r + dy) + dx), guide_scale(f.patch.guide_scale), most(clip) {
+    const PaddedImage &guide = guide_scale > 0 ? f.guide : f.scaled,
+                      &variance = guide_scale > 0 ? f.guide_variance : f.scaled;  // without a guide: not read
+    guide_first = guide.row(r);
+    guide_second = guide.row(r + dy) + dx;
+    variance_first = variance.row(r);
+    variance_second = variance.row(r + dy) + dx;
   }
-  const auto valid = BothValid(d, first, second);
-  return {hn::IfThenElseZero(valid, hn::Min(exponent, most)), hn::IfThenElseZero(valid, hn::Set(d, 1.0F))};
-}
+
+  /// A guide counts as much as the length: half of each.
+  template <class D> HWY_INLINE PairDifference<D> At(D d, std::ptrdiff_t x) const {
+    const auto one = hn::LoadU(d, first + x), other = hn::LoadU(d, second + x);
+    const auto difference = hn::Sub(other, one);
+    auto exponent = hn::Mul(difference, difference);
+    if (guide_scale > 0) {
+      const auto step = hn::Sub(hn::LoadU(d, guide_second + x), hn::LoadU(d, guide_first + x));
+      const auto variance = hn::Add(hn::LoadU(d, variance_second + x), hn::LoadU(d, variance_first + x));
+      const auto scaled = hn::Div(hn::Mul(hn::Mul(step, step), hn::Set(d, guide_scale)), variance);
+      exponent = hn::Mul(hn::Set(d, 0.5F), hn::Add(exponent, scaled));
+    }
+    const auto valid = BothValid(d, one, other);
+    return {hn::IfThenElseZero(valid, hn::Min(exponent, hn::Set(d, most))),
+            hn::IfThenElseZero(valid, hn::Set(d, 1.0F))};
+  }
+};
 
 /// The pairs' weights of one row, for every offset; the exponents when h is adaptive.
 template <bool Adaptive> class PatchWeights {
@@ -144,35 +161,42 @@ template <bool Adaptive> class PatchWeights {
   }
 
   /// From the mean of the patches' exponents to what is kept of the pair.
-  template <class D> static HWY_INLINE void Finish(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset,
-                                                   std::ptrdiff_t x, hn::Vec<D> mean, float* to) {
-    const auto first = hn::LoadU(d, f.scaled.row(r) + x);
-    const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
-    const auto above = hn::Max(hn::Sub(mean, hn::Set(d, f.patch.floor)), hn::Zero(d));
-    const auto exponent = hn::IfThenElse(BothValid(d, first, second), above, hn::Set(d, 1e15F));
-    hn::StoreU(Adaptive ? exponent : PowerOfHalf(d, exponent), d, to + x);
-  }
+  struct Finish {
+    const float *first, *second;
+    float floor;
+    float* to;
+
+    Finish(const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, float* pair)
+        : first(f.scaled.row(r)), second(f.scaled.row(r + offset.dy) + offset.dx), floor(f.patch.floor), to(pair) {}
+    template <class D> HWY_INLINE void At(D d, std::ptrdiff_t x, hn::Vec<D> mean) const {
+      const auto valid = BothValid(d, hn::LoadU(d, first + x), hn::LoadU(d, second + x));
+      const auto above = hn::Max(hn::Sub(mean, hn::Set(d, floor)), hn::Zero(d));
+      const auto exponent = hn::IfThenElse(valid, above, hn::Set(d, 1e15F));
+      hn::StoreU(Adaptive ? exponent : PowerOfHalf(d, exponent), d, to + x);
+    }
+  };
 
   /// @param Radius of the patch when it is known to the compiler, else 0
   template <int Radius, bool Complete, class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r,
                                                                             const Offset& offset, bool first,
                                                                             float* to) {
     const std::ptrdiff_t radius = Radius != 0 ? Radius : radius_, side = 2 * radius + 1, stride = stride_;
-    const float* factor = f.patch.factors.data();
-    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-    float* lines[most_side];
+    const std::ptrdiff_t begin = begin_, end = end_, lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    float factor[most_side], *lines[most_side];
+    std::copy_n(f.patch.factors.data(), side, factor);
     for (std::ptrdiff_t k = 0; k < side; ++k) lines[k] = Kept(offset, slots_[k]);
-    const auto most = hn::Set(d, 1e20F);
+    constexpr float most = 1e20F;
     for (std::ptrdiff_t k = first ? 0 : side - 1; k < side; ++k) {
       float *exponents = lines[k], *valid = exponents + stride;
-      for (std::ptrdiff_t x = begin_ - radius; x < end_ + radius; x += lanes) {
-        const auto pair = Compare(d, f, r + k - radius, x, offset.dy, offset.dx, most);
+      const Comparison comparison(f, r + k - radius, offset.dy, offset.dx, most);
+      for (std::ptrdiff_t x = begin - radius; x < end + radius; x += lanes) {
+        const auto pair = comparison.At(d, x);
         hn::StoreU(pair.exponent, d, exponents + x);
         if (!Complete) hn::StoreU(pair.valid, d, valid + x);
       }
     }
     float *column = Line(0), *weights = Line(1);
-    for (std::ptrdiff_t x = begin_ - radius; x < end_ + radius; x += lanes) {
+    for (std::ptrdiff_t x = begin - radius; x < end + radius; x += lanes) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
       for (std::ptrdiff_t k = 0; k < side; ++k) {
         sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, lines[k] + x), sum);
@@ -183,14 +207,15 @@ template <bool Adaptive> class PatchWeights {
     }
     const float* share = Share(f, offset.dx);
     const auto rows = hn::Set(d, offset.share);
-    for (std::ptrdiff_t x = begin_; x < end_; x += lanes) {
+    const Finish finish(f, r, offset, to);
+    for (std::ptrdiff_t x = begin; x < end; x += lanes) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
       for (std::ptrdiff_t k = 0; k < side; ++k) {
         sum = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, column + x + k - radius), sum);
         if (!Complete) all = hn::MulAdd(hn::Set(d, factor[k]), hn::LoadU(d, weights + x + k - radius), all);
       }
       const auto mean = Complete ? hn::Mul(sum, hn::Mul(rows, hn::LoadU(d, share + x))) : hn::Div(sum, all);
-      Finish(d, f, r, offset, x, mean, to);
+      finish.At(d, x, mean);
     }
   }
 
@@ -201,8 +226,10 @@ template <bool Adaptive> class PatchWeights {
     const hn::RebindToSigned<D> di;
     auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
     auto* counts = sums + stride_;
-    for (std::ptrdiff_t x = begin_ - radius_; x < end_ + radius_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
-      const auto pair = Compare(d, f, row, x, offset.dy, offset.dx, hn::Set(d, most));
+    const Comparison comparison(f, row, offset.dy, offset.dx, most);
+    const std::ptrdiff_t end = end_ + radius_, lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+    for (std::ptrdiff_t x = begin_ - radius_; x < end; x += lanes) {
+      const auto pair = comparison.At(d, x);
       const auto exponent = hn::NearestInt(hn::Mul(pair.exponent, hn::Set(d, scale)));
       const auto sum = hn::LoadU(di, sums + x);
       hn::StoreU(Sign > 0 ? hn::Add(sum, exponent) : hn::Sub(sum, exponent), di, sums + x);
@@ -251,12 +278,13 @@ template <bool Adaptive> class PatchWeights {
     if (!Complete) SumAlongRow(d, sums + stride_, power, count);
     const float* share = Share(f, offset.dx);
     const auto rows = hn::Set(d, offset.share / pixels);
+    const Finish finish(f, r, offset, to);
     const hn::RebindToSigned<D> di;
     for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
       const auto total = hn::Mul(hn::ConvertTo(d, hn::LoadU(di, sum + x)), hn::Set(d, 1 / scale));
       const auto mean = Complete ? hn::Mul(total, hn::Mul(rows, hn::LoadU(d, share + x)))
                                  : hn::Div(total, hn::ConvertTo(d, hn::LoadU(di, count + x)));
-      Finish(d, f, r, offset, x, mean, to);
+      finish.At(d, x, mean);
     }
   }
 
@@ -265,7 +293,9 @@ template <bool Adaptive> class PatchWeights {
   template <class D>
   HWY_INLINE void RobustRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, float* to) {
     const float* factor = f.patch.factors.data() + radius_;
-    const auto most = hn::Set(d, 1e20F), closeness = hn::Set(d, f.patch.closeness);
+    constexpr float most = 1e20F;
+    const auto closeness = hn::Set(d, f.patch.closeness);
+    const Finish finish(f, r, offset, to);
     for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
       const auto first = hn::LoadU(d, f.scaled.row(r) + x);
       const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
@@ -276,12 +306,12 @@ template <bool Adaptive> class PatchWeights {
           const auto other = hn::Sub(hn::LoadU(d, f.scaled.row(r + offset.dy + y) + x + offset.dx + k), second);
           const auto step = hn::MulAdd(one, one, hn::Mul(other, other));
           const auto weight = hn::Mul(PowerOfHalf(d, hn::Mul(step, closeness)), hn::Set(d, factor[y] * factor[k]));
-          const auto pair = Compare(d, f, r + y, x + k, offset.dy, offset.dx, most);
+          const auto pair = Comparison(f, r + y, offset.dy, offset.dx, most).At(d, x + k);
           sum = hn::MulAdd(weight, pair.exponent, sum);
           all = hn::MulAdd(weight, pair.valid, all);
         }
       }
-      Finish(d, f, r, offset, x, hn::Div(sum, all), to);
+      finish.At(d, x, hn::Div(sum, all));
     }
   }
 
