@@ -8,9 +8,30 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <string>
 #include <vector>
 
 namespace tofgraph {
+
+/// Refuses a window without a middle, and one that the image cannot hold. @param name, side the parameter and its value
+inline void check_window(const tofgraph_channel& image, const std::string& name, std::int64_t side) {
+  if (side % 2 == 0) {
+    throw ConfigError(name, "is " + std::to_string(side) + ", must be odd, so that the pixel is its centre, e.g. " +
+                                name + ": " + std::to_string(side + 1));
+  }
+  if (static_cast<std::uint64_t>(side) > std::min(image.extent[0], image.extent[1])) {
+    throw ConfigError(name, "is " + std::to_string(side) + " pixels, the image has only " +
+                                std::to_string(image.extent[0]) + " x " + std::to_string(image.extent[1]));
+  }
+}
+
+/// Refuses a sigma that is that of another channel.
+inline void check_sigma(const Setup& setup, bool present, const std::string& channel) {
+  if (!present || setup.find("sigma")->of == channel) return;
+  throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of + "', expected that of '" +
+                           channel + "'");
+}
 
 /// What is no length becomes an invalid pixel, and what is flagged as invalid no length. Without branches, so that it
 /// is vectorised. @returns true if any is valid
@@ -38,14 +59,14 @@ inline float median_of(std::vector<float>& values) {
 }
 
 /// The valid values of the square window about a pixel, clipped by the image. @returns the window's number of pixels
-inline std::size_t gather_window(const Array<float>& image, std::size_t row, std::size_t column, std::size_t radius,
-                                 std::vector<float>& values) {
-  const std::size_t top = row - std::min(row, radius), bottom = std::min(row + radius + 1, image.rows());
-  const std::size_t left = column - std::min(column, radius), right = std::min(column + radius + 1, image.columns());
+inline std::size_t gather_window(const float* image, std::size_t rows, std::size_t columns, std::size_t row,
+                                 std::size_t column, std::size_t radius, std::vector<float>& values) {
+  const std::size_t top = row - std::min(row, radius), bottom = std::min(row + radius + 1, rows);
+  const std::size_t left = column - std::min(column, radius), right = std::min(column + radius + 1, columns);
   values.clear();
   for (std::size_t r = top; r < bottom; ++r) {
     for (std::size_t c = left; c < right; ++c) {
-      if (!std::isnan(image(r, c))) values.push_back(image(r, c));
+      if (!std::isnan(image[r * columns + c])) values.push_back(image[r * columns + c]);
     }
   }
   return (bottom - top) * (right - left);
@@ -60,11 +81,13 @@ inline void fill_invalid(const Array<float>& lengths, const Array<float>& deviat
     std::size_t pixel;
     float length, deviation;
   };
+  const std::size_t columns = lengths.columns();
   std::vector<Filling> fillings;  // applied at the end: a filled pixel fills no other
   std::vector<float> values;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     if (!std::isnan(lengths[i])) continue;
-    const std::size_t all = gather_window(lengths, i / lengths.columns(), i % lengths.columns(), radius, values);
+    const std::size_t all =
+        gather_window(lengths.data(), lengths.rows(), columns, i / columns, i % columns, radius, values);
     if (2 * values.size() < all) continue;
     const float middle = median_of(values);
     float squares = 0;

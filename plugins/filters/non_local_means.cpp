@@ -60,12 +60,12 @@ struct NonLocalMeans final : WindowFilter {
                        .text = "amplitude: patches have to agree in amplitude, too, as far as its noise allows"}};
 
   void prepare(Setup& setup) {
-    check_side("patch", *patch);
+    prepare_window(setup, "search", *search);
+    check_window(*setup.find(image.channel()), "patch", *patch);
     if (*patch > *search) {
       throw ConfigError("patch", "is " + std::to_string(*patch) + " pixels, greater than search, which is " +
                                      std::to_string(*search));
     }
-    prepare_window(setup, "search", *search);
     if (patch_sigma.given() && *patch_weights == "uniform")
       throw ConfigError("patch_sigma", "has no meaning with patch_weights: uniform");
     uses_noise_ = sigma.present() && (guided() || *patch_weights == "robust");

@@ -60,23 +60,11 @@ struct WindowFilter : Filter {
 
   /// @param name, side the parameter that says how wide the window is, and its value, px
   void prepare_window(Setup& setup, const std::string& name, std::int64_t side) {
-    check_side(name, side);
-    const tofgraph_channel& what = *setup.find(image.channel());
-    if (static_cast<std::uint64_t>(side) > std::min(what.extent[0], what.extent[1])) {
-      throw ConfigError(name, "is " + std::to_string(side) + " pixels, the image has only " +
-                                  std::to_string(what.extent[0]) + " x " + std::to_string(what.extent[1]));
-    }
+    check_window(*setup.find(image.channel()), name, side);
     window_ = HalfWindow{side / 2};
     spatial_.assign(static_cast<std::size_t>(window_.count()), 0);
     check_strength(setup);
     flags.provide(setup);
-  }
-
-  static void check_side(const std::string& name, std::int64_t side) {
-    if (side % 2 == 0) {
-      throw ConfigError(name, "is " + std::to_string(side) + ", must be odd, so that the pixel is its centre, e.g. " +
-                                  name + ": " + std::to_string(side + 1));
-    }
   }
 
   /// The second factor of a weight, exp(-exponent(dy, dx)).
@@ -129,10 +117,7 @@ struct WindowFilter : Filter {
     const bool automatic = strength.word() == "auto";
     if (!automatic && !(*strength >= least_strength))
       throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");
-    if (sigma.present() && setup.find("sigma")->of != std::string_view(image.channel())) {
-      throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of + "', expected that of '" +
-                               image.channel() + "'");
-    }
+    check_sigma(setup, sigma.present(), image.channel());
     if (sigma.present()) return;
     const std::string hint =
         ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
