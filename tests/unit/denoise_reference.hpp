@@ -92,6 +92,30 @@ inline Weight non_local_means_weight(const Image& u, const Strength& h, int patc
   };
 }
 
+/// The robust and guided variant as the stage's documentation defines it, for one sigma s and amplitudes whose
+/// deviation is the part `relative` of them: Gaussian with a = 1 px, edges at 4 h.
+inline Weight robust_weight(const Image& u, const Image& amplitude, double h, int patch, double s, double relative) {
+  return
+      [&u, &amplitude, h, s, relative, p = static_cast<std::ptrdiff_t>(patch / 2)](auto r, auto c, auto dy, auto dx) {
+        double sum = 0, all = 0;
+        for (std::ptrdiff_t y = -p; y <= p; ++y) {
+          for (std::ptrdiff_t x = -p; x <= p; ++x) {
+            const double one = u.at(r + y, c + x), other = u.at(r + dy + y, c + dx + x);
+            if (std::isnan(one) || std::isnan(other)) continue;
+            const double first = one - u.at(r, c), second = other - u.at(r + dy, c + dx);
+            const double g =
+                std::exp(-static_cast<double>(y * y + x * x) / 2 - (first * first + second * second) / (16 * h * h));
+            const double a = amplitude.at(r + y, c + x), b = amplitude.at(r + dy + y, c + dx + x);
+            const double length = (one - other) * (one - other) / (h * h);
+            const double light = 2 * s * s / (h * h) * (a - b) * (a - b) / (relative * relative * (a * a + b * b));
+            sum += g * (length + light) / 2;
+            all += g;
+          }
+        }
+        return std::exp(-std::max(sum / all - 2 * s * s / (h * h), 0.0));
+      };
+}
+
 /// The pallet of boxes as the camera sees it without noise: depth in metres, and the surfaces' reflected light in
 /// counts, as it falls off with the square of the path and with the angle of incidence.
 struct Scene {
