@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The bilateral filter of a depth image.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/bilateral.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
+#include "plugins/filters/window_filter.hpp"
+#include "plugins/filters/window_images.hpp"
+#include "plugins/filters/window_vector.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace tofgraph::HWY_NAMESPACE {
+
+void FilterPixels(const WindowFrame& frame, const Tile& tile) { FilterTile<PixelWeights>(frame, tile); }
+
+}  // namespace tofgraph::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace tofgraph {
+
+HWY_EXPORT(FilterPixels);
+
+/// Equation (7.3): the weight of a pixel of the window is exp(-d^2 / h^2) exp(-r^2 / rho^2), d its difference from the
+/// pixel in the middle and r its distance from it in pixels. The window is clipped at the image's border.
+struct Bilateral final : WindowFilter {
+  Param<std::int64_t> window{
+      this, "window", {.fallback = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+  Param<double> rho{this,
+                    "rho",
+                    {.unit = "px",
+                     .fallback = "5 px",
+                     .min = 0.1,
+                     .max = 1e6,
+                     .text = "the distance in the image at which a weight is 1/e of that nearby"}};
+
+  void prepare(Setup& setup) {
+    prepare_window(setup, "window", *window);
+    set_spatial([this](double dy, double dx) { return (dy * dy + dx * dx) / (*rho * *rho); });
+  }
+  void process(Frame& frame) const {
+    filter(
+        frame, 0, [](WindowFrame&, double, double) {},
+        [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)
+                                                     (f, tile); });
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::Bilateral, "Averages each pixel with those nearby that have a similar length")
+#endif

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tofgraph/stage.hpp>
+
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plugins/filters/neighbourhood.hpp"
+
+namespace tofgraph {
+
+/// The median of the valid pixels of a square window, clipped at the image's border; of an even number the mean of the
+/// two in the middle. An invalid pixel stays invalid.
+///
+/// sigma becomes that of the median of n equal, normally distributed, independent values, s sqrt(q / (n - 1 + q)) with
+/// q = pi / 2 and s^2 the mean of their variances: exact for one value and for many, within 2 % between.
+struct Median final : Filter {
+  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
+  InOut<float> sigma{this, "sigma", {.text = "of what is filtered; becomes that of the result", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  Param<std::int64_t> window{
+      this, "window", {.fallback = "3", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+  Param<bool> fill{this,
+                   "fill",
+                   {.fallback = "false",
+                    .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
+                            "of the window is valid, and is flagged as filled"}};
+  Param<Choice> channel{this,
+                        "channel",
+                        {.fallback = "auto",
+                         .choices = "auto depth range distance",
+                         .text = "what is filtered; auto: the first of them that is there"}};
+
+  void prepare(Setup& setup) {
+    check_window(*setup.find(image.channel()), "window", *window);
+    check_sigma(setup, sigma.present(), image.channel());
+    flags.provide(setup);
+  }
+
+  void process(Frame& frame) const {
+    const Array<float> lengths = image(frame), deviations = sigma(frame);
+    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
+    if (!mark_invalid(lengths, deviations, bits)) return;
+    const std::vector<float> before(lengths.begin(), lengths.end()), noise(deviations.begin(), deviations.end());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, lengths.rows(), 16),
+                      [&](const tbb::blocked_range<std::size_t>& rows) {
+                        std::vector<float> values;
+                        for (std::size_t r = rows.begin(); r < rows.end(); ++r)
+                          filter_row(r, before, noise, lengths, deviations, values);
+                      });
+    if (*fill) fill_invalid(lengths, deviations, bits, radius());
+  }
+
+ private:
+  std::size_t radius() const { return static_cast<std::size_t>(*window / 2); }
+
+  void filter_row(std::size_t r, const std::vector<float>& before, const std::vector<float>& noise,
+                  const Array<float>& lengths, const Array<float>& deviations, std::vector<float>& values) const {
+    for (std::size_t c = 0; c < lengths.columns(); ++c) {
+      if (std::isnan(lengths(r, c))) continue;
+      gather_window(before.data(), lengths.rows(), lengths.columns(), r, c, radius(), values);
+      lengths(r, c) = median_of(values);
+      if (!deviations) continue;
+      gather_window(noise.data(), lengths.rows(), lengths.columns(), r, c, radius(), values);
+      constexpr float q = std::numbers::pi_v<float> / 2;
+      const auto n = static_cast<float>(values.size());
+      float variance = 0;
+      for (const float s : values) variance += s * s / n;
+      deviations(r, c) = std::sqrt(variance * q / (n - 1 + q));
+    }
+  }
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::Median, "The median of each pixel's window, valid pixels only")

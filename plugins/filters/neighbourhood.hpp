@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Medians of pixels, and what becomes of invalid pixels in a neighbourhood of valid ones.
+#pragma once
+
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace tofgraph {
+
+/// Refuses a window without a middle, and one that the image cannot hold. @param name, side the parameter and its value
+inline void check_window(const tofgraph_channel& image, const std::string& name, std::int64_t side) {
+  if (side % 2 == 0) {
+    throw ConfigError(name, "is " + std::to_string(side) + ", must be odd, so that the pixel is its centre, e.g. " +
+                                name + ": " + std::to_string(side + 1));
+  }
+  if (static_cast<std::uint64_t>(side) > std::min(image.extent[0], image.extent[1])) {
+    throw ConfigError(name, "is " + std::to_string(side) + " pixels, the image has only " +
+                                std::to_string(image.extent[0]) + " x " + std::to_string(image.extent[1]));
+  }
+}
+
+/// Refuses a sigma that is that of another channel.
+inline void check_sigma(const Setup& setup, bool present, const std::string& channel) {
+  if (!present || setup.find("sigma")->of == channel) return;
+  throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of + "', expected that of '" +
+                           channel + "'");
+}
+
+/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. Without branches, so that it
+/// is vectorised. @returns true if any is valid
+inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
+                         const Array<std::uint16_t>& bits) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
+  int valid = 0;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const bool good = (std::abs(lengths[i]) <= farthest) & ((bits[i] & flag::invalid) == 0);
+    lengths[i] = good ? lengths[i] : nan;
+    bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));
+    valid |= good ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < deviations.size(); ++i) deviations[i] = lengths[i] == lengths[i] ? deviations[i] : nan;
+  return valid != 0;
+}
+
+/// The middle value, of an even number the mean of the two in the middle. Reorders the values, of which there is one at
+/// least and none NaN.
+inline float median_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 != 0) return *middle;
+  return 0.5F * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// The valid values of the square window about a pixel, clipped by the image. @returns the window's number of pixels
+inline std::size_t gather_window(const float* image, std::size_t rows, std::size_t columns, std::size_t row,
+                                 std::size_t column, std::size_t radius, std::vector<float>& values) {
+  const std::size_t top = row - std::min(row, radius), bottom = std::min(row + radius + 1, rows);
+  const std::size_t left = column - std::min(column, radius), right = std::min(column + radius + 1, columns);
+  values.clear();
+  for (std::size_t r = top; r < bottom; ++r) {
+    for (std::size_t c = left; c < right; ++c) {
+      if (!std::isnan(image[r * columns + c])) values.push_back(image[r * columns + c]);
+    }
+  }
+  return (bottom - top) * (right - left);
+}
+
+/// Gives an invalid pixel the median of the valid ones in its window, where at least half of the window is valid, and
+/// flags it as filled. Its sigma is the root mean square difference of these from the median: what is not known is the
+/// surface, not the noise on it.
+inline void fill_invalid(const Array<float>& lengths, const Array<float>& deviations, const Array<std::uint16_t>& bits,
+                         std::size_t radius) {
+  struct Filling {
+    std::size_t pixel;
+    float length, deviation;
+  };
+  const std::size_t columns = lengths.columns();
+  std::vector<Filling> fillings;  // applied at the end: a filled pixel fills no other
+  std::vector<float> values;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    if (!std::isnan(lengths[i])) continue;
+    const std::size_t all =
+        gather_window(lengths.data(), lengths.rows(), columns, i / columns, i % columns, radius, values);
+    if (2 * values.size() < all) continue;
+    const float middle = median_of(values);
+    float squares = 0;
+    for (const float v : values) squares += (v - middle) * (v - middle);
+    fillings.push_back({i, middle, std::sqrt(squares / static_cast<float>(values.size()))});
+  }
+  for (const Filling& filling : fillings) {
+    lengths[filling.pixel] = filling.length;
+    if (deviations) deviations[filling.pixel] = filling.deviation;
+    bits[filling.pixel] = static_cast<std::uint16_t>((bits[filling.pixel] & ~flag::invalid) | flag::filled);
+  }
+}
+
+}  // namespace tofgraph

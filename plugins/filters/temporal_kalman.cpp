@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tofgraph/stage.hpp>
+
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plugins/filters/neighbourhood.hpp"
+
+namespace tofgraph {
+
+/// A Kalman filter for each pixel, whose state is a length that walks by `process_noise` from frame to frame. Safe
+/// against motion: a pixel starts anew from what is measured where that differs from the prediction by more than `gate`
+/// standard deviations (a jump), or where the differences keep one sign: their sum, of which each frame forgets a
+/// quarter, is beyond as many of its own (a drift). A pixel that is invalid in a frame leaves invalid and starts anew.
+///
+/// sigma becomes that of the filtered length.
+struct TemporalKalman final : Filter {
+  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
+  InOut<float> sigma{
+      this, "sigma", {.text = "of a measurement; made, or becomes that of the result", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  Param<double> measurement_noise{
+      this,
+      "measurement_noise",
+      {.unit = "m",
+       .min = 1e-6,
+       .max = 1e3,
+       .text = "standard deviation of a measurement, e.g. 5 mm; default: the frame's sigma"}};
+  Param<double> process_noise{this,
+                              "process_noise",
+                              {.unit = "m",
+                               .fallback = "0.5 mm",
+                               .min = 0,
+                               .max = 1e3,
+                               .text = "standard deviation of a pixel's change from frame to frame"}};
+  Param<double> gate{this,
+                     "gate",
+                     {.fallback = "4",
+                      .min = 1,
+                      .max = 100,
+                      .text = "standard deviations beyond which a pixel has moved and starts anew"}};
+  Param<Choice> channel{this,
+                        "channel",
+                        {.fallback = "auto",
+                         .choices = "auto depth range distance",
+                         .text = "what is filtered; auto: the first of them that is there"}};
+
+  void prepare(Setup& setup) {
+    check_sigma(setup, sigma.present(), image.channel());
+    if (!sigma.present() && !measurement_noise.given()) {
+      throw ConfigError("measurement_noise",
+                        "what arrives has no sigma: write it, e.g. measurement_noise: 5 mm, or let the decoder know "
+                        "the noise (a camera profile with it, or its parameters read_noise and shot_noise)");
+    }
+    flags.provide(setup);
+    sigma.provide(setup, image.channel());
+  }
+
+  void process(Frame& frame) {
+    const Array<float> lengths = image(frame);
+    const Array<float> deviations = sigma(frame, lengths.rows(), lengths.columns());
+    mark_invalid(lengths, deviations, flags(frame, lengths.rows(), lengths.columns()));
+    states_.resize(lengths.size());
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      const double noise = measurement_noise.given() ? *measurement_noise : static_cast<double>(deviations[i]);
+      follow(states_[i], static_cast<double>(lengths[i]), noise * noise);
+      lengths[i] = static_cast<float>(states_[i].length);
+      deviations[i] = static_cast<float>(std::sqrt(states_[i].variance));
+    }
+  }
+
+ private:
+  struct State {
+    double length = std::nan(""), variance = std::nan("");  // m, m^2
+    double drift = 0;                                       // sum of innovations in their standard deviations
+  };
+  static constexpr double kept = 0.75;  // of the drift, from frame to frame
+
+  void follow(State& state, double measured, double noise) const {
+    const double predicted = state.variance + *process_noise * *process_noise;
+    const double innovation = measured - state.length, expected = predicted + noise;
+    const double normal = innovation / std::sqrt(expected);
+    const double drift = kept * state.drift + normal;
+    const double drift_limit = *gate / std::sqrt(1 - kept * kept);
+    // Also where one of them is NaN: the pixel was invalid, or is.
+    if (!(std::abs(normal) <= *gate && std::abs(drift) <= drift_limit)) {
+      state = {measured, std::isnan(measured) ? measured : noise, 0};
+      return;
+    }
+    const double gain = predicted / expected;
+    state = {state.length + gain * innovation, (1 - gain) * predicted, drift};
+  }
+
+  std::vector<State> states_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::TemporalKalman, "Follows each pixel from frame to frame, anew where it moves")

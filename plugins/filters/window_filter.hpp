@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The stage that the filters with weights exp(-d^2 / h^2) over a square window are made from.
+#pragma once
+
+#include <tbb/concurrent_queue.h>
+#include <tbb/parallel_for.h>
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/window_images.hpp"
+
+namespace tofgraph {
+
+/// Ports, parameters and all arithmetic that is done once a pixel. The result of pixel x is
+/// sum_y w(x, y) u(y) / sum_y w(x, y) over the valid pixels y of its window, itself included with weight 1.
+///
+/// sigma becomes sqrt(sum w^2 sigma^2) / sum w: the noise of different pixels is independent, and the weights are taken
+/// as fixed. Where a sigma is unknown (NaN at a valid pixel), so are those of its neighbours afterwards.
+struct WindowFilter : Filter {
+  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
+  InOut<float> sigma{this, "sigma", {.text = "of what is filtered; becomes that of the result", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  Param<double> strength{this,
+                         "strength",
+                         {.unit = "m",
+                          .fallback = "auto",
+                          .max = 1e3,
+                          .choices = "auto",
+                          .text = "h, the difference at which a weight is 1/e, e.g. 20 mm; auto: sqrt(2) times the "
+                                  "median of the frame's sigma, equation (7.9)"}};
+  Param<bool> sigma_adaptive{
+      this,
+      "sigma_adaptive",
+      {.fallback = "false",
+       .text = "h of each pixel in proportion to its sigma, `strength` at the median: the less light, the smoother"}};
+  Param<bool> fill{this,
+                   "fill",
+                   {.fallback = "false",
+                    .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
+                            "of the window is valid, and is flagged as filled"}};
+  Param<Choice> channel{this,
+                        "channel",
+                        {.fallback = "auto",
+                         .choices = "auto depth range distance",
+                         .text = "what is filtered; auto: the first of them that is there"}};
+
+ protected:
+  static constexpr double least_strength = 1e-6;   // m
+  static constexpr float least_sigma = 1.0F / 64;  // of the median, in sigma_adaptive
+
+  /// @param name, side the parameter that says how wide the window is, and its value, px
+  void prepare_window(Setup& setup, const std::string& name, std::int64_t side) {
+    check_window(*setup.find(image.channel()), name, side);
+    window_ = HalfWindow{side / 2};
+    spatial_.assign(static_cast<std::size_t>(window_.count()), 0);
+    check_strength(setup);
+    flags.provide(setup);
+  }
+
+  /// The second factor of a weight, exp(-exponent(dy, dx)).
+  template <class Exponent> void set_spatial(Exponent&& exponent) {
+    for (std::ptrdiff_t dy = 0; dy <= window_.radius; ++dy) {
+      for (std::ptrdiff_t dx = window_.first_column(dy); dx <= window_.radius; ++dx) {
+        spatial_[static_cast<std::size_t>(window_.index(dy, dx))] =
+            static_cast<float>(exponent(static_cast<double>(dy), static_cast<double>(dx)) * std::numbers::log2e);
+      }
+    }
+  }
+
+  /// Filters a frame. @param border columns and rows beyond the window that the weights look at
+  /// @param extend what a filter adds: extend(WindowFrame&, h in m, median of sigma in m or 0)
+  /// @param filter what to do with a tile: filter(const WindowFrame&, const Tile&)
+  template <class Extend, class FilterTile>
+  void filter(const Frame& frame, std::ptrdiff_t border, Extend&& extend, FilterTile&& filter) const {
+    const Array<float> lengths = image(frame);
+    const Array<float> deviations = sigma(frame);
+    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
+    if (!mark_invalid(lengths, deviations, bits)) return;
+    std::unique_ptr<WindowFrame> f;
+    if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
+    const double middle = median_sigma(deviations);
+    const double h = strength.word() == "auto" ? std::numbers::sqrt2 * middle : *strength;
+    set_frame(*f, lengths, deviations, 3 * window_.radius + border, h, middle);
+    extend(*f, h, middle);
+    const std::vector<Tile> tiles = tiles_of(f->rows, f->columns, window_);
+    tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t i) { filter(*f, tiles[i]); });
+    spare_.push(std::move(f));
+    if (*fill) fill_invalid(lengths, deviations, bits, static_cast<std::size_t>(window_.radius));
+  }
+
+  /// Copies value(pixel) into an image with a border.
+  template <class Value>
+  static void pad(const WindowFrame& f, PaddedImage& image, std::ptrdiff_t border, float outside, Value&& value) {
+    image.reset(f.rows, f.columns, border, outside);
+    std::size_t i = 0;
+    for (std::ptrdiff_t r = 0; r < f.rows; ++r) {
+      float* row = image.row(r);
+      for (std::ptrdiff_t c = 0; c < f.columns; ++c) row[c] = value(i++);
+    }
+  }
+
+  std::ptrdiff_t window_radius() const { return window_.radius; }
+  bool uses_noise_ = false;  // the median of sigma is needed for more than h
+
+ private:
+  void check_strength(const Setup& setup) const {
+    const bool automatic = strength.word() == "auto";
+    if (!automatic && !(*strength >= least_strength))
+      throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");
+    check_sigma(setup, sigma.present(), image.channel());
+    if (sigma.present()) return;
+    const std::string hint =
+        ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
+        "and shot_noise)";
+    if (automatic)
+      throw ConfigError("strength", "auto needs the channel sigma, which is not there" + hint +
+                                        ", or write a length, e.g. strength: 20 mm");
+    if (*sigma_adaptive) throw ConfigError("sigma_adaptive", "needs the channel sigma, which is not there" + hint);
+  }
+
+  void set_frame(WindowFrame& f, const Array<float>& lengths, const Array<float>& deviations, std::ptrdiff_t border,
+                 double h, double middle) const {
+    const double unit = h * std::sqrt(std::numbers::ln2);
+    f.rows = static_cast<std::ptrdiff_t>(lengths.rows());
+    f.columns = static_cast<std::ptrdiff_t>(lengths.columns());
+    f.window = window_;
+    f.spatial = spatial_.data();
+    f.unit = static_cast<float>(unit);
+    f.lengths = lengths.data();
+    f.sigma = deviations.data();
+    f.adaptive = *sigma_adaptive;
+    const auto scale = static_cast<float>(1 / unit), typical = static_cast<float>(middle);
+    pad(f, f.scaled, border, WindowFrame::far_away,
+        [&](std::size_t i) { return lengths[i] == lengths[i] ? lengths[i] * scale : WindowFrame::far_away; });
+    if (deviations) {
+      pad(f, f.variance, border, 0,
+          [&](std::size_t i) { return lengths[i] == lengths[i] ? deviations[i] * deviations[i] : 0.0F; });
+    }
+    if (f.adaptive) {
+      pad(f, f.softness, border, 1, [&](std::size_t i) {
+        return typical / std::max(typical * least_sigma, deviations[i]);  // NaN: the least
+      });
+    }
+  }
+
+  /// The median of the frame's sigma where that is needed, m.
+  double median_sigma(const Array<float>& deviations) const {
+    if (strength.word() != "auto" && !*sigma_adaptive && !uses_noise_) return 0;
+    std::vector<float> known;
+    std::ranges::copy_if(deviations, std::back_inserter(known), [](float s) { return std::isfinite(s); });
+    const double middle = known.empty() ? 0 : static_cast<double>(median_of(known));
+    if (middle >= least_strength) return middle;
+    throw std::runtime_error("the frame's sigma has no median above 1 um: write a length, e.g. strength: 20 mm");
+  }
+
+  HalfWindow window_{};
+  std::vector<float> spatial_;
+  mutable tbb::concurrent_queue<std::unique_ptr<WindowFrame>> spare_;  // memory from frame to frame
+};
+
+}  // namespace tofgraph

@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The vector code of the filters that average over a window, for files that are compiled once a processor (Highway's
+/// foreach_target): include it after <hwy/foreach_target.h>.
+///
+/// Weights are symmetric, w(x, y) = w(y, x), so each is made once: row by row, all weights of pairs whose first pixel
+/// is in the row; then the row's averages from these and from those of the rows above, which are kept.
+#if defined(TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP
+#undef TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP
+#else
+#define TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP
+#endif
+
+#include <hwy/highway.h>
+
+#include "plugins/filters/window_images.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace tofgraph::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// 2^-min(q, 100) for q >= 0, to 3e-6 of the value: q is an integer k and a rest of at most 1/2, 2^-rest the polynomial
+/// of degree 4 with the least relative error, 2.6e-6, and 2^-k goes into the exponent. An average over weights that are
+/// off by a part e is off by at most e times the mean distance of what is averaged from its mean, which is below 3 h
+/// for weights exp(-d^2 / h^2) in any window: with h = 1 m below 0.01 mm.
+template <class D, class V = hn::Vec<D>> HWY_INLINE V PowerOfHalf(D d, V q) {
+  const hn::RebindToSigned<D> di;
+  const V magic = hn::Set(d, 12582912.0F);  // 1.5 * 2^23: adding it rounds to an integer, kept in the lowest bits
+  q = hn::Min(q, hn::Set(d, 100.0F));
+  const V shifted = hn::Sub(magic, q);
+  const V rest = hn::Add(q, hn::Sub(shifted, magic));
+  V p = hn::Set(d, 0.0095701020146293256F);
+  p = hn::MulAdd(p, rest, hn::Set(d, -0.055917860306325652F));
+  p = hn::MulAdd(p, rest, hn::Set(d, 0.24024744824991691F));
+  p = hn::MulAdd(p, rest, hn::Set(d, -0.69312181474298668F));
+  p = hn::MulAdd(p, rest, hn::Set(d, 0.99999926144693115F));
+  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
+}
+
+/// Calls body(x) for every vector of [begin, end), the last of which may reach beyond the end; two at a time, so that
+/// their arithmetic overlaps: body takes their number as its template argument.
+template <class D, class Body> HWY_INLINE void ForVectors(D d, std::ptrdiff_t begin, std::ptrdiff_t end, Body&& body) {
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  std::ptrdiff_t x = begin;
+  for (; x + lanes < end; x += 2 * lanes) body.template operator()<2>(x);
+  if (x < end) body.template operator()<1>(x);
+}
+
+/// Weights by the difference of two pixels. The pair of a pixel and one below it (or right of it in its row) is made
+/// when the first is averaged, and kept for the second, unless both are in one row: a load across what was stored just
+/// before costs more than making it again. Adaptive: not symmetric, so none is kept.
+template <bool Adaptive> class PixelWeights {
+ public:
+  static constexpr bool makes_pairs = !Adaptive;
+  PixelWeights(const WindowFrame&, const Tile&) {}
+  template <class D> void MakeRow(D, const WindowFrame&, const Tile&, std::ptrdiff_t, PairRows&) {}
+
+  template <class D, class V>
+  static HWY_INLINE V Below(D d, V difference, V softness, const WindowFrame& f, std::ptrdiff_t index, float* pair) {
+    const V weight = Make(d, difference, softness, hn::Set(d, f.spatial[index]));
+    if (makes_pairs && Kept(f, index)) hn::StoreU(weight, d, pair);
+    return weight;
+  }
+  template <class D, class V> static HWY_INLINE V Above(D d, V difference, V softness, const WindowFrame& f,
+                                                        std::ptrdiff_t index, const float* pair) {
+    if (makes_pairs && Kept(f, index)) return hn::LoadU(d, pair);
+    return Make(d, difference, softness, hn::Set(d, f.spatial[index]));
+  }
+
+ private:
+  static HWY_INLINE bool Kept(const WindowFrame& f, std::ptrdiff_t index) { return index >= f.window.radius; }
+  template <class D, class V> static HWY_INLINE V Make(D d, V difference, V softness, V spatial) {
+    if constexpr (Adaptive) difference = hn::Mul(difference, softness);
+    return PowerOfHalf(d, hn::MulAdd(difference, difference, spatial));
+  }
+};
+
+/// Sums over a window about a vector of pixels.
+template <class D> struct WindowSums {
+  hn::Vec<D> weights, differences, variance;
+
+  /// Adds a pixel; its length as a difference, so that what is constant stays what it is to the last bit.
+  template <bool Sigma> HWY_INLINE void Add(D d, hn::Vec<D> weight, hn::Vec<D> difference, const float* from) {
+    weights = hn::Add(weights, weight);
+    differences = hn::MulAdd(weight, difference, differences);
+    if constexpr (Sigma) variance = hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, from), variance);
+  }
+};
+
+/// Averages of the pixels [begin, end) of a row, from the pairs of this row and of those above; `shift` and `deviation`
+/// begin with the first.
+template <class Weights, bool Sigma, bool Adaptive, class D>
+HWY_INLINE void AverageRow(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t begin, std::ptrdiff_t end,
+                           PairRows& pairs, float* shift, float* deviation) {
+  using V = hn::Vec<D>;
+  const HalfWindow window = f.window;
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const std::ptrdiff_t stride = pairs.stride();
+  const PaddedImage& variances = Sigma ? f.variance : f.scaled;  // without sigma: not read
+  const auto average = [&]<int Count>(std::ptrdiff_t x) HWY_ATTR {
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
+    V centre[Count], softness[Count];
+    WindowSums<D> sums[Count];
+    for (int i = 0; i < Count; ++i) {
+      centre[i] = hn::LoadU(d, f.scaled.row(r) + x + i * lanes);
+      softness[i] = Adaptive ? hn::LoadU(d, f.softness.row(r) + x + i * lanes) : one;
+      sums[i] = {one, zero, Sigma ? hn::LoadU(d, f.variance.row(r) + x + i * lanes) : zero};  // the pixel: weight 1
+    }
+    for (std::ptrdiff_t dy = 0; dy <= window.radius; ++dy) {
+      const std::ptrdiff_t first = window.first_column(dy);
+      std::ptrdiff_t index = window.index(dy, first);
+      float *pair_below = pairs.row(r, index) + x, *pair_above = pairs.row(r - dy, index) + x - first;
+      const float *below = f.scaled.row(r + dy) + x, *above = f.scaled.row(r - dy) + x;
+      const float *variance_below = variances.row(r + dy) + x, *variance_above = variances.row(r - dy) + x;
+      for (std::ptrdiff_t dx = first; dx <= window.radius; ++dx, ++index) {
+        for (int i = 0; i < Count; ++i) {
+          const std::ptrdiff_t at = i * lanes;
+          V difference = hn::Sub(hn::LoadU(d, below + at + dx), centre[i]);
+          V weight = Weights::Below(d, difference, softness[i], f, index, pair_below + at);
+          sums[i].template Add<Sigma>(d, weight, difference, variance_below + at + dx);
+          difference = hn::Sub(hn::LoadU(d, above + at - dx), centre[i]);
+          weight = Weights::Above(d, difference, softness[i], f, index, pair_above + at);
+          sums[i].template Add<Sigma>(d, weight, difference, variance_above + at - dx);
+        }
+        pair_below += stride;
+        pair_above += stride - 1;
+      }
+    }
+    for (int i = 0; i < Count; ++i) {
+      const V inverse = hn::Div(one, sums[i].weights);
+      const std::ptrdiff_t to = x - begin + i * lanes;
+      hn::StoreU(hn::Mul(hn::Mul(sums[i].differences, inverse), hn::Set(d, f.unit)), d, shift + to);
+      if constexpr (Sigma) hn::StoreU(hn::Mul(hn::Sqrt(sums[i].variance), inverse), d, deviation + to);
+    }
+  };
+  ForVectors(d, begin, end, average);
+}
+
+/// Filters a tile. Where pairs are made with the averages, these are also made, and thrown away, for the pixels left
+/// of, right of and above the tile whose pairs reach into it.
+template <template <bool> class WeightsOf, bool Sigma, bool Adaptive>
+void FilterTileAs(const WindowFrame& f, const Tile& tile) {
+  using Weights = WeightsOf<Adaptive>;
+  const hn::ScalableTag<float> d;
+  thread_local PairRows kept_pairs;
+  thread_local std::vector<float> kept_shift, kept_deviation;
+  PairRows& pairs = kept_pairs;
+  pairs.reset(tile, f.window);
+  kept_shift.resize(static_cast<std::size_t>(pairs.stride()));
+  kept_deviation.resize(static_cast<std::size_t>(pairs.stride()));
+  float *shift = kept_shift.data(), *deviation = kept_deviation.data();
+  const std::ptrdiff_t width = tile.last_column - tile.first_column;
+  const std::ptrdiff_t margin = Weights::makes_pairs ? f.window.radius : 0;
+  Weights weights(f, tile);
+  for (std::ptrdiff_t r = tile.first_row - f.window.radius; r < tile.last_row; ++r) {
+    weights.MakeRow(d, f, tile, r, pairs);
+    if (r < tile.first_row && !Weights::makes_pairs) continue;
+    AverageRow<Weights, Sigma, Adaptive>(d, f, r, tile.first_column - margin, tile.last_column + margin, pairs, shift,
+                                         deviation);
+    if (r < tile.first_row) continue;
+    float* lengths = f.lengths + r * f.columns + tile.first_column;
+    for (std::ptrdiff_t i = 0; i < width; ++i) lengths[i] += shift[i + margin];
+    if constexpr (!Sigma) continue;
+    float* sigma = f.sigma + r * f.columns + tile.first_column;
+    for (std::ptrdiff_t i = 0; i < width; ++i) sigma[i] = lengths[i] == lengths[i] ? deviation[i + margin] : lengths[i];
+  }
+}
+
+template <template <bool> class Weights> void FilterTile(const WindowFrame& f, const Tile& tile) {
+  if (f.sigma != nullptr)
+    return f.adaptive ? FilterTileAs<Weights, true, true>(f, tile) : FilterTileAs<Weights, true, false>(f, tile);
+  FilterTileAs<Weights, false, false>(f, tile);  // adaptive needs sigma
+}
+
+}  // namespace tofgraph::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
