@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include <unistd.h>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <stop_token>
@@ -25,7 +26,9 @@ struct RunArguments : PipelineArguments {
   bool force = false;
 };
 
-volatile std::sig_atomic_t signals = 0;
+/// Set in a signal handler, read in another thread.
+std::atomic<int> signals = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_signal(int) {
   if (signals != 0) _exit(interrupted);  // the second one does not wait
