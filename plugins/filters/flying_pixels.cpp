@@ -9,6 +9,7 @@
 
 #include "physics/geometry.hpp"
 #include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -37,7 +38,7 @@ struct FlyingPixels final : Filter {
                          .max = 1.56,
                          .text = "surfaces seen less grazingly than this are never marked; 0 deg: no such limit"}};
   Param<bool> invalidate{
-      this, "invalidate", {.fallback = "false", .text = "marked pixels become invalid, in this length and its sigma"}};
+      this, "invalidate", {.fallback = "false", .text = "marked pixels become invalid, in all lengths"}};
   Param<Choice> channel{this,
                         "channel",
                         {.fallback = "auto",
@@ -50,6 +51,7 @@ struct FlyingPixels final : Filter {
     columns_ = what.extent[1];
     check_sigma(setup, sigma.present(), image.channel());
     flags.provide(setup);
+    others_.prepare(setup, {image.channel(), "sigma"});
     steps_.assign(4 * rows_ * columns_, 0);
     const tofgraph_camera* camera = setup.stream().camera;
     if (camera == nullptr || camera->width != columns_ || camera->height != rows_) return;
@@ -63,7 +65,7 @@ struct FlyingPixels final : Filter {
   void process(Frame& frame) const {
     const Array<float> lengths = image(frame), noise = sigma(frame);
     const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
-    if (!mark_invalid(lengths, noise, bits)) return;
+    mark_invalid(lengths, noise, bits);
     std::vector<std::size_t> marked;
     for (std::size_t r = 1; r + 1 < rows_; ++r) {
       for (std::size_t c = 1; c + 1 < columns_; ++c) {
@@ -76,6 +78,7 @@ struct FlyingPixels final : Filter {
       }
     }
     for (const std::size_t i : marked) mark(i, lengths, noise, bits);
+    others_.invalidate(frame, bits);
   }
 
  private:
@@ -111,6 +114,7 @@ struct FlyingPixels final : Filter {
   }
 
   std::size_t rows_ = 0, columns_ = 0;
+  OtherLengths others_;
   std::vector<float> steps_;  // of each pixel, along the four lines
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -39,12 +40,15 @@ struct Median final : Filter {
     check_window(*setup.find(image.channel()), "window", *window);
     check_sigma(setup, sigma.present(), image.channel());
     flags.provide(setup);
+    others_.prepare(setup, {image.channel(), "sigma"});
   }
 
   void process(Frame& frame) const {
     const Array<float> lengths = image(frame), deviations = sigma(frame);
     const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    if (!mark_invalid(lengths, deviations, bits)) return;
+    const bool any = mark_invalid(lengths, deviations, bits);
+    others_.invalidate(frame, bits);
+    if (!any) return;
     const std::vector<float> before(lengths.begin(), lengths.end()), noise(deviations.begin(), deviations.end());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, lengths.rows(), 16),
                       [&](const tbb::blocked_range<std::size_t>& rows) {
@@ -73,6 +77,8 @@ struct Median final : Filter {
       deviations(r, c) = std::sqrt(variance * q / (n - 1 + q));
     }
   }
+
+  OtherLengths others_;
 };
 
 }  // namespace tofgraph

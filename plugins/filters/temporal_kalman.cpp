@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -56,13 +57,16 @@ struct TemporalKalman final : Filter {
                         "the noise (a camera profile with it, or its parameters read_noise and shot_noise)");
     }
     flags.provide(setup);
+    others_.prepare(setup, {image.channel(), "sigma"});
     sigma.provide(setup, image.channel());
   }
 
   void process(Frame& frame) {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame, lengths.rows(), lengths.columns());
-    mark_invalid(lengths, deviations, flags(frame, lengths.rows(), lengths.columns()));
+    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
+    mark_invalid(lengths, deviations, bits);
+    others_.invalidate(frame, bits);
     states_.resize(lengths.size());
     for (std::size_t i = 0; i < lengths.size(); ++i) {
       const double noise = measurement_noise.given() ? *measurement_noise : static_cast<double>(deviations[i]);
@@ -95,6 +99,7 @@ struct TemporalKalman final : Filter {
   }
 
   std::vector<State> states_;
+  OtherLengths others_;
 };
 
 }  // namespace tofgraph

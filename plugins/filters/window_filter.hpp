@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/other_lengths.hpp"
 #include "plugins/filters/window_images.hpp"
 
 namespace tofgraph {
@@ -65,6 +66,7 @@ struct WindowFilter : Filter {
     spatial_.assign(static_cast<std::size_t>(window_.count()), 0);
     check_strength(setup);
     flags.provide(setup);
+    others_.prepare(setup, {image.channel(), "sigma"});
   }
 
   /// The second factor of a weight, exp(-exponent(dy, dx)).
@@ -85,7 +87,9 @@ struct WindowFilter : Filter {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame);
     const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    if (!mark_invalid(lengths, deviations, bits)) return;
+    const bool any = mark_invalid(lengths, deviations, bits);
+    others_.invalidate(frame, bits);
+    if (!any) return;
     std::unique_ptr<WindowFrame> f;
     if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
     const double middle = median_sigma(deviations);
@@ -165,6 +169,7 @@ struct WindowFilter : Filter {
 
   HalfWindow window_{};
   std::vector<float> spatial_;
+  OtherLengths others_;
   mutable tbb::concurrent_queue<std::unique_ptr<WindowFrame>> spare_;  // memory from frame to frame
 };
 

@@ -71,9 +71,10 @@ double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
 
 }  // namespace
 
-/// rms is against `value` where that is given, else against the plane that fits the points of each frame best, by
-/// their distances to it; for that the camera's rays are needed, for `depth` its focal length in metres too, and a raw
-/// `distance` is no point: without, there is no rms. Over all frames, rms and sd are pooled over all pixels.
+/// rms is against `value` or `reference` where that is given (pixels without a reference do not count), else against
+/// the plane that fits the points of each frame best, by their distances to it; for that the camera's rays are needed,
+/// for `depth` its focal length in metres too, and a raw `distance` is no point: without, there is no rms. Over all
+/// frames, rms and sd are pooled over all pixels.
 struct Statistics final : Sink {
   In<float> image{this, "depth|range|distance", {.text = "the lengths", .name = "image"}};
   Param<Choice> channel{
@@ -82,6 +83,14 @@ struct Statistics final : Sink {
       this, "columns", {.min = 0, .text = "first and last, e.g. [90, 113]; default: all"}};
   Param<std::vector<double>> rows{this, "rows", {.min = 0, .text = "first and last; default: all"}};
   Param<double> value{this, "value", {.unit = "m", .text = "what rms is against; default: a fitted plane"}};
+  Param<std::string> reference{
+      this, "reference", {.text = "a channel that rms is against, pixel by pixel, e.g. true_depth of a simulation"}};
+  Param<Choice> part{this,
+                     "part",
+                     {.fallback = "all",
+                      .choices = "all flat edge",
+                      .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
+                              "neighbours in the reference; flat, the others"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
   Param<Choice> format{this,
                        "format",
@@ -92,6 +101,9 @@ struct Statistics final : Sink {
 
   void prepare(Setup& setup) {
     choose_format();
+    if (value.given() && reference.given()) throw ConfigError("reference", "and value exclude each other: write one");
+    if (*part != "all" && !reference.given())
+      throw ConfigError("part", "edges are those of a reference, which is not given, e.g. reference: true_depth");
     if (!path->empty()) {
       const std::string problem =
           io::output_problem(std::filesystem::path(std::string(*path)), *overwrite || setup.overwrite());
@@ -104,7 +116,10 @@ struct Statistics final : Sink {
     numbers_.push_back(frames[0].metadata().number);
     for (std::size_t i = 0; i < frames.size(); ++i) {
       Input& input = inputs_[i];
-      const Summary frame = summary_of(input, Array<const float>(frames[i].find(input.channel.c_str())));
+      const Array<const float> lengths(frames[i].find(input.channel.c_str()));
+      const Summary frame = reference.given()
+                                ? summary_against(lengths, Array<const float>(frames[i].find(reference->c_str())))
+                                : summary_of(input, lengths);
       input.frames.push_back(frame);
       input.all.merge(frame);
     }
@@ -151,6 +166,7 @@ struct Statistics final : Sink {
     const auto found =
         std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return input.channel == c.name; });
     const std::uint64_t height = found->extent[0], width = found->extent[1];
+    if (reference.given()) check_reference(stream, *found);
     if (height != 0 && width != 0) region(height, width);
     const tofgraph_camera* camera = stream.camera;
     const bool same_size = camera != nullptr && camera->height == height && camera->width == width;
@@ -160,6 +176,57 @@ struct Statistics final : Sink {
       input.offset = is_depth ? camera->focal_length : 0;
     }
     inputs_.push_back(std::move(input));
+  }
+
+  void check_reference(const tofgraph_stream& stream, const tofgraph_channel& image) const {
+    const std::span channels(stream.channels, stream.channel_count);
+    const auto found = std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return *reference == c.name; });
+    if (found == channels.end())
+      throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
+    if (found->type != TOFGRAPH_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
+        found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {
+      throw ConfigError("reference", fmt::format("'{}' is no image of lengths (float32, m) of the size of '{}'",
+                                                 *reference, image.name));
+    }
+  }
+
+  /// True for pixels of the part that is asked for.
+  std::vector<bool> chosen(const Array<const float>& truth) const {
+    constexpr std::size_t reach = 3;  // pixels
+    constexpr float step = 0.030F;    // m
+    if (*part == "all") return std::vector<bool>(truth.size(), true);
+    std::vector<bool> chosen(truth.size(), *part == "flat");
+    const auto mark = [&](std::size_t row, std::size_t column) {
+      for (std::size_t r = row - std::min(row, reach); r < std::min(row + reach + 1, truth.rows()); ++r) {
+        for (std::size_t c = column - std::min(column, reach); c < std::min(column + reach + 1, truth.columns()); ++c)
+          chosen[r * truth.columns() + c] = *part == "edge";
+      }
+    };
+    for (std::size_t r = 0; r < truth.rows(); ++r) {
+      for (std::size_t c = 0; c < truth.columns(); ++c) {
+        if (c + 1 < truth.columns() && std::abs(truth(r, c) - truth(r, c + 1)) > step) mark(r, c), mark(r, c + 1);
+        if (r + 1 < truth.rows() && std::abs(truth(r, c) - truth(r + 1, c)) > step) mark(r, c), mark(r + 1, c);
+      }
+    }
+    return chosen;
+  }
+
+  Summary summary_against(const Array<const float>& lengths, const Array<const float>& truth) const {
+    const Region r = region(lengths.rows(), lengths.columns());
+    const std::vector<bool> pixels = chosen(truth);
+    std::vector<double> values;
+    double residuals = 0;
+    for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
+      for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
+        const double length = lengths(row, column), difference = length - static_cast<double>(truth(row, column));
+        if (!pixels[row * lengths.columns() + column] || !std::isfinite(difference)) continue;
+        values.push_back(length);
+        residuals += difference * difference;
+      }
+    }
+    Summary result = tofgraph::summary_of(values);
+    result.residuals = residuals;
+    return result;
   }
 
   /// The region within an image. @throws ConfigError when it is not
@@ -210,7 +277,7 @@ struct Statistics final : Sink {
   }
 
   const char* against(const Input& input) const {
-    return value.given() ? "value" : input.rays != nullptr ? "plane" : "";
+    return value.given() ? "value" : reference.given() ? reference->c_str() : input.rays != nullptr ? "plane" : "";
   }
 
   static nlohmann::json as_json(const Summary& s) {
@@ -237,6 +304,7 @@ struct Statistics final : Sink {
     if (columns.given()) all["columns"] = std::vector<std::uint64_t>(columns->begin(), columns->end());
     if (rows.given()) all["rows"] = std::vector<std::uint64_t>(rows->begin(), rows->end());
     if (value.given()) all["value"] = *value;
+    if (reference.given()) all["part"] = std::string(*part);
     return all.dump(2) + "\n";
   }
 

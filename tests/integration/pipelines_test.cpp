@@ -12,6 +12,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 #include <vector>
 
 namespace tofgraph::tests {
@@ -145,6 +146,31 @@ TEST_F(Pipelines, CompareModelsGivesTheReferencesFigures) {
     ++found;
   }
   EXPECT_EQ(found, 4U);
+}
+
+TEST_F(Pipelines, CompareDenoisersShowsThatEachDenoiserDenoises) {
+  ASSERT_EQ(run("compare_denoisers.yaml").exit_code, 0);
+  for (const std::string part : {"all", "flat", "edge"}) {
+    std::map<std::string, double> rms;
+    std::istringstream table(read_text(folder.path() / ("out/denoisers_" + part + ".csv")));
+    for (std::string line; std::getline(table, line);) {
+      std::vector<std::string> cells;
+      std::istringstream row(line);
+      for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+      if (cells.at(2) == "all") rms[cells.at(0)] = std::stod(cells.at(8));
+    }
+    ASSERT_EQ(rms.size(), 8U);
+    for (const char* name : {"median", "yaroslavsky", "bilateral", "non_local_means", "adaptive", "robust"})
+      EXPECT_LT(rms.at(name), rms.at("cleaned")) << name << ", " << part;
+    EXPECT_LT(rms.at("non_local_means"), rms.at("yaroslavsky")) << part;
+    EXPECT_LT(rms.at("robust"), rms.at("non_local_means")) << part;
+  }
+}
+
+TEST_F(Pipelines, DenoiseBoxesMakesAPictureOfEach) {
+  ASSERT_EQ(run("denoise_boxes.yaml").exit_code, 0);
+  for (const char* name : {"ideal", "noisy", "yaroslavsky", "bilateral", "non_local_means", "robust"})
+    EXPECT_TRUE(fs::exists(folder.path() / "out" / ("boxes_" + std::string(name) + "_000000.png"))) << name;
 }
 
 TEST_F(Pipelines, RawDumpToCloudDecodesADumpWrittenByteByByte) {

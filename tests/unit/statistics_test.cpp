@@ -63,6 +63,31 @@ TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
   }
 }
 
+TEST_F(StatisticsStage, RmsAgainstAReferenceByParts) {
+  // A step of 100 mm after the tenth of twenty columns; 2 mm off within three pixels of it, else 1 mm.
+  std::vector<float> truth(2 * 20), depth(2 * 20);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const std::size_t column = i % 20;
+    truth[i] = column < 10 ? 1.0F : 1.1F;
+    depth[i] = truth[i] + (column >= 6 && column <= 13 ? 0.002F : -0.001F);
+  }
+  depth[0] = none;
+  const auto part = [&](const std::string& which) {
+    Harness stage(line("overwrite=true reference=true_depth part=" + which));
+    stage.put<float>("depth", {2, 20}, depth);
+    stage.put<float>("true_depth", {2, 20}, truth, {.unit = "m", .of = "", .applied = "", .from = ""});
+    stage.run();
+    stage.finish();
+    return json::parse(read_text(path)).at("inputs").at(0);
+  };
+  EXPECT_EQ(part("edge")["count"], 16);
+  EXPECT_NEAR(part("edge")["rms"], 0.002, 1e-6);
+  EXPECT_EQ(part("flat")["count"], 23);
+  EXPECT_NEAR(part("flat")["rms"], 0.001, 1e-6);
+  EXPECT_NEAR(part("all")["rms"], std::sqrt((16 * 4e-6 + 23 * 1e-6) / 39), 1e-6);
+  EXPECT_EQ(part("all")["rms_against"], "true_depth");
+}
+
 TEST_F(StatisticsStage, ThereIsNoRmsAgainstAPlaneThatCannotBeFitted) {
   const test::Camera camera = test::camcube2();
   std::vector<float> depth(204 * 204, none);
