@@ -12,6 +12,8 @@ namespace {
 constexpr double outlier = 6;             ///< robust standard deviations from the superpixel's median
 constexpr std::size_t fewest_pixels = 8;  ///< of a superpixel
 constexpr double darkest = 10;            ///< a superpixel's amplitude in standard deviations of its mean
+constexpr double empty = 4;               ///< least mean of a tap in standard deviations of its noise
+constexpr double near_full = 0.98;        ///< of the full well: several standard deviations of a tap's noise
 constexpr std::uint8_t no_number = 1, full = 2;
 
 /// A pixel in units of the ideal camera's: what does not depend on where the pixel is, if all is well.
@@ -66,7 +68,7 @@ void FrameSums::add(std::size_t i, const std::array<double, 4>& c, double intens
 
 void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) {
   const std::size_t n = sum_.size();
-  const double limit = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
+  limit_ = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, 4> c{};
     double sum = 0, most = 0;
@@ -76,7 +78,7 @@ void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) 
       sum += a + b;
       most = std::max({most, a, b});
     }
-    if (most >= limit) bad_[i] |= full;
+    if (most >= limit_) bad_[i] |= full;
     add(i, c, sum / 8);
   }
   ++frames_;
@@ -134,6 +136,8 @@ class Reduction {
       if (good[i]) kept.push_back(pixels[i]);
     }
     counts.bad += pixels.size() - kept.size();
+    // Near the full well the noise decides which frames are clipped: what is left there is not their mean.
+    if (std::ranges::any_of(kept, [this](std::size_t i) { return brightest(i) > near_full * sums_.limit_; })) return;
     if (kept.size() >= fewest_pixels) summarise(kept, s, n, out);
   }
 
@@ -142,6 +146,13 @@ class Reduction {
     const auto& c = sums_.sum_[i];
     return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames_), sums_.intensity_[i] / frames_,
             (c[0] + c[1] + c[2] + c[3]) / (4 * frames_), (c[0] - c[1] + c[2] - c[3]) / (4 * frames_)};
+  }
+
+  /// Mean of the brightest tap, counts.
+  double brightest(std::size_t i) const {
+    double most = 0;
+    for (const double c : sums_.sum_[i]) most = std::max(most, std::abs(c));
+    return (sums_.intensity_[i] + most / 2) / frames_;
   }
 
   Relative relative_to_ideal(std::size_t i) const {
@@ -188,6 +199,10 @@ class Reduction {
     // Of one component of the ratio; a component is half the difference of two samples, decoded ones are the same.
     const double relative = variance / ((decoded ? 1 : 2) * frames_ * square * gain * gain);
     if (!(relative * darkest * darkest < 1)) return;
+    // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it.
+    if (sums_.kind_ == FrameSums::Kind::taps &&
+        light - gain * amplitudes / 2 < empty * std::sqrt(variance / 2) * static_cast<double>(pixels.size()))
+      return;
     const auto set = [&](std::size_t observable, double value, double its_variance) {
       out.value[observable * n + s] = value;
       out.variance[observable * n + s] = its_variance;
