@@ -37,8 +37,8 @@ class FrameSums {
   Kind kind_;
   std::size_t width_, height_, frames_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();  ///< counts of a saturated tap
-  std::vector<std::array<double, 4>> sum_;  ///< of c_k
-  std::vector<double> square_;              ///< of c_k^2, over k
+  std::vector<std::array<double, 4>> sum_;                  ///< of c_k
+  std::vector<double> square_;                              ///< of c_k^2, over k
   std::vector<double> intensity_;
   std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated
 };

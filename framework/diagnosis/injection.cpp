@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/injection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace tofgraph::diagnosis {
+
+std::vector<Observations> injected(const Problem& problem, const State& state, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  const auto rows = expected(problem, state);
+  const std::size_t n = problem.design.superpixels();
+  std::vector<Observations> result = problem.data;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const double jitter = state.variances.jitter * normal(generator), light = state.variances.light * normal(generator);
+    for (std::size_t row = 0; row < rows[i].size(); ++row) {
+      if (std::isinf(result[i].variance[row])) continue;
+      const bool bright = row / n == amplitude || row / n == intensity;
+      result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] + (bright ? light : 0) +
+                             std::sqrt(result[i].variance[row]) * normal(generator);
+    }
+  }
+  return result;
+}
+
+Term random_term(const Candidate& candidate, double factor, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::uniform_real_distribution<double> uniform;
+  Term term{&candidate, {}};
+  for (const FreeParameter& p : candidate.free()) {
+    double value = 0;
+    if (!p.shape)
+      value = p.off + (p.minimum < p.off && uniform(generator) < 0.5 ? -1 : 1) * factor * p.typical;
+    else if (p.unit == "rad" && p.maximum - p.minimum > 6.28)
+      value = p.minimum + uniform(generator) * (p.maximum - p.minimum);
+    else
+      value = p.typical * (0.7 + 0.6 * uniform(generator));
+    term.values.push_back(std::clamp(value, p.minimum, p.maximum));
+  }
+  return term;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The search's statistics against dense linear algebra, closed forms and published examples.
+#include "diagnosis/mixed_model.hpp"
+#include "diagnosis/scan.hpp"
+#include "diagnosis/superpixels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+struct Dense {
+  std::vector<Eigen::MatrixXd> columns;  // effects, g, h, residual
+  std::vector<Eigen::VectorXd> variance;
+};
+
+Dense random_conditions(std::size_t conditions, Eigen::Index rows, Eigen::Index effects) {
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0.5, 2);
+  Dense dense;
+  for (std::size_t i = 0; i < conditions; ++i) {
+    dense.columns.emplace_back(
+        Eigen::MatrixXd::NullaryExpr(rows, effects + gram_tail, [&] { return normal(generator); }));
+    dense.variance.emplace_back(Eigen::VectorXd::NullaryExpr(rows, [&] { return uniform(generator); }));
+  }
+  return dense;
+}
+
+std::vector<Gram> grams_of(const Dense& dense) {
+  std::vector<Gram> grams;
+  for (std::size_t i = 0; i < dense.columns.size(); ++i)
+    grams.emplace_back(dense.columns[i].transpose() * dense.variance[i].cwiseInverse().asDiagonal() * dense.columns[i]);
+  return grams;
+}
+
+TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
+  constexpr Eigen::Index rows = 9, effects = 2;
+  constexpr int targets = 2;
+  const Variances variances{0.7, 0.4};
+  const Dense dense = random_conditions(6, rows, effects);
+  const std::vector<Gram> grams = grams_of(dense);
+  const std::vector<int> target = {0, 1, 0, 1, -1, 0};
+  const std::vector<double> weight(6, 1.0);
+
+  std::vector<Gram> marginals(6);
+  std::vector<double> determinants(6);
+  for (std::size_t i = 0; i < 6; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
+  const Solution solution = solve(assemble(marginals, determinants, target, targets, weight), effects);
+
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(effects + targets, effects + targets);
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(effects + targets);
+  double square = 0, determinant = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Eigen::MatrixXd& all = dense.columns[i];
+    const Eigen::VectorXd g = all.col(effects), h = all.col(effects + 1), r = all.col(effects + 2);
+    const Eigen::MatrixXd noise = dense.variance[i].asDiagonal();
+    const Eigen::MatrixXd covariance =
+        noise + std::pow(variances.jitter, 2) * g * g.transpose() + std::pow(variances.light, 2) * h * h.transpose();
+    Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, effects + targets);
+    design.leftCols(effects) = all.leftCols(effects);
+    if (target[i] >= 0) design.col(effects + target[i]) = h;
+    const Eigen::MatrixXd inverse = covariance.inverse();
+    information += design.transpose() * inverse * design;
+    score += design.transpose() * inverse * r;
+    square += r.dot(inverse * r);
+    determinant += std::log(covariance.determinant() / noise.determinant());
+  }
+  information.diagonal().array() += 1 / (prior_width * prior_width);
+  const Eigen::VectorXd expected = information.inverse() * score;
+  for (Eigen::Index j = 0; j < expected.size(); ++j) EXPECT_NEAR(solution.values(j), expected(j), 1e-10);
+  EXPECT_NEAR(solution.deviance, square - expected.dot(score) + determinant, 1e-9);
+  EXPECT_NEAR(solution.dimension, 2, 1e-3);
+}
+
+TEST(MixedModel, FindsTheVarianceBetweenConditions) {
+  // One row a condition, g = 1: r is normal with the variance 1 + jitter^2, whose likeliest value is the mean square.
+  std::mt19937 generator(5);
+  std::normal_distribution<double> normal;
+  std::vector<Gram> grams;
+  double square = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double r = 0.02 * normal(generator), noise = 1e-4;
+    square += r * r / 400;
+    Eigen::Vector3d row(1, 0, r);
+    grams.emplace_back(row * row.transpose() / noise);
+  }
+  const std::vector<int> target(400, -1);
+  const std::vector<double> weight(400, 1.0);
+  const Profile found = profile(grams, target, 0, weight, {});
+  EXPECT_NEAR(found.variances.jitter, std::sqrt(square - 1e-4), 2e-4);
+}
+
+TEST(FalseDiscoveries, AreThoseOfThePublishedExample) {
+  // Benjamini and Hochberg 1995, section 4: at 0.05 the four smallest of fifteen are rejected.
+  const std::vector<double> p = {0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298, 0.0344,
+                                 0.0459, 0.3240, 0.4262, 0.5719, 0.6528, 0.7590, 1.0000};
+  EXPECT_EQ(false_discovery_limit(p, 0.05), 0.0095);
+  EXPECT_EQ(false_discovery_limit({0.2, 0.9}, 0.05), 0);
+}
+
+/// Frames of a flat signal with normal noise on the samples; taps A, B = level +- c / 2.
+FrameSums noisy_frames(std::complex<double> phasor, double level, double sd, std::size_t frames, unsigned seed) {
+  constexpr std::size_t size = 24;
+  FrameSums sums(FrameSums::Kind::taps, size, size);
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> noise(0, sd);
+  for (std::size_t f = 0; f < frames; ++f) {
+    std::vector<std::uint16_t> taps(8 * size * size);
+    const auto clean = physics::samples_of(phasor);
+    for (std::size_t k = 0; k < 4; ++k) {
+      for (std::size_t i = 0; i < size * size; ++i) {
+        taps[2 * k * size * size + i] =
+            static_cast<std::uint16_t>(std::lround(level + clean[k] / 2 + noise(generator)));
+        taps[(2 * k + 1) * size * size + i] =
+            static_cast<std::uint16_t>(std::lround(level - clean[k] / 2 + noise(generator)));
+      }
+    }
+    sums.add_taps(taps, 60000);
+  }
+  return sums;
+}
+
+TEST(Superpixels, HaveTheNoiseThatTheySay) {
+  // Against 40 repetitions: squares of the errors in units of the variance have the mean 1 +- sqrt(2 / values).
+  const std::complex<double> ideal = std::polar(800.0, 1.0), seen = std::polar(840.0, 1.01);
+  const std::vector<Signal> base(24 * 24, Signal{ideal, 1000, 0, 0});
+  const std::array<double, observables> truth = {1.193 * 0.01, std::log(1.05), std::log(1.1), 0, 0};
+  std::array<double, observables> squares{};
+  constexpr unsigned repetitions = 40;
+  for (unsigned seed = 1; seed <= repetitions; ++seed) {
+    ReductionCounts counts;
+    const Observations o = reduce(noisy_frames(seen, 1100, 12, 4, seed), base, 2, {}, 1.193, {0, 23, 0, 23}, counts);
+    EXPECT_EQ(counts.pixels, 24u * 24u);
+    for (std::size_t k = 0; k < observables; ++k) {
+      for (std::size_t s = 0; s < 4; ++s)
+        squares[k] += std::pow(o.value[4 * k + s] - truth[k], 2) / o.variance[4 * k + s] / (4 * repetitions);
+    }
+  }
+  for (std::size_t k = 0; k < observables; ++k)
+    EXPECT_NEAR(squares[k], 1, 4 * std::sqrt(2.0 / (4 * repetitions))) << observable_names[k];
+}
+
+TEST(Superpixels, AreLeftOutWhereTapsAreNearlyEmptyOrFull) {
+  const std::vector<Signal> base(24 * 24, Signal{{20, 0}, 20, 0, 0});
+  ReductionCounts counts;
+  const Observations dark = reduce(noisy_frames({20, 0}, 20, 3, 4, 1), base, 2, {}, 1.193, {0, 23, 0, 23}, counts);
+  EXPECT_TRUE(std::isinf(dark.variance[0]));
+  const Observations full =
+      reduce(noisy_frames({20000, 0}, 49500, 50, 4, 1), base, 2, {}, 1.193, {0, 23, 0, 23}, counts);
+  EXPECT_TRUE(std::isinf(full.variance[0]));
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
