@@ -23,6 +23,8 @@ void add_diagnose(CLI::App& app, Common& common) {
   command->add_option("--without", arguments->without, "An effect that is no candidate; may be repeated")
       ->expected(1)
       ->take_all();
+  command->add_option("--confidence", arguments->confidence,
+                      "Inject so many known truths into this design and report how often the search is right");
   command->add_option("--threads", arguments->threads, "Threads; default: one a core")->check(CLI::Range(1, 1024));
   command->add_flag("--skip-missing", arguments->skip_missing, "Go on without captures that cannot be read");
   command->add_flag("--force", arguments->force, "Replace outputs that exist");

@@ -14,6 +14,7 @@ struct DiagnoseArguments {
   std::string model, data, out;
   std::vector<std::string> without;
   std::size_t most_effects = 6;
+  std::size_t confidence = 0;  ///< injected cases
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one a core
   bool skip_missing = false, force = false, quiet = false;

@@ -36,6 +36,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.without = arguments.without;
   options.skip_missing = arguments.skip_missing;
   options.search.most_effects = arguments.most_effects;
+  options.confidence = arguments.confidence;
   options.search.seed = arguments.seed;
   options.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   std::unique_ptr<diagnosis::Diagnosis> result;

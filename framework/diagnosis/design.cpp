@@ -19,11 +19,12 @@ Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition>
     : camera_(std::move(camera)),
       physical_(physical),
       conditions_(std::move(conditions)),
-      pixels_(simulation::superpixels(camera_->view(), grid, grid)) {
+      pixels_(simulation::superpixels(camera_->view(), grid, grid)),
+      whole_(simulation::whole_image(camera_->view())) {
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
   for (std::size_t i = 0; i < size(); ++i) {
     shots_.push_back(simulation::shot_of(this->camera(), conditions_[i]));
-    ideal_.push_back(signals(ideal, i, 0, 0));
+    ideal_.push_back(signals(ideal, pixels_, i, 0, 0));
   }
   for (std::size_t i = 0; i < size(); ++i) {
     std::vector<double> farther = predict(ideal, i, 0, probe);
@@ -40,23 +41,23 @@ simulation::BoardPose pose_of(const io::Condition& c) {
       c.roll,           known(c.velocity, 0)};
 }
 
-std::vector<Signal> Design::signals(const simulation::ForwardModel& model, std::size_t i, double light,
-                                    double moved) const {
+std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
+                                    std::size_t i, double light, double moved) const {
   simulation::BoardPose pose = pose_of(conditions_[i]);
   pose.distance += moved;
   pose.reflectivity *= std::exp(light);
   simulation::Expectation expectation =
-      model.expect(simulation::board_tracer(camera().focal_length, pose), shots_[i], pixels_);
-  if (model.has_readout()) model.read_out(shots_[i], pixels_, expectation.taps);
+      model.expect(simulation::board_tracer(camera().focal_length, pose), shots_[i], pixels);
+  if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
   std::vector<Signal> result;
-  result.reserve(superpixels());
-  for (std::size_t s = 0; s < superpixels(); ++s) result.push_back(signal_of(&expectation.taps[s], superpixels()));
+  result.reserve(pixels.size());
+  for (std::size_t s = 0; s < pixels.size(); ++s) result.push_back(signal_of(&expectation.taps[s], pixels.size()));
   return result;
 }
 
 std::vector<double> Design::predict(const simulation::ForwardModel& model, std::size_t i, double light,
                                     double moved) const {
-  const std::vector<Signal> seen = signals(model, i, light, moved);
+  const std::vector<Signal> seen = signals(model, pixels_, i, light, moved);
   const double scale = physics::metres_per_radian(shots_[i].condition.modulation_frequency);
   const std::size_t n = superpixels();
   std::vector<double> rows(observables * n);
@@ -69,6 +70,41 @@ std::vector<double> Design::predict(const simulation::ForwardModel& model, std::
     rows[intensity * n + s] = std::log(now.intensity / base.intensity);
     rows[null1 * n + s] = now.null1 / (2 * base.intensity * gain);
     rows[null2 * n + s] = now.null2 / std::abs(now.phasor);
+  }
+  return rows;
+}
+
+std::vector<double> Design::predict_whole(const simulation::ForwardModel& model, std::size_t i, double light) const {
+  const std::vector<Signal> seen = signals(model, whole_, i, light, 0);
+  const std::vector<Signal> base = signals(simulation::ForwardModel(camera(), physical_, {}), whole_, i, 0, 0);
+  struct Sums {
+    std::complex<double> product;
+    double square = 0, amplitude = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;
+  };
+  const std::size_t n = superpixels(), width = camera().width, height = camera().height;
+  std::vector<Sums> all(n);
+  for (std::size_t p = 0; p < base.size(); ++p) {
+    if (!std::isfinite(seen[p].intensity) || !(std::abs(base[p].phasor) > 0)) continue;
+    Sums& sums = all[(p / width) * grid / height * grid + (p % width) * grid / width];
+    sums.product += seen[p].phasor * std::conj(base[p].phasor);
+    sums.square += std::norm(base[p].phasor);
+    sums.amplitude += std::abs(base[p].phasor);
+    sums.intensity += seen[p].intensity;
+    sums.base_intensity += base[p].intensity;
+    sums.null1 += seen[p].null1;
+    sums.null2 += seen[p].null2;
+  }
+  const double scale = physics::metres_per_radian(shots_[i].condition.modulation_frequency);
+  std::vector<double> rows(observables * n);
+  for (std::size_t s = 0; s < n; ++s) {
+    const Sums& sums = all[s];
+    const std::complex<double> ratio = sums.product / sums.square;
+    const double gain = std::abs(ratio);
+    rows[distance * n + s] = scale * std::arg(ratio);
+    rows[amplitude * n + s] = std::log(gain);
+    rows[intensity * n + s] = std::log(sums.intensity / sums.base_intensity);
+    rows[null1 * n + s] = sums.null1 / (2 * sums.base_intensity * gain);
+    rows[null2 * n + s] = sums.null2 / (sums.amplitude * gain);
   }
   return rows;
 }

@@ -42,6 +42,10 @@ class Design {
   std::vector<double> predict(const simulation::ForwardModel& model, std::size_t condition, double light = 0,
                               double moved = 0) const;
 
+  /// The same from all pixels, as measurements are reduced: what the centres of superpixels miss of a curved pattern
+  /// is the difference to predict().
+  std::vector<double> predict_whole(const simulation::ForwardModel& model, std::size_t condition, double light) const;
+
   /// Change of the observables for each metre that the board is farther away.
   const std::vector<double>& shift(std::size_t condition) const { return shifts_[condition]; }
   /// The ideal camera's signal, one a superpixel.
@@ -50,14 +54,14 @@ class Design {
   double incidence(std::size_t condition, std::size_t superpixel) const;
 
  private:
-  std::vector<Signal> signals(const simulation::ForwardModel& model, std::size_t condition, double light,
-                              double moved) const;
+  std::vector<Signal> signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
+                              std::size_t condition, double light, double moved) const;
 
   core::CameraPtr camera_;
   bool physical_;
   std::vector<io::Condition> conditions_;
   std::vector<simulation::Shot> shots_;
-  simulation::Pixels pixels_;
+  simulation::Pixels pixels_, whole_;
   std::vector<std::vector<Signal>> ideal_;
   std::vector<std::vector<double>> shifts_;
 };

@@ -52,10 +52,14 @@ class Run {
     SearchOptions search_options = options_.search;
     search_options.progress = [this](const std::string& what) { progress(share_ += 0.04, what); };
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
+    problem_->correction = d_->search.correction;
     progress(0.95, "checking on conditions that were put aside");
     validate();
     describe();
     judge();
+    if (options_.confidence > 0)
+      d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
+                                  options_.confidence, search_options);
     return std::move(d_);
   }
 
@@ -119,13 +123,15 @@ class Run {
     // The model as it was is not refitted, only the reflectivities are; the extended one does not see what is held out.
     State as_it_was = d_->search.before.state;
     as_it_was.terms = d_->model_terms;
-    before_ = fit_nuisances(*problem_, as_it_was, all).state;
+    Problem original{problem_->design, problem_->data, problem_->targets, problem_->target};
+    if (!d_->model_terms.empty()) correct(original, as_it_was);
+    before_ = fit_nuisances(original, as_it_was, all).state;
     trained_ = some ? fit(*problem_, d_->search.after.state, weight).state : d_->search.after.state;
     State effects_held = fit_nuisances(*problem_, trained_, all).state;
     effects_held.variances = d_->search.after.state.variances;
     for (std::size_t o = 0; o < observables; ++o) {
-      d_->gaps[o] = {gap(*problem_, before_, o, every), gap(*problem_, d_->search.after.state, o, every),
-                     gap(*problem_, before_, o, d_->held_out), gap(*problem_, effects_held, o, d_->held_out),
+      d_->gaps[o] = {gap(original, before_, o, every), gap(*problem_, d_->search.after.state, o, every),
+                     gap(original, before_, o, d_->held_out), gap(*problem_, effects_held, o, d_->held_out),
                      noise_floor(*problem_, d_->search.after.state, o, d_->held_out)};
     }
     trained_ = effects_held;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/audit.hpp"
+#include "diagnosis/confidence.hpp"
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/search.hpp"
 #include "diagnosis/validation.hpp"
@@ -23,6 +24,7 @@ struct DiagnosisOptions {
   std::filesystem::path model, data;
   std::vector<std::string> without;  ///< effects that are no candidates
   bool skip_missing = false;
+  std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
 };
@@ -58,6 +60,7 @@ struct Diagnosis {
   std::vector<bool> held_out;
   Audit audit;
   SearchResult search;
+  std::optional<Confidence> confidence;
   Measurements measurements;
   simulation::Model model;
   std::vector<Term> model_terms;

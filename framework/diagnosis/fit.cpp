@@ -13,7 +13,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
-constexpr int most_iterations = 12;
+constexpr int most_iterations = 30;
 constexpr double settled = 0.02;  ///< of the deviance
 
 bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
@@ -43,6 +43,41 @@ State stepped(const Problem& problem, const State& from, const Eigen::VectorXd& 
   return to;
 }
 
+/// The step of least squares in which no parameter that is at a bound goes beyond it.
+Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const std::vector<Column>& columns,
+                              const std::vector<std::vector<double>>& rows, std::span<const double> weight,
+                              const Profile& free) {
+  Eigen::VectorXd step = free.solution.values;
+  std::vector<Eigen::Index> kept;
+  Eigen::Index j = 0;
+  for (const Term& term : state.terms) {
+    for (std::size_t k = 0; k < term.values.size(); ++k, ++j) {
+      const FreeParameter& p = term.candidate->free()[k];
+      const double change = step(j) * p.typical, value = term.values[k];
+      if (!is_angle(p) && ((value >= p.maximum && change > 0) || (value <= p.minimum && change < 0))) continue;
+      kept.push_back(j);
+    }
+  }
+  if (kept.size() == columns.size()) return step;
+  const int targets = static_cast<int>(problem.targets.size());
+  const std::vector<Gram> grams = columns_of(grams_of(problem, rows, columns), kept);
+  const Eigen::VectorXd less = profile(grams, problem.target, targets, weight, free.variances).solution.values;
+  step.head(j).setZero();
+  for (std::size_t c = 0; c < kept.size(); ++c) step(kept[c]) = less(static_cast<Eigen::Index>(c));
+  step.tail(targets) = less.tail(targets);
+  return step;
+}
+
+/// A state with the reflectivities and variances that suit its effects: linear, and all in profile().
+Fit settled_at(const Problem& problem, State state, std::span<const double> weight, const Profile& linear) {
+  const Profile after = profile(grams_of(problem, expected(problem, state), {}), problem.target,
+                                static_cast<int>(problem.targets.size()), weight, linear.variances);
+  for (std::size_t t = 0; t < state.light.size(); ++t)
+    state.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
+  state.variances = after.variances;
+  return {std::move(state), after.solution.deviance, linear.solution.dimension, linear.solution.covariance};
+}
+
 /// Levenberg's damping is the prior of solve(); the step is halved until the deviance falls.
 Fit descend(const Problem& problem, State start, std::span<const double> weight, bool effects) {
   const int targets = static_cast<int>(problem.targets.size());
@@ -59,18 +94,16 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
     now = profile(grams_of(problem, rows, columns), problem.target, targets, weight, now.variances);
     best.covariance = now.solution.covariance;
     best.dimension = now.solution.dimension;
-    const Eigen::VectorXd step = now.solution.values;
+    const Eigen::VectorXd step =
+        effects ? within_bounds(problem, start, columns, rows, weight, now) : now.solution.values;
     double share = 1;
-    Fit next;
+    Fit next = best;
     for (; share > 0.05; share /= 2) {
-      State tried = stepped(problem, start, step, share, effects);
-      auto tried_rows = expected(problem, tried);
-      // What is left for the reflectivities is linear: profile() includes it.
-      const Profile after = profile(grams_of(problem, tried_rows, {}), problem.target, targets, weight, now.variances);
-      for (std::size_t t = 0; t < tried.light.size(); ++t)
-        tried.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
-      tried.variances = after.variances;
-      next = {std::move(tried), after.solution.deviance, now.solution.dimension, now.solution.covariance};
+      try {
+        next = settled_at(problem, stepped(problem, start, step, share, effects), weight, now);
+      } catch (const simulation::EffectError&) {
+        continue;  // the step goes to where the effect gives no number
+      }
       if (next.deviance < best.deviance + settled) {
         rows = expected(problem, next.state);
         break;
@@ -87,7 +120,7 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
 }  // namespace
 
 Problem make_problem(const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, {}, {}};
+  Problem problem{design, data, {}, {}, {}};
   for (const io::Condition& condition : design.conditions()) {
     if (!std::isnan(condition.reflectivity)) {
       problem.target.push_back(-1);
@@ -108,6 +141,8 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
     const int target = problem.target[i];
     const double light = target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
     rows[i] = design.predict(model, i, light);
+    if (!problem.correction.empty())
+      for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.correction[i][row];
     const std::vector<double>& variance = problem.data[i].variance;
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(variance[row]))
@@ -118,6 +153,23 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
     }
   });
   return rows;
+}
+
+void correct(Problem& problem, const State& state) {
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> correction(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const int target = problem.target[i];
+    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
+    correction[i] = design.predict_whole(model, i, light);
+    const std::vector<double> coarse = design.predict(model, i, light);
+    for (std::size_t row = 0; row < coarse.size(); ++row) {
+      const double difference = correction[i][row] - coarse[row];
+      correction[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
+    }
+  });
+  problem.correction = std::move(correction);
 }
 
 Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,

@@ -17,7 +17,10 @@ struct Problem {
   const std::vector<Observations>& data;  ///< one a condition
   std::vector<std::string> targets;       ///< whose reflectivity is not known
   std::vector<int> target;                ///< of each condition, among those; -1: known
+  /// What is added to the coarse grid's expectation, one a condition, or nothing: see correct().
+  std::vector<std::vector<double>> correction = {};
 };
+
 /// Finds the targets whose reflectivity is not known.
 Problem make_problem(const Design& design, const std::vector<Observations>& data);
 
@@ -27,6 +30,9 @@ struct State {
   std::vector<double> light;  ///< ln of each target's factor on the reflectivity of the design
   Variances variances;
 };
+
+/// Sets the correction to what the whole images of a state differ from its coarse grid.
+void correct(Problem& problem, const State& state);
 
 struct Fit {
   State state;

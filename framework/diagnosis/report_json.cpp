@@ -131,6 +131,14 @@ json report_json(const Diagnosis& d) {
   report["data"] = {{"conditions", d.measurements.design->size()},
                     {"frames", d.measurements.frames},
                     {"held_out", std::ranges::count(d.held_out, true)}};
+  if (d.confidence) {
+    const Confidence& c = *d.confidence;
+    report["confidence"] = {{"cases", c.cases()},
+                            {"named", c.named},
+                            {"named_right", c.named_right},
+                            {"nothing_found", c.silent},
+                            {"nothing_found_right", c.silent_right}};
+  }
   return report;
 }
 

@@ -40,6 +40,7 @@ class Search {
   SearchResult run() {
     say("fitting the model as it is");
     State start{model_, start_light(), {}};
+    if (!model_.empty()) correct(problem_, start);
     result_.before = fit(problem_, start, weight_);
     best_ = result_.before;
     look_where();
@@ -47,6 +48,7 @@ class Search {
     describe_found();
     look_at_rest();
     result_.after = best_;
+    result_.correction = std::move(problem_.correction);
     return std::move(result_);
   }
 
@@ -143,11 +145,17 @@ class Search {
       if (taken.size() == shortlist) break;
       if (!taken.insert(tried[i].candidate).second) continue;
       const Score& score = scanned.scores[i];
-      try {
-        result.push_back({tried[i].candidate, fit(problem_, extended(base.state, tried[i], score), weight_),
-                          score.p_value, score.gain, score.carriers});
-      } catch (const simulation::EffectError& error) {
-        result_.refused[tried[i].candidate->name()] = error.what();
+      // Where the linear guess is beyond what the effect can do, the fit begins where it changes nothing.
+      State nothing = base.state;
+      nothing.terms.push_back({tried[i].candidate, tried[i].values});
+      for (const State& start : {extended(base.state, tried[i], score), nothing}) {
+        try {
+          result.push_back(
+              {tried[i].candidate, fit(problem_, start, weight_), score.p_value, score.gain, score.carriers});
+          break;
+        } catch (const simulation::EffectError&) {
+          continue;
+        }
       }
     }
     std::ranges::stable_sort(result, {}, [&](const Trial& t) { return bic(t.fit); });
@@ -161,11 +169,24 @@ class Search {
     for (Trial& t : trials(best_, options_.flips)) {
       if (bic(best_) - bic(t.fit) < worth) return false;
       if (!significant(t)) continue;
-      best_ = std::move(t.fit);
+      Fit before = std::exchange(best_, std::move(t.fit));
+      try {
+        refine();
+      } catch (const simulation::EffectError& error) {
+        result_.refused[t.candidate->name()] = error.what();
+        best_ = std::move(before);
+        continue;
+      }
       p_values_[t.candidate] = t.p_value;
       return true;
     }
     return false;
+  }
+
+  /// Fits again with what the coarse grid misses of the state as it is now.
+  void refine() {
+    correct(problem_, best_.state);
+    best_ = fit(problem_, best_.state, weight_);
   }
 
   Fit without(std::size_t term) {
@@ -196,6 +217,7 @@ class Search {
         }
       }
       if (!changed) break;
+      refine();
     }
   }
 
@@ -262,7 +284,7 @@ class Search {
     }
   }
 
-  const Problem& problem_;
+  Problem problem_;
   const std::vector<Term>& model_;
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
