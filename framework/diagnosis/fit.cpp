@@ -177,9 +177,17 @@ Column derivative(const Problem& problem, const State& state, const std::vector<
   const FreeParameter& p = state.terms[term].candidate->free()[parameter];
   State other = state;
   double& value = other.terms[term].values[parameter];
-  const double step = (value + derivative_step * p.typical > p.maximum ? -1 : 1) * derivative_step * p.typical;
-  value += step;
-  Column column = expected(problem, other);
+  const double here = value, size = derivative_step * p.typical;
+  double step = here + size > p.maximum ? -size : size;
+  Column column;
+  value = here + step;
+  try {
+    column = expected(problem, other);
+  } catch (const simulation::EffectError&) {  // at the edge of what the effect can do: to the other side
+    step = -step;
+    value = here + step;
+    column = expected(problem, other);
+  }
   for (std::size_t i = 0; i < column.size(); ++i) {
     for (std::size_t row = 0; row < column[i].size(); ++row)
       column[i][row] = (column[i][row] - rows[i][row]) * (p.typical / step);

@@ -44,7 +44,11 @@ class Search {
     result_.before = fit(problem_, start, weight_);
     best_ = result_.before;
     look_where();
-    while (best_.state.terms.size() < model_.size() + options_.most_effects && add()) exchange();
+    // What is dropped may be tried again, so the rounds are counted, not the effects alone.
+    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
+      if (best_.state.terms.size() == model_.size() + options_.most_effects || !add()) break;
+      exchange();
+    }
     describe_found();
     look_at_rest();
     result_.after = best_;
@@ -199,7 +203,7 @@ class Search {
   void exchange() {
     for (std::size_t round = 0; round < most_rounds && best_.state.terms.size() > model_.size() + 1; ++round) {
       bool changed = false;
-      for (std::size_t t = model_.size(); t + 1 < best_.state.terms.size() && !changed; ++t) {
+      for (std::size_t t = model_.size(); t < best_.state.terms.size() && !changed; ++t) {
         say(fmt::format("asking whether {} is needed", best_.state.terms[t].candidate->name()));
         Fit less = without(t);
         if (bic(less) < bic(best_) + worth) {
@@ -207,6 +211,7 @@ class Search {
           changed = true;
           break;
         }
+        if (t + 1 == best_.state.terms.size()) continue;  // the last one has just been chosen among all
         for (Trial& trial : trials(less, 0)) {
           if (bic(trial.fit) < bic(best_) - 1) {
             p_values_[trial.candidate] = p_values_[best_.state.terms[t].candidate];
