@@ -11,7 +11,9 @@ namespace tofgraph::diagnosis {
 std::vector<Observations> injected(const Problem& problem, const State& state, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
-  const auto rows = expected(problem, state);
+  Problem whole = problem;
+  correct(whole, state);  // as captures are reduced: from all pixels
+  const auto rows = expected(whole, state);
   const std::size_t n = problem.design.superpixels();
   std::vector<Observations> result = problem.data;
   for (std::size_t i = 0; i < result.size(); ++i) {
