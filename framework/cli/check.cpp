@@ -73,6 +73,7 @@ void add_check(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   CLI::App* command =
       app.add_subcommand("check", "Say every mistake in a pipeline, profile, scene or campaign; run nothing");
+  command->footer("Example: tofgraph check pipelines/quickstart.yaml --set save.encoding=ascii");
   arguments->add_to(*command);
   command->callback(
       [arguments, &common] { common.command = [arguments, &common] { return check(*arguments, common); }; });

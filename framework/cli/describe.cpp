@@ -102,6 +102,7 @@ void add_describe(CLI::App& app, Common& common) {
   auto name = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("describe", "Say what a stage reads, makes and can be set to");
+  command->footer("Example: tofgraph describe non_local_means");
   command->add_option("NAME", *name, "A stage or effect")->required();
   command->add_flag("--json", *as_json, "As JSON");
   command->callback([=, &common] { common.command = [=, &common] { return describe(*name, *as_json, common); }; });

@@ -13,6 +13,7 @@ void add_explain(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   auto drawing = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("explain", "Say what happens to the numbers, channel by channel");
+  command->footer("Example: tofgraph explain pipelines/quickstart.yaml --dot > graph.dot");
   arguments->add_to(*command);
   command->add_flag("--dot", *drawing, "The graph in the DOT language instead");
   command->callback([arguments, drawing, &common] {

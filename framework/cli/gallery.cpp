@@ -11,6 +11,7 @@ namespace tofgraph::cli {
 void add_gallery(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<GalleryArguments>();
   CLI::App* command = app.add_subcommand("gallery", "A page that shows what every effect does");
+  command->footer("Example: tofgraph gallery -o effects.html");
   command->add_option("-o,--out", arguments->out, "The page (.html)")->required();
   command->add_option("--camera", arguments->camera, "A profile by name or path; default: camcube2");
   command->add_option("--light", arguments->light, "reference (default) or physical")

@@ -84,6 +84,7 @@ void add_list(CLI::App& app, Common& common) {
   auto what = std::make_shared<std::string>("stages");
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("list", "List stages, effects, cameras or plugin files");
+  command->footer("Example: tofgraph list effects");
   command->add_option("WHAT", *what, "stages (default), effects, cameras or plugins")
       ->check(CLI::IsMember({"stages", "effects", "cameras", "plugins"}));
   command->add_flag("--json", *as_json, "As JSON");

@@ -108,6 +108,18 @@ int write_statistics(const RunArguments& arguments, const core::Graph& graph, co
   }
 }
 
+/// The output files of a node as its parameters name them, from the current folder.
+std::vector<std::string> outputs_of(const core::Node& node) {
+  std::vector<std::string> files;
+  const tofgraph_descriptor& stage = node.stage();
+  for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
+    const char* path = node.values().data()[i].text;
+    if (stage.parameters[i].kind == TOFGRAPH_OUTPUT_FILE && *path != 0)
+      files.push_back(std::filesystem::proximate(path).string());
+  }
+  return files;
+}
+
 /// What came of a run, in words on standard error. @returns the exit code
 int report(const core::Graph& graph, const core::RunResult& result, const Common& common) {
   if (!common.quiet) {
@@ -125,6 +137,11 @@ int report(const core::Graph& graph, const core::RunResult& result, const Common
   if (!result.error.empty()) {
     say("error: " + result.error);
     return failed;
+  }
+  if (!common.quiet && result.frames != 0) {
+    for (const auto& node : graph.nodes()) {
+      for (const std::string& file : outputs_of(*node)) say(fmt::format("  {} wrote {}", node->name, file));
+    }
   }
   if (result.interrupted) {
     say("interrupted: the frames up to here are complete");
@@ -159,6 +176,10 @@ int run(const RunArguments& arguments, const Common& common) {
 void add_run(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Run a pipeline");
+  command->footer(
+      "Examples: tofgraph run pipelines/quickstart.yaml --force\n"
+      "          tofgraph run \"capture_reader file=a.h5 ! four_phase_decoder ! optimized_bistatic ! point_cloud ! "
+      "pcd_writer path=a.pcd\" --camera camcube2");
   arguments->add_to(*command);
   command->add_option("--frames", arguments->frames, "Stop after so many frames")->check(CLI::PositiveNumber);
   command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")

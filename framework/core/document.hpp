@@ -93,7 +93,12 @@ class Reader {
   std::vector<std::string> known_;
 };
 
-/// Checks `kind: version` at the top. Reports another kind and a newer version.
+/// A file of another kind, told by its first key, would only give follow-on mistakes.
+/// @throws ConfigurationError with nothing but that
+void refuse_other_kind(const Value& document, std::string_view kind);
+
+/// Checks `kind: version` at the top. Reports a missing and a newer version.
+/// @throws ConfigurationError when the file is of another kind
 void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics);
 
 }  // namespace tofgraph::core

@@ -165,7 +165,29 @@ void Reader::finish() {
   }
 }
 
+void refuse_other_kind(const Value& document, std::string_view kind) {
+  struct Kind {
+    std::string_view key, command;
+  };
+  static constexpr Kind kinds[] = {{"pipeline", "tofgraph run FILE"},
+                                   {"scene", "tofgraph simulate FILE -o OUT"},
+                                   {"model", "tofgraph simulate SCENE.yaml --model FILE -o OUT"},
+                                   {"campaign", "tofgraph diagnose --model MODEL.yaml --data FILE -o DIR"},
+                                   {"profile", "tofgraph run PIPELINE.yaml --camera FILE"},
+                                   {"calibration", ""}};
+  if (document.entries.empty() || document.find(kind) != nullptr) return;
+  const Entry& first = document.entries.front();
+  for (const Kind& other : kinds) {
+    if (first.key != other.key || other.key == kind) continue;
+    Diagnostics diagnostics;
+    diagnostics.error(first.at, fmt::format("this is a {}, expected a {}", other.key, kind),
+                      other.command.empty() ? "" : fmt::format("a {} is used by: {}", other.key, other.command));
+    throw ConfigurationError(diagnostics);
+  }
+}
+
 void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics) {
+  refuse_other_kind(document, kind);
   const Entry* entry = document.find(kind);
   if (entry == nullptr) {
     diagnostics.error(document.at, fmt::format("this is no {}: its first line must be '{}: {}'", kind, kind, newest));

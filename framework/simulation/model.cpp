@@ -45,6 +45,7 @@ void read_effect(const Value& item, const core::Catalogue& catalogue, Diagnostic
 Model read_model(const Value& document, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
   Model model;
   core::Reader reader(document, diagnostics, "the model");
+  core::refuse_other_kind(document, "model");
   if (document.find("model") != nullptr) core::check_version(document, "model", 1, diagnostics);
   reader.take("model");
   reader.take("name");

@@ -98,7 +98,9 @@ void read_objects(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics
     return;
   }
   for (const Value& item : entry->value.items) {
+    const std::size_t before = diagnostics.errors();
     const Object object = read_object(item, diagnostics);
+    if (object.name.empty() && diagnostics.errors() != before) continue;  // not read so far
     scene.objects.push_back(name_of(object, item.find("name") != nullptr, scene.objects, diagnostics));
   }
 }

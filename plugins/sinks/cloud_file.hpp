@@ -41,8 +41,9 @@ struct CloudFile : Sink {
   Param<bool> flags{this, "flags", {.fallback = "false", .text = "with the field flags"}};
   Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
 
-  void prepare(Setup& setup) {
-    choose_files(setup);
+  /// @param ending of the files' names, e.g. ".pcd"
+  void prepare_files(Setup& setup, std::string_view ending) {
+    choose_files(setup, ending);
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
     if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
@@ -92,7 +93,11 @@ struct CloudFile : Sink {
     std::uint8_t type;
   };
 
-  void choose_files(const Setup& setup) {
+  void choose_files(const Setup& setup, std::string_view ending) {
+    if (const std::filesystem::path file(*path); file.extension() != ending) {
+      throw ConfigError("path", fmt::format("ends in '{}', expected {}, e.g. out/cloud_{{frame:06}}{}",
+                                            file.extension().string(), ending, ending));
+    }
     pattern_ = frame_files(*this, setup, *path, *overwrite);
     provenance_file_ = pattern_.companion(".provenance.json");
     const std::string problem = io::output_problem(provenance_file_, *overwrite || setup.overwrite());

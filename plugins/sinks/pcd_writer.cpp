@@ -21,7 +21,7 @@ struct PcdWriter final : CloudFile {
                "quaternion w x y z; default: the optical centre; needed after transform"}};
 
   void prepare(Setup& setup) {
-    CloudFile::prepare(setup);
+    prepare_files(setup, ".pcd");
     if (!viewpoint.given() &&
         std::string_view(setup.find("points")->applied).find("T_world_camera") != std::string_view::npos) {
       throw ConfigError("viewpoint",

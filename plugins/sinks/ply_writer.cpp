@@ -10,6 +10,8 @@ namespace tofgraph {
 struct PlyWriter final : CloudFile {
   Param<Choice> encoding{this, "encoding", {.fallback = "binary", .choices = "ascii binary", .text = "of the values"}};
 
+  void prepare(Setup& setup) { prepare_files(setup, ".ply"); }
+
   void process(Frame& frame) const {
     store(frame, [this](const pcl::PCLPointCloud2& cloud, io::OutputFile& file) {
       file.write(header(cloud));

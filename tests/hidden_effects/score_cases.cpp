@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tests/hidden_effects/score_cases.hpp"
+
+#include "tests/hidden_effects/effects.hpp"
+#include "tests/hidden_effects/patterns.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+
+namespace tofgraph::hidden {
+namespace {
+
+constexpr std::array noises = {NoiseKind::gaussian, NoiseKind::heavy, NoiseKind::drift};
+
+std::vector<std::string> effects_that_show() {
+  std::vector<std::string> names;
+  for (const Effect& effect : catalogue()) {
+    if (!is_hidden_from_boards(effect.name)) names.push_back(effect.name);
+  }
+  return names;
+}
+
+/// Each effect alone, in designs B and C, at half, once and twice its typical size.
+std::vector<Case> single(std::uint64_t seed, std::size_t draws) {
+  std::vector<Case> cases;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (const char* design : {"C", "B"}) {
+      for (const double size : {1.0, 0.5, 2.0}) {
+        for (const std::string& effect : effects_that_show())
+          cases.push_back({.suite = "single", .design = design, .effects = {effect}, .size = size, .seed = ++seed});
+      }
+    }
+  }
+  return cases;
+}
+
+std::vector<Case> nothing(std::uint64_t seed, std::size_t draws) {
+  std::vector<Case> cases;
+  for (std::size_t i = 0; i < 100 * draws; ++i) {
+    const std::array designs = {"A", "B", "C"};
+    cases.push_back(
+        {.suite = "nothing", .design = designs[i % 3], .noise = noises[i / 3 % noises.size()], .seed = ++seed});
+  }
+  return cases;
+}
+
+/// Several effects at once, none alike to another.
+std::vector<Case> several(const std::string& suite, std::size_t effects, std::size_t count, std::uint64_t seed) {
+  std::vector<Case> cases;
+  std::mt19937_64 random(seed);
+  const std::vector<std::string> all = effects_that_show();
+  while (cases.size() < count) {
+    std::vector<std::string> chosen;
+    std::ranges::sample(all, std::back_inserter(chosen), static_cast<std::ptrdiff_t>(effects), random);
+    bool alike = false;
+    for (const std::string& a : chosen)
+      for (const std::string& b : chosen) alike = alike || (a < b && are_alike(a, b));
+    if (!alike) cases.push_back({.suite = suite, .effects = chosen, .seed = ++seed});
+  }
+  return cases;
+}
+
+std::vector<Case> pairs(std::uint64_t seed, std::size_t draws) { return several("pairs", 2, 20 * draws, seed); }
+std::vector<Case> triples(std::uint64_t seed, std::size_t draws) { return several("triples", 3, 10 * draws, seed); }
+
+/// The search does not know the effect that is there.
+std::vector<Case> without(std::uint64_t seed, std::size_t draws) {
+  std::vector<Case> cases;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (const std::string& effect : effects_that_show())
+      cases.push_back({.suite = "without", .effects = {effect}, .without = effect, .seed = ++seed});
+  }
+  return cases;
+}
+
+std::vector<Case> patterns(std::uint64_t seed, std::size_t draws) {
+  std::vector<Case> cases;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (const PatternKind& pattern : pattern_catalogue()) {
+      for (const double size : {1.0, 2.0})
+        cases.push_back({.suite = "patterns", .size = size, .pattern = pattern.name, .seed = ++seed});
+    }
+  }
+  return cases;
+}
+
+/// Pairs that are alike, without and with the data of the experiment that tells them apart.
+std::vector<Case> ties(std::uint64_t seed, std::size_t draws) {
+  struct Tie {
+    const char *design, *effect, *experiment;
+  };
+  constexpr std::array all = {Tie{"C", "modulation_frequency", "reference"},
+                              Tie{"C", "rail_scale", "reference"},
+                              Tie{"C", "principal_point", "roll"},
+                              Tie{"C", "board_tilt", "roll"},
+                              Tie{"C", "phase_step_error", "velocity"},
+                              Tie{"C", "motion", "velocity"},
+                              Tie{"B", "source_amplitude", "single_sources"},
+                              Tie{"B", "source_position", "single_sources"}};
+  std::vector<Case> cases;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (const Tie& tie : all) {
+      cases.push_back({.suite = "ties", .design = tie.design, .effects = {tie.effect}, .seed = ++seed});
+      cases.push_back({.suite = "ties",
+                       .design = tie.design,
+                       .experiments = {tie.experiment},
+                       .effects = {tie.effect},
+                       .seed = seed});
+    }
+  }
+  return cases;
+}
+
+/// What every change of the search is tried on: a small design, some of everything.
+std::vector<Case> quick(std::uint64_t seed, std::size_t) {
+  std::vector<Case> cases;
+  for (const char* effect : {"wiggling", "tap_mismatch", "crosstalk", "amplitude_walk", "integration_time_offset",
+                             "source_amplitude", "modulation_frequency"})
+    cases.push_back({.suite = "quick", .design = "small", .effects = {effect}, .seed = ++seed});
+  for (const NoiseKind noise : noises)
+    cases.push_back({.suite = "quick", .design = "small", .noise = noise, .seed = ++seed});
+  cases.push_back({.suite = "quick", .design = "small", .effects = {"wiggling", "crosstalk"}, .seed = ++seed});
+  cases.push_back(
+      {.suite = "quick", .design = "small", .effects = {"wiggling"}, .without = "wiggling", .seed = ++seed});
+  cases.push_back({.suite = "quick", .design = "small", .pattern = pattern_catalogue().front().name, .seed = ++seed});
+  return cases;
+}
+
+}  // namespace
+
+std::string Case::key() const {
+  constexpr std::array names = {"none", "gaussian", "heavy", "drift"};
+  const auto noise_name = [&] {
+    switch (noise) {
+      case NoiseKind::gaussian:
+        return names[1];
+      case NoiseKind::heavy:
+        return names[2];
+      case NoiseKind::drift:
+        return names[3];
+      default:
+        return names[0];
+    }
+  };
+  return fmt::format("{},{},{},{},{},{},{},{},{}", suite, design, fmt::join(experiments, "+"), fmt::join(effects, "+"),
+                     size, pattern, without, noise_name(), seed);
+}
+
+const std::vector<Suite>& suites() {
+  static const std::vector<Suite> all = {
+      {"quick", "a small design, some of everything", quick},
+      {"single", "each effect alone, designs B and C, half, once and twice its typical size", single},
+      {"nothing", "100 campaigns without an effect, designs A, B, C, three noise models", nothing},
+      {"pairs", "two effects", pairs},
+      {"triples", "three effects", triples},
+      {"without", "an effect that the search does not know", without},
+      {"patterns", "errors that are in no catalogue", patterns},
+      {"ties", "effects that are alike, without and with the experiment that separates them", ties}};
+  return all;
+}
+
+bool is_hidden_from_boards(const std::string& effect) {
+  constexpr std::array names = {"temporal_noise", "saturation", "mixed_pixels"};
+  return std::ranges::find(names, effect) != names.end();
+}
+
+bool are_alike(const std::string& a, const std::string& b) {
+  constexpr std::array<std::array<const char*, 2>, 6> ties = {{{"modulation_frequency", "rail_scale"},
+                                                               {"principal_point", "board_tilt"},
+                                                               {"phase_step_error", "motion"},
+                                                               {"source_amplitude", "source_position"},
+                                                               {"lens_distortion", "stray_light"},
+                                                               {"amplitude_walk", "rail_scale"}}};
+  return std::ranges::any_of(
+      ties, [&](const auto& tie) { return (a == tie[0] && b == tie[1]) || (a == tie[1] && b == tie[0]); });
+}
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What the gap search is asked: campaigns with something hidden, suite by suite.
+#pragma once
+
+#include "tests/hidden_effects/campaign.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+struct Case {
+  std::string suite, design = "C";
+  std::vector<std::string> experiments;  ///< appended to the design
+  std::vector<std::string> effects;      ///< hidden
+  double size = 1;                       ///< of effects and patterns, as a factor on the typical one
+  std::string pattern;                   ///< hidden, in no catalogue
+  std::string without;                   ///< taken out of the search's catalogue
+  NoiseKind noise = NoiseKind::gaussian;
+  std::uint64_t seed = 1;
+
+  /// One line that no other case has.
+  std::string key() const;
+};
+
+struct Suite {
+  std::string name, text;
+  std::vector<Case> (*make)(std::uint64_t seed, std::size_t draws);
+};
+
+/// quick, single, nothing, pairs, triples, without, patterns, ties.
+const std::vector<Suite>& suites();
+
+/// Effects that a campaign of boards cannot show: they act on the noise, on masked pixels or on edges alone.
+bool is_hidden_from_boards(const std::string& effect);
+
+/// Effects that stay alike in ordinary designs (the reference's table of ties): the verdict `tie` is the right one.
+bool are_alike(const std::string& a, const std::string& b);
+
+}  // namespace tofgraph::hidden

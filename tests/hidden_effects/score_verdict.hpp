@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What the search said of a case, compared with what was hidden.
+#pragma once
+
+#include "tests/hidden_effects/score_cases.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace tofgraph::hidden {
+
+/// One case's outcome, as a line of scores.csv.
+struct Score {
+  Case what;
+  std::string verdict;
+  std::vector<std::string> names;                 ///< effects that were added
+  std::vector<std::string> tied;                  ///< with one of them
+  bool blind = false;                             ///< the search says that this design cannot show what is hidden
+  std::size_t found = 0;                          ///< hidden effects that are among names or tied
+  std::size_t wrong = 0;                          ///< names that are not hidden, nor tied with what is
+  double before = 0, after = 0, floor = 0;        ///< held-out depth gap, m
+  std::size_t intervals = 0, intervals_hold = 0;  ///< 95 % intervals of effects that were named alone
+  double seconds = 0;
+
+  std::string line() const;
+};
+
+inline constexpr const char* score_header =
+    "suite,design,experiments,effects,size,pattern,without,noise,seed,verdict,names,tied,blind,found,wrong,"
+    "before_mm,after_mm,floor_mm,intervals,intervals_hold,seconds";
+
+/// @param report what the search wrote, report.json
+/// @param hidden the effects with their values
+Score judge(const Case& what, const nlohmann::json& report, const Effects& hidden, double seconds);
+
+/// The share of what can be closed of the held-out gap that was closed; NaN where the gap does not rise above the
+/// noise.
+double closed(const Score& score);
+
+/// The table of the suites, as Markdown.
+std::string table(const std::vector<Score>& scores);
+
+/// What was hidden against what was named, as the bytes of a PNG.
+std::string confusion_png(const std::vector<Score>& scores);
+
+}  // namespace tofgraph::hidden
