@@ -94,12 +94,12 @@ enum class NoiseKind { none, gaussian, heavy, drift };
 /// `saturation`. Real numbers; the capture rounds them.
 class Readout {
  public:
-  Readout(const Physics& physics, NoiseKind kind) : physics_(physics), kind_(kind) {}
+  Readout(const Physics& physics, NoiseKind kind);
   double operator()(double expected, std::mt19937_64& random);
 
  private:
-  const Physics& physics_;
   NoiseKind kind_;
+  double read_variance_, shot_noise_, factor_, quadratic_, cubic_, full_scale_, full_well_;
   std::normal_distribution<double> normal_;
   std::student_t_distribution<double> heavy_{3};
 };

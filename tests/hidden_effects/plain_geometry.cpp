@@ -31,27 +31,31 @@ Plane board_of(const Physics& physics, const View& view, double displacement) {
   return {{0, 0, z + displacement}, about_z(-view.roll, normal)};
 }
 
-Ray ray_of(const Physics& physics, int column, int row) {
+std::vector<Ray> rays_of(const Physics& physics) {
   const Camera& camera = physics.camera;
-  const Effects& effects = physics.effects;
-  const double scale = camera.pitch / camera.focal_length;
-  const double xd = (column - camera.center_x - effects.value("principal_point", "x")) * scale;
-  const double yd = (row - camera.center_y - effects.value("principal_point", "y")) * scale;
-  const auto lens = [&](const char* name) { return effects.value("lens_distortion", name); };
+  const auto lens = [&](const char* name) { return physics.effects.value("lens_distortion", name); };
   const double k1 = lens("k1"), k2 = lens("k2"), k3 = lens("k3"), p1 = lens("p1"), p2 = lens("p2");
-  // The lens model maps the undistorted (x, y) to where it is seen, (xd, yd): inverted by repetition.
-  double x = xd, y = yd;
-  for (int i = 0; i < 200; ++i) {
-    const double r2 = x * x + y * y, radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
-    const double dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x), dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
-    const double next_x = (xd - dx) / radial, next_y = (yd - dy) / radial;
-    const double step = std::hypot(next_x - x, next_y - y);
-    x = next_x;
-    y = next_y;
-    if (step < 1e-15) break;
-  }
-  const double norm = std::sqrt(x * x + y * y + 1);
-  return {{x / norm, y / norm, 1 / norm}, camera.focal_length * norm, 1 / norm};
+  const double center_x = camera.center_x + physics.effects.value("principal_point", "x");
+  const double center_y = camera.center_y + physics.effects.value("principal_point", "y");
+  std::vector<Ray> rays;
+  for (int row = 0; row < camera.height; ++row)
+    for (int column = 0; column < camera.width; ++column) {
+      // Where the point is seen; the lens model maps the undistorted (x, y) to it: inverted by repetition.
+      const double seen_x = (column - center_x) * camera.pitch / camera.focal_length;
+      const double seen_y = (row - center_y) * camera.pitch / camera.focal_length;
+      double x = seen_x, y = seen_y, step = 1;
+      for (int i = 0; i < 200 && step > 1e-15; ++i) {
+        const double r2 = x * x + y * y, radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        const double next_x = (seen_x - 2 * p1 * x * y - p2 * (r2 + 2 * x * x)) / radial;
+        const double next_y = (seen_y - p1 * (r2 + 2 * y * y) - 2 * p2 * x * y) / radial;
+        step = std::hypot(next_x - x, next_y - y);
+        x = next_x;
+        y = next_y;
+      }
+      const double norm = std::sqrt(x * x + y * y + 1);
+      rays.push_back({{x / norm, y / norm, 1 / norm}, camera.focal_length * norm, 1 / norm});
+    }
+  return rays;
 }
 
 std::array<Vector, 2> source_positions(const Physics& physics) {

@@ -6,6 +6,8 @@
 
 #include "tests/hidden_effects/plain_camera.hpp"
 
+#include <cmath>
+
 namespace tofgraph::hidden {
 
 struct Vector {
@@ -35,7 +37,8 @@ struct Ray {
   double to_sensor = 0;  ///< m, D_sen: lens centre -> pixel
   double cos_theta = 1;  ///< to the optical axis
 };
-Ray ray_of(const Physics& physics, int column, int row);
+/// All of them, row by row.
+std::vector<Ray> rays_of(const Physics& physics);
 
 /// Positions of the two arrays: left, right.
 std::array<Vector, 2> source_positions(const Physics& physics);

@@ -12,100 +12,133 @@ namespace {
 
 using std::complex;
 
-/// Angles at one point of the board, between the light of a source and the way to the lens.
-struct Meeting {
-  double cos_in = 1;      ///< incidence
-  double oren_nayar = 1;  ///< f_on: 1 for a Lambert surface
-  double half = 1;        ///< n . h
-};
-
-Meeting meeting(const Physics& physics, Vector point, Vector normal, Vector source) {
-  const Vector lens{0, 0, physics.camera.focal_length};
-  const Vector facing = dot(normal, lens - point) < 0 ? -1 * normal : normal;
-  const Vector in = unit(source - point), out = unit(lens - point);
-  Meeting m;
-  m.cos_in = std::max(0.0, dot(facing, in));
-  m.half = std::max(0.0, dot(facing, unit(in + out)));
-  const double cos_out = std::clamp(dot(facing, out), 0.0, 1.0);
-  const double theta_in = std::acos(std::min(1.0, m.cos_in)), theta_out = std::acos(cos_out);
-  const double s2 = std::pow(physics.effects.value("surface_reflectance", "roughness"), 2);
-  const double a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
-  // Azimuth between the two directions as seen along the normal.
-  const Vector flat_in = in - dot(facing, in) * facing, flat_out = out - dot(facing, out) * facing;
-  const double lengths = length(flat_in) * length(flat_out);
-  const double cos_azimuth = lengths > 0 ? dot(flat_in, flat_out) / lengths : 0;
-  m.oren_nayar = a + b * std::max(0.0, cos_azimuth) * std::sin(std::max(theta_in, theta_out)) *
-                         std::tan(std::min(theta_in, theta_out));
-  return m;
-}
-
-/// Share of the light that a source sends in this direction, by beam_profile.
-double beam(const Effects& effects, bool right, Vector direction) {
-  if (!effects.has("beam_profile")) return 1;
-  const double toe = (right ? 1 : -1) * effects.value("beam_profile", "toe");
-  const double along = dot(direction, {std::sin(toe), 0, std::cos(toe)});
-  return std::pow(std::max(0.0, along), effects.value("beam_profile", "exponent"));
-}
-
-/// One pixel's light from the arrays that are on, straight or by way of the rail.
-class PixelLight {
+/// How a board sends light on: rho times 1 in `light: reference`, times cos(theta_i) in `light: physical`; the effects
+/// surface_reflectance (model of Oren and Nayar) and specular.
+class Surface {
  public:
-  PixelLight(const Physics& physics, const View& view, Plane board) : physics_(physics), view_(view), board_(board) {
-    const Effects& e = physics.effects;
-    wave_number_ = 2 * M_PI * physics.camera.modulation_frequency * (1 + e.value("modulation_frequency", "error")) /
-                   speed_of_light;
+  explicit Surface(const Physics& physics)
+      : reference_(physics.light == Light::reference),
+        rough_(physics.effects.has("surface_reflectance")),
+        shiny_(physics.effects.has("specular")),
+        lambert_(physics.effects.value("surface_reflectance", "lambert")),
+        strength_(physics.effects.value("specular", "strength")),
+        exponent_(physics.effects.value("specular", "exponent")) {
+    const double s2 = std::pow(physics.effects.value("surface_reflectance", "roughness"), 2);
+    a_ = 1 - 0.5 * s2 / (s2 + 0.33);
+    b_ = 0.45 * s2 / (s2 + 0.09);
   }
 
-  /// @param by_rail through the mirror image of each array
-  void add(const Ray& ray, bool by_rail, double strength, complex<double>& phasor, double& total) const {
-    const Vector lens{0, 0, physics_.camera.focal_length};
-    const double from_lens = dot(board_.point - lens, board_.normal) / dot(ray.direction, board_.normal);
-    if (!(from_lens > 0)) return;
-    const Vector point = lens + from_lens * ray.direction;
-    std::array<Vector, 2> sources = source_positions(physics_);
-    std::array<double, 2> way{};  // D_i
-    double mean = 0;
-    for (std::size_t s = 0; s < 2; ++s) {
-      Vector& source = sources[s];
-      if (by_rail) source = mirrored_by_rail(physics_, view_, source);
-      way[s] = length(point - source);
-      if (view_.on[s]) mean += way[s] / (view_.on[0] && view_.on[1] ? 2 : 1);
-    }
-    const double rest = from_lens + ray.to_sensor;
-    for (std::size_t s = 0; s < 2; ++s) {
-      if (!view_.on[s]) continue;
-      const double a = strength * amplitude(s == 1, ray, point, sources[s], way[s], mean + rest);
-      phasor += std::polar(a, wave_number_ * (way[s] + rest) + source_phase(s == 1));
-      total += a;
-    }
+  /// @param facing normal towards the camera  @param in, out unit vectors to the source and to the lens
+  double sent_on(double reflectivity, Vector facing, Vector in, Vector out) const {
+    const double cos_in = std::max(0.0, dot(facing, in));
+    double matt = 1;
+    if (rough_) matt = oren_nayar(facing, in, out);
+    if (rough_ && reference_) matt = (1 - lambert_) + lambert_ * cos_in * matt;
+    double all = reflectivity * matt;
+    if (shiny_) all += strength_ * std::pow(std::max(0.0, dot(facing, unit(in + out))), exponent_);
+    return reference_ ? all : cos_in * all;
   }
 
  private:
-  double source_phase(bool right) const {
-    return (right ? 0.5 : -0.5) * physics_.effects.value("source_phase", "difference");
+  double oren_nayar(Vector facing, Vector in, Vector out) const {
+    const double cos_in = std::clamp(dot(facing, in), 0.0, 1.0), cos_out = std::clamp(dot(facing, out), 0.0, 1.0);
+    const double theta_in = std::acos(cos_in), theta_out = std::acos(cos_out);
+    // Azimuth between the two directions as seen along the normal.
+    const Vector flat_in = in - cos_in * facing, flat_out = out - cos_out * facing;
+    const double lengths = length(flat_in) * length(flat_out);
+    const double cos_azimuth = lengths > 0 ? dot(flat_in, flat_out) / lengths : 0;
+    return a_ + b_ * std::max(0.0, cos_azimuth) * std::sin(std::max(theta_in, theta_out)) *
+                    std::tan(std::min(theta_in, theta_out));
   }
 
-  double amplitude(bool right, const Ray& ray, Vector point, Vector source, double way, double whole_way) const {
-    const Effects& e = physics_.effects;
-    const Meeting m = meeting(physics_, point, board_.normal, source);
-    const double rough = e.has("surface_reflectance") ? m.oren_nayar : 1;
-    const double gloss = e.value("specular", "strength") * std::pow(m.half, e.value("specular", "exponent"));
-    double a = physics_.camera.gain * view_.integration_time / 2;  // each of the profile's two arrays has one half
-    if (physics_.light == Light::reference) {
-      const double lambert = e.value("surface_reflectance", "lambert");
-      const double matt = (1 - lambert) + lambert * m.cos_in * rough;
-      a *= (view_.reflectivity * matt + gloss) / (whole_way * whole_way);
-    } else {
-      a *= m.cos_in * (view_.reflectivity * rough + gloss) / (4 * way * way) * std::pow(ray.cos_theta, 4);
+  bool reference_, rough_, shiny_;
+  double lambert_, strength_, exponent_, a_, b_;
+};
+
+/// One array of LEDs, or its image in the rail.
+struct Source {
+  Vector position;
+  Vector axis;        ///< of its beam
+  double weight = 1;  ///< of its light
+  double phase = 0;   ///< rad
+};
+
+/// The arrays that are on. @param by_rail as the rail mirrors them
+std::vector<Source> sources_on(const Physics& physics, const View& view, bool by_rail) {
+  const Effects& e = physics.effects;
+  const std::array<Vector, 2> positions = source_positions(physics);
+  std::vector<Source> sources;
+  for (const bool right : {false, true}) {
+    if (!view.on[right ? 1 : 0]) continue;
+    const double side = right ? 1 : -1, toe = side * e.value("beam_profile", "toe");
+    Source source{positions[right ? 1 : 0], {std::sin(toe), 0, std::cos(toe)}};
+    source.weight = 1 + side * e.value("source_amplitude", "ratio") / 2;
+    source.phase = side * e.value("source_phase", "difference") / 2;
+    if (by_rail) {
+      source.axis = mirrored_by_rail(physics, view, source.position + source.axis);
+      source.position = mirrored_by_rail(physics, view, source.position);
+      source.axis = source.axis - source.position;
+      source.weight *= e.value("rail_reflection", "strength");
     }
-    a *= 1 + (right ? 0.5 : -0.5) * e.value("source_amplitude", "ratio");
-    return a * beam(e, right, unit(point - source));
+    sources.push_back(source);
+  }
+  return sources;
+}
+
+/// Phasor and sum of the light that reaches a pixel.
+struct PixelLight {
+  complex<double> phasor;
+  double total = 0;
+};
+
+/// The light of some sources by way of the board.
+class BoardLight {
+ public:
+  BoardLight(const Physics& physics, const View& view, double displacement, bool by_rail)
+      : physics_(physics),
+        view_(view),
+        surface_(physics),
+        board_(board_of(physics, view, displacement)),
+        sources_(sources_on(physics, view, by_rail)),
+        beam_exponent_(physics.effects.value("beam_profile", "exponent")),
+        wave_number_(2 * M_PI * physics.camera.modulation_frequency *
+                     (1 + physics.effects.value("modulation_frequency", "error")) / speed_of_light) {}
+
+  PixelLight operator()(const Ray& ray) const {
+    const Vector lens{0, 0, physics_.camera.focal_length};
+    const double from_lens = dot(board_.point - lens, board_.normal) / dot(ray.direction, board_.normal);
+    if (!(from_lens > 0)) return {};
+    const Vector point = lens + from_lens * ray.direction;
+    const Vector facing = dot(board_.normal, lens - point) < 0 ? -1 * board_.normal : board_.normal;
+    const double rest = from_lens + ray.to_sensor;  // D_ref + D_sen
+    double whole_way = rest;                        // D_t
+    for (const Source& source : sources_)
+      whole_way += length(point - source.position) / static_cast<double>(sources_.size());
+    PixelLight light;
+    for (const Source& source : sources_) {
+      const Vector in = unit(source.position - point);
+      const double way = length(point - source.position);  // D_i
+      // Each of the profile's two arrays has one half of the gain.
+      double a = physics_.camera.gain * view_.integration_time / 2 * source.weight *
+                 surface_.sent_on(view_.reflectivity, facing, in, -1 * ray.direction);
+      if (physics_.light == Light::reference)
+        a /= whole_way * whole_way;
+      else
+        a *= std::pow(ray.cos_theta, 4) / (4 * way * way);
+      if (beam_exponent_ != 0) a *= std::pow(std::max(0.0, -dot(in, source.axis)), beam_exponent_);
+      light.phasor += std::polar(a, wave_number_ * (way + rest) + source.phase);
+      light.total += a;
+    }
+    return light;
   }
 
+ private:
   const Physics& physics_;
   const View& view_;
+  Surface surface_;
   Plane board_;
-  double wave_number_;  // of the whole way, rad/m
+  std::vector<Source> sources_;
+  double beam_exponent_, wave_number_;  // rad/m of the whole way
 };
 
 /// A Gaussian's weights on whole pixels, sum 1 over all of them.
@@ -164,28 +197,42 @@ double warm(const View& view, const Effects& effects) {
   return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", "time_constant"));
 }
 
-/// What turns the phase at the end of the level, as a distance. @param amplitude of all the light, counts
-double turn_in_metres(const Physics& physics, const View& view, int column, int row, double amplitude) {
-  const Effects& e = physics.effects;
-  double metres = view.drift_distance;
-  if (e.has("integration_time_offset"))
-    metres += e.value("integration_time_offset", "slope") *
-              std::log(view.integration_time / e.value("integration_time_offset", "reference_time"));
-  if (e.has("warm_up")) metres += e.value("warm_up", "drift") * warm(view, e);
-  if (e.has("amplitude_walk") && amplitude > 0) {
-    const double relative = amplitude / e.value("amplitude_walk", "reference_amplitude");
-    metres += physics.camera.metres_per_radian() * (e.value("amplitude_walk", "logarithmic") * std::log(relative) +
-                                                    e.value("amplitude_walk", "inverse") / relative);
+/// What turns the phase at the end of the level, as a distance.
+class Turns {
+ public:
+  Turns(const Physics& physics, const View& view) : physics_(physics), view_(view) {
+    const Effects& e = physics.effects;
+    everywhere_ = view.drift_distance + e.value("warm_up", "drift") * warm(view, e) +
+                  e.value("integration_time_offset", "slope") *
+                      std::log(view.integration_time / e.value("integration_time_offset", "reference_time"));
+    logarithmic_ = e.value("amplitude_walk", "logarithmic");
+    inverse_ = e.value("amplitude_walk", "inverse");
+    reference_amplitude_ = e.value("amplitude_walk", "reference_amplitude");
+    map_scale_ = e.value("fixed_pattern", "scale");
   }
-  if (e.has("fixed_pattern")) {
-    const std::size_t i = static_cast<std::size_t>(row * physics.camera.width + column);
-    double map = physics.maps.fixed_pattern.empty() ? 0 : physics.maps.fixed_pattern[i];
-    if (!physics.maps.fixed_pattern_slope.empty()) map += physics.maps.fixed_pattern_slope[i] * (view.distance - 2);
-    metres += e.value("fixed_pattern", "scale") * map;
+
+  /// @param amplitude of all the light, counts
+  double metres(int column, int row, double amplitude) const {
+    double sum = everywhere_ + map_scale_ * map(static_cast<std::size_t>(row * physics_.camera.width + column));
+    if (amplitude > 0) {
+      const double relative = amplitude / reference_amplitude_;
+      sum += physics_.camera.metres_per_radian() * (logarithmic_ * std::log(relative) + inverse_ / relative);
+    }
+    for (const Pattern& pattern : physics_.patterns) sum += distance_error(pattern, view_, column, row);
+    return sum;
   }
-  for (const Pattern& pattern : physics.patterns) metres += distance_error(pattern, view, column, row);
-  return metres;
-}
+
+ private:
+  double map(std::size_t i) const {
+    double sum = physics_.maps.fixed_pattern.empty() ? 0 : physics_.maps.fixed_pattern[i];
+    if (!physics_.maps.fixed_pattern_slope.empty()) sum += physics_.maps.fixed_pattern_slope[i] * (view_.distance - 2);
+    return sum;
+  }
+
+  const Physics& physics_;
+  const View& view_;
+  double everywhere_, logarithmic_, inverse_, reference_amplitude_, map_scale_;
+};
 
 /// Light that comes from the scene through the lens.
 SensorLight scene_light(const Physics& physics, const View& view, double displacement) {
@@ -193,24 +240,26 @@ SensorLight scene_light(const Physics& physics, const View& view, double displac
   const Effects& e = physics.effects;
   SensorLight light{PhasorImage(camera.pixels()), Image(camera.pixels(), 0.0)};
   if (view.capped) return light;
-  const PixelLight pixel(physics, view, board_of(physics, view, displacement));
-  const double rail = view.covered ? 0 : e.value("rail_reflection", "strength");
-  const double bounce = e.value("multipath", "strength");
+  const BoardLight straight(physics, view, displacement, false), by_rail(physics, view, displacement, true);
+  const bool rail = e.has("rail_reflection") && !view.covered;
+  const double bounce = e.value("multipath", "strength"), exponent = e.value("vignetting", "exponent");
   const complex<double> detour =
       std::polar(bounce, 2 * M_PI * camera.modulation_frequency * e.value("multipath", "extra_path") / speed_of_light);
-  const double droop = e.has("warm_up") ? 1 - e.value("warm_up", "droop") * warm(view, e) : 1;
+  const double power = view.drift_amplitude * (1 - e.value("warm_up", "droop") * warm(view, e));
+  const std::vector<Ray> rays = rays_of(physics);
   for (int row = 0; row < camera.height; ++row)
     for (int column = 0; column < camera.width; ++column) {
       const std::size_t i = static_cast<std::size_t>(row * camera.width + column);
-      const Ray ray = ray_of(physics, column, row);
-      complex<double> phasor{};
-      double total = 0;
-      pixel.add(ray, false, 1, phasor, total);
-      if (rail != 0) pixel.add(ray, true, rail, phasor, total);
-      double factor = droop * view.drift_amplitude * std::pow(ray.cos_theta, e.value("vignetting", "exponent"));
+      PixelLight seen = straight(rays[i]);
+      if (rail) {
+        const PixelLight mirrored = by_rail(rays[i]);
+        seen.phasor += mirrored.phasor;
+        seen.total += mirrored.total;
+      }
+      double factor = power * std::pow(rays[i].cos_theta, exponent);
       for (const Pattern& pattern : physics.patterns) factor *= light_factor(pattern, view, column, row);
-      light.phasor[i] = factor * (phasor + phasor * detour);
-      light.total[i] = factor * total * (1 + bounce);
+      light.phasor[i] = factor * (1.0 + detour) * seen.phasor;
+      light.total[i] = factor * (1 + bounce) * seen.total;
     }
   mix_pixels(physics, light.phasor);
   mix_pixels(physics, light.total);
@@ -224,6 +273,7 @@ SensorLight scene_light(const Physics& physics, const View& view, double displac
 SensorLight light_on_sensor(const Physics& physics, const View& view, double displacement) {
   const Camera& camera = physics.camera;
   SensorLight light = scene_light(physics, view, displacement);
+  const Turns turns(physics, view);
   const complex<double> inside =
       view.integration_time *
       complex<double>(physics.effects.value("crosstalk", "real"), physics.effects.value("crosstalk", "imaginary"));
@@ -232,7 +282,7 @@ SensorLight light_on_sensor(const Physics& physics, const View& view, double dis
       const std::size_t i = static_cast<std::size_t>(row * camera.width + column);
       light.phasor[i] += inside;
       light.total[i] += std::abs(inside);
-      const double metres = turn_in_metres(physics, view, column, row, std::abs(light.phasor[i]));
+      const double metres = turns.metres(column, row, std::abs(light.phasor[i]));
       light.phasor[i] *= std::polar(1.0, metres / camera.metres_per_radian());
     }
   return light;
