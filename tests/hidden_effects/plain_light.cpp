@@ -55,29 +55,28 @@ class Surface {
   double lambert_, strength_, exponent_, a_, b_;
 };
 
-/// One array of LEDs, or its image in the rail.
+/// One array of LEDs.
 struct Source {
   Vector position;
   Vector axis;        ///< of its beam
+  Vector start;       ///< of its light's way: where it is, or where the rail shows it
   double weight = 1;  ///< of its light
   double phase = 0;   ///< rad
 };
 
-/// The arrays that are on. @param by_rail as the rail mirrors them
+/// The arrays that are on. @param by_rail as the rail mirrors them: a share of the straight light, on a longer way
 std::vector<Source> sources_on(const Physics& physics, const View& view, bool by_rail) {
   const Effects& e = physics.effects;
   const std::array<Vector, 2> positions = source_positions(physics);
   std::vector<Source> sources;
-  for (const bool right : {false, true}) {
-    if (!view.on[right ? 1 : 0]) continue;
-    const double side = right ? 1 : -1, toe = side * e.value("beam_profile", "toe");
-    Source source{positions[right ? 1 : 0], {std::sin(toe), 0, std::cos(toe)}};
+  for (const std::size_t i : {0U, 1U}) {
+    if (!view.on[i]) continue;
+    const double side = i == 0 ? -1 : 1, toe = side * e.value("beam_profile", "toe");
+    Source source{positions[i], {std::sin(toe), 0, std::cos(toe)}, positions[i]};
     source.weight = 1 + side * e.value("source_amplitude", "ratio") / 2;
     source.phase = side * e.value("source_phase", "difference") / 2;
     if (by_rail) {
-      source.axis = mirrored_by_rail(physics, view, source.position + source.axis);
-      source.position = mirrored_by_rail(physics, view, source.position);
-      source.axis = source.axis - source.position;
+      source.start = mirrored_by_rail(physics, view, source.position);
       source.weight *= e.value("rail_reflection", "strength");
     }
     sources.push_back(source);
@@ -126,7 +125,7 @@ class BoardLight {
       else
         a *= std::pow(ray.cos_theta, 4) / (4 * way * way);
       if (beam_exponent_ != 0) a *= std::pow(std::max(0.0, -dot(in, source.axis)), beam_exponent_);
-      light.phasor += std::polar(a, wave_number_ * (way + rest) + source.phase);
+      light.phasor += std::polar(a, wave_number_ * (length(point - source.start) + rest) + source.phase);
       light.total += a;
     }
     return light;
@@ -211,22 +210,25 @@ class Turns {
     map_scale_ = e.value("fixed_pattern", "scale");
   }
 
-  /// @param amplitude of all the light, counts
-  double metres(int column, int row, double amplitude) const {
-    double sum = everywhere_ + map_scale_ * map(static_cast<std::size_t>(row * physics_.camera.width + column));
-    if (amplitude > 0) {
-      const double relative = amplitude / reference_amplitude_;
-      sum += physics_.camera.metres_per_radian() * (logarithmic_ * std::log(relative) + inverse_ / relative);
+  /// @param light all of it, counts
+  double metres(int column, int row, complex<double> light) const {
+    const double per_radian = physics_.camera.metres_per_radian();
+    const std::size_t i = static_cast<std::size_t>(row * physics_.camera.width + column);
+    const double phase = std::arg(light), distance = per_radian * (phase < 0 ? phase + 2 * M_PI : phase);
+    double sum = everywhere_ + map_scale_ * map(i, distance);
+    if (std::abs(light) > 0) {
+      const double relative = std::abs(light) / reference_amplitude_;
+      sum += per_radian * (logarithmic_ * std::log(relative) + inverse_ / relative);
     }
     for (const Pattern& pattern : physics_.patterns) sum += distance_error(pattern, view_, column, row);
     return sum;
   }
 
  private:
-  double map(std::size_t i) const {
-    double sum = physics_.maps.fixed_pattern.empty() ? 0 : physics_.maps.fixed_pattern[i];
-    if (!physics_.maps.fixed_pattern_slope.empty()) sum += physics_.maps.fixed_pattern_slope[i] * (view_.distance - 2);
-    return sum;
+  double map(std::size_t i, double distance) const {
+    const PixelMaps& maps = physics_.maps;
+    return (maps.fixed_pattern.empty() ? 0 : maps.fixed_pattern[i]) +
+           (maps.fixed_pattern_slope.empty() ? 0 : maps.fixed_pattern_slope[i] * (distance - 2));
   }
 
   const Physics& physics_;
@@ -282,7 +284,7 @@ SensorLight light_on_sensor(const Physics& physics, const View& view, double dis
       const std::size_t i = static_cast<std::size_t>(row * camera.width + column);
       light.phasor[i] += inside;
       light.total[i] += std::abs(inside);
-      const double metres = turns.metres(column, row, std::abs(light.phasor[i]));
+      const double metres = turns.metres(column, row, light.phasor[i]);
       light.phasor[i] *= std::polar(1.0, metres / camera.metres_per_radian());
     }
   return light;
