@@ -61,7 +61,7 @@ Case board(double distance, double integration_time, const std::string& keys = "
   one.view.integration_time = integration_time;
   one.view.time_since_power_on = 300;
   one.view.ambient = true;
-  one.keys = fmt::format("integration_time: {} s\ntime_since_power_on: 300 s\nambient: lamp\n{}", keys);
+  one.keys = "time_since_power_on: 300 s\nambient: lamp\n" + keys;
   return one;
 }
 
@@ -88,13 +88,12 @@ std::string model_text(const Physics& physics) {
   std::string text = fmt::format("model: 1\ncamera: camcube2\nlight: {}\neffects:{}\n",
                                  physics.light == Light::reference ? "reference" : "physical",
                                  physics.effects.all().empty() ? " []" : "");
-  for (const auto& [name, values] : physics.effects.all()) {
+  for (const auto& [name, parameters] : catalogue()) {
+    if (!physics.effects.has(name)) continue;
     text += "  - {effect: " + name;
-    for (const Effect& effect : catalogue())
-      if (effect.name == name)
-        for (const Parameter& parameter : effect.parameters)
-          if (const double value = values.at(parameter.name); std::isfinite(value))
-            text += fmt::format(", {}: {} {}", parameter.name, value, parameter.unit);
+    for (const Parameter& parameter : parameters)
+      if (const double value = physics.effects.value(name, parameter.name); std::isfinite(value))
+        text += fmt::format(", {}: {} {}", parameter.name, value, parameter.unit);
     if (name == "fixed_pattern")
       text += ", map: {file: maps.h5, dataset: fixed_pattern}, slope_map: {file: maps.h5, dataset: slope}";
     if (name == "pixel_response")
@@ -114,8 +113,8 @@ Seen simulated(const Physics& physics, const Case& condition, const TemporaryFol
           "scene: 1\ncamera: camcube2\nframes: 1\noutput: [phases, taps]\nnoise: none\nintegration_time: {} "
           "s\n{}\nobjects:\n"
           "  - {{name: board, type: board, distance: {} m, tilt_x: {} rad, tilt_y: {} rad, reflectivity: {}}}\n",
-          condition.keys, condition.view.distance, condition.view.tilt_x, condition.view.tilt_y,
-          condition.view.reflectivity));
+          condition.view.integration_time, condition.keys, condition.view.distance, condition.view.tilt_x,
+          condition.view.tilt_y, condition.view.reflectivity));
   const tests::Outcome outcome =
       tests::shell("\"$TOFGRAPH\" simulate scene.yaml --model model.yaml -o out.h5 --force --quiet", folder.path());
   if (outcome.exit_code != 0) throw std::runtime_error(outcome.err);
