@@ -94,7 +94,7 @@ struct CloudFile : Sink {
   };
 
   void choose_files(const Setup& setup, std::string_view ending) {
-    if (const std::filesystem::path file(*path); file.extension() != ending) {
+    if (const std::filesystem::path file{std::string(*path)}; file.extension() != ending) {
       throw ConfigError("path", fmt::format("ends in '{}', expected {}, e.g. out/cloud_{{frame:06}}{}",
                                             file.extension().string(), ending, ending));
     }
