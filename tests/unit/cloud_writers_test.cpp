@@ -128,9 +128,9 @@ INSTANTIATE_TEST_SUITE_P(Encodings, PcdWriter,
 
 TEST(PcdWriter, AsksForThePoseOfTheCameraAfterTransform) {
   const tests::TemporaryFolder folder;
-  const std::string path = " path='" + (folder.path() / "moved.pcd").string() + "'";
   const auto prepare = [&](const std::string& line) {
-    Harness stage(line + path);
+    const std::string ending = line.substr(0, 3);
+    Harness stage(line + " path='" + (folder.path() / ("moved." + ending)).string() + "'");
     stage.put<float>("points", {1, 1, 3}, {1, 2, 3}, {.applied = "transform T_world_camera"});
     try {
       stage.prepare();
