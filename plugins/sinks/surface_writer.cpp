@@ -93,7 +93,7 @@ class Box {
       centred(canvas, t.label, beyond({t.value, front_.y, 0}, {0, front_.y}, 16));
     }
     line(canvas, {-0.5, front_.y, 0}, {0.5, front_.y, 0}, black);
-    centred(canvas, name, beyond({0, front_.y, 0}, {0, front_.y}, 48));
+    centred(canvas, name, beyond({0, front_.y, 0}, {0, front_.y}, 56));
   }
 
   void row_axis(cv::Mat& canvas, const std::vector<Tick>& at, const std::string& name) const {
@@ -103,7 +103,7 @@ class Box {
       centred(canvas, t.label, beyond({front_.x, t.value, 0}, {front_.x, 0}, 16));
     }
     line(canvas, {front_.x, -0.5, 0}, {front_.x, 0.5, 0}, black);
-    centred(canvas, name, beyond({front_.x, 0, 0}, {front_.x, 0}, 48));
+    centred(canvas, name, beyond({front_.x, 0, 0}, {front_.x, 0}, 56));
   }
 
   /// Along the leftmost edge that stands up, with lines along both walls.
@@ -132,7 +132,7 @@ class Box {
   /// A place in the picture that is some dots away from an axis, in a direction of the image plane.
   cv::Point2d beyond(const cv::Point3d& from, const cv::Point2d& direction, double dots) const {
     const cv::Point2d start = view_(from), step = view_({from.x + direction.x, from.y + direction.y, from.z}) - start;
-    return start + dots / cv::norm(step) * cv::Point2d(1.25 * step.x, step.y) + cv::Point2d(0, 4);
+    return start + dots / cv::norm(step) * cv::Point2d(1.4 * step.x, step.y) + cv::Point2d(0, 4);
   }
 
   const View& view_;
@@ -143,39 +143,38 @@ class Box {
 /// are four neighbours that are valid.
 class Surface {
  public:
-  /// @param levels of the pixels, 0 to 1: the colour; NaN: invalid. @param heights the same, upwards
-  Surface(const cv::Mat& levels, const cv::Mat& heights, const cv::Point3d& box)
-      : levels_(levels), heights_(heights), box_(box) {
+  /// @param heights of the pixels, 0 to 1; NaN: invalid
+  Surface(const cv::Mat& heights, const cv::Point3d& box) : heights_(heights), box_(box) {
     cv::Mat ramp(1, 256, CV_8U);
     for (int i = 0; i < 256; ++i) ramp.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
     cv::applyColorMap(ramp, colours_, cv::COLORMAP_VIRIDIS);
   }
 
   void draw(cv::Mat& canvas, const View& view, const cv::Point2d& front) const {
-    const int rows = levels_.rows - 1, columns = levels_.cols - 1;
+    const int rows = heights_.rows - 1, columns = heights_.cols - 1;
     for (int i = 0; i < rows; ++i) {
       const int r = front.y > 0 ? i : rows - 1 - i;
       for (int k = 0; k < columns; ++k) draw_facet(canvas, view, r, front.x > 0 ? k : columns - 1 - k);
     }
   }
 
-  double column(int c) const { return c / (levels_.cols - 1.0) - 0.5; }
-  double row(int r) const { return r / (levels_.rows - 1.0) - 0.5; }
+  double column(int c) const { return c / (heights_.cols - 1.0) - 0.5; }
+  double row(int r) const { return r / (heights_.rows - 1.0) - 0.5; }
 
  private:
   void draw_facet(cv::Mat& canvas, const View& view, int r, int c) const {
     constexpr int fraction_bits = 4;
     const std::array<cv::Point, 4> around = {cv::Point(c, r), {c + 1, r}, {c + 1, r + 1}, {c, r + 1}};
     std::array<cv::Point, 4> corners;
-    double level = 0;
+    double mean = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const float height = heights_.at<float>(around[i]);
       if (std::isnan(height)) return;
       const cv::Point2d p = view({column(around[i].x), row(around[i].y), height}) * (1 << fraction_bits);
       corners[i] = cv::Point(cvRound(p.x), cvRound(p.y));
-      level += levels_.at<float>(around[i]) / 4;
+      mean += height / 4;
     }
-    const auto& colour = colours_.at<cv::Vec3b>(static_cast<int>(std::lround(level * 255)));
+    const auto& colour = colours_.at<cv::Vec3b>(static_cast<int>(std::lround(mean * 255)));
     const cv::Scalar lit = cv::Scalar(colour) * brightness(r, c);
     cv::fillConvexPoly(canvas, corners.data(), 4, lit, cv::LINE_8, fraction_bits);
   }
@@ -183,14 +182,14 @@ class Surface {
   /// Light from the upper left and above falls on a facet; some comes from everywhere.
   double brightness(int r, int c) const {
     const auto h = [&](int dr, int dc) { return static_cast<double>(heights_.at<float>(r + dr, c + dc)); };
-    const double along_columns = (h(0, 1) + h(1, 1) - h(0, 0) - h(1, 0)) / 2 * box_.z / box_.x * (levels_.cols - 1),
-                 along_rows = (h(1, 0) + h(1, 1) - h(0, 0) - h(0, 1)) / 2 * box_.z / box_.y * (levels_.rows - 1);
+    const double along_columns = (h(0, 1) + h(1, 1) - h(0, 0) - h(1, 0)) / 2 * box_.z / box_.x * (heights_.cols - 1),
+                 along_rows = (h(1, 0) + h(1, 1) - h(0, 0) - h(0, 1)) / 2 * box_.z / box_.y * (heights_.rows - 1);
     const cv::Vec3d normal = cv::normalize(cv::Vec3d(-along_columns, -along_rows, 1)),
                     light = cv::normalize(cv::Vec3d(-0.6, 0.3, 1));
     return 0.45 + 0.55 * std::max(0.0, normal.dot(light));
   }
 
-  const cv::Mat &levels_, &heights_;
+  const cv::Mat& heights_;
   cv::Point3d box_;
   cv::Mat colours_;
 };
@@ -198,9 +197,9 @@ class Surface {
 }  // namespace
 
 /// Heights over the image plane are the values within the range, cut at its ends; of lengths, what is near is up.
-/// Colours are those of image_writer (viridis), shaded by a light from the left. A facet between four neighbours of
-/// which one is invalid is left out. The axes of columns and rows are in pixels, that of the values in m, or mm below
-/// 1 m.
+/// Colours go with the height (viridis, bright is up), shaded by a light from the left. A facet between four neighbours
+/// of which one is invalid is left out. The axes of columns and rows are in pixels, that of the values in m, or mm
+/// below 1 m.
 struct SurfaceWriter final : ChannelPictures {
   Param<double> azimuth{this,
                         "azimuth",
@@ -247,19 +246,21 @@ struct SurfaceWriter final : ChannelPictures {
     const double longest = std::max(image.cols, image.rows);
     const cv::Point3d box(image.cols / longest, image.rows / longest, relief);
     const bool near_up = unit_ == "m";
-    cv::Mat levels = (image - shown.low) / (shown.high - shown.low), heights;
-    for (float& level : cv::Mat_<float>(levels)) level = std::isnan(level) ? level : std::clamp(level, 0.0F, 1.0F);
-    heights = near_up ? cv::Mat(1 - levels) : levels;
+    cv::Mat heights = (image - shown.low) / (shown.high - shown.low);
+    for (float& height : cv::Mat_<float>(heights)) {
+      const float level = near_up ? 1 - height : height;
+      height = std::isnan(level) ? level : std::clamp(level, 0.0F, 1.0F);
+    }
     const cv::Point2d front(std::sin(*azimuth) < 0 ? -1 : 1, std::cos(*azimuth) < 0 ? -1 : 1);
     View view(*azimuth, *elevation, box);
-    view.fit(cv::Rect2d(70, 60, dots.width - 110, dots.height - 120));
+    view.fit(cv::Rect2d(75, 55, dots.width - 115, dots.height - 115));
     cv::Mat canvas(dots, CV_8UC3, white);
     draw_axes(canvas, Box(view, front), image, shown, near_up);
     const auto [unit, per_si] = shown_unit(shown);
     text(canvas, title_of(unit, number), {16, 24});
     cv::Mat large;
     cv::resize(canvas, large, {}, supersampling, supersampling, cv::INTER_NEAREST);
-    Surface(levels, heights, box).draw(large, view.enlarged(supersampling), front);
+    Surface(heights, box).draw(large, view.enlarged(supersampling), front);
     cv::resize(large, canvas, dots, 0, 0, cv::INTER_AREA);
     return canvas;
   }
@@ -275,8 +276,7 @@ struct SurfaceWriter final : ChannelPictures {
     box.draw_walls(canvas);
     box.column_axis(canvas, pixels(image.cols), "column / px");
     box.row_axis(canvas, pixels(image.rows), "row / px");
-    box.value_axis(canvas, scaled(ticks(low, high), low, high, near_up ? 1 : 0, near_up ? 0 : 1),
-                   fmt::format("{}{}", channel_, unit.empty() ? "" : " / " + unit));
+    box.value_axis(canvas, scaled(ticks(low, high), low, high, near_up ? 1 : 0, near_up ? 0 : 1), unit);
   }
 };
 
