@@ -107,15 +107,15 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  template <class D, class V>
-  static HWY_INLINE V Below(D d, V, V softness, const WindowFrame&, std::ptrdiff_t, const float* pair) {
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Below(D d, V, V softness, const float*, const float* pair) {
     const V kept = hn::LoadU(d, pair);
     if constexpr (!Adaptive) return kept;
     return PowerOfHalf(d, hn::Mul(kept, hn::Mul(softness, softness)));
   }
-  template <class D, class V> static HWY_INLINE V Above(D d, V difference, V softness, const WindowFrame& f,
-                                                        std::ptrdiff_t index, const float* pair) {
-    return Below(d, difference, softness, f, index, pair);
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Above(D d, V difference, V softness, const float* spatial, const float* pair) {
+    return Below<SameRow>(d, difference, softness, spatial, pair);
   }
 
  private:
