@@ -18,51 +18,11 @@
 #include <cmath>
 
 #include "plugins/filters/closeness_vector.hpp"
+#include "plugins/filters/comparison_vector.hpp"
 #include "plugins/filters/window_vector.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
-
-/// The exponent of a pair of pixels, and 1 where both are valid, else 0 and 0.
-template <class D> struct PairDifference { hn::Vec<D> exponent, valid; };
-
-template <class D> HWY_INLINE hn::Mask<D> BothValid(D d, hn::Vec<D> first, hn::Vec<D> second) {
-  return hn::Lt(hn::Max(first, second), hn::Set(d, 0.1F * WindowFrame::far_away));
-}
-
-/// Compares the pixels of a row with those at an offset from them. Copies of all that is needed: no store can change
-/// it.
-struct Comparison {
-  const float *first, *second, *guide_first, *guide_second, *variance_first, *variance_second;
-  float guide_scale, most;
-
-  /// @param clip exponents are clipped to this
-  Comparison(const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t dy, std::ptrdiff_t dx, float clip)
-      : first(f.scaled.row(r)), second(f.scaled.row(r + dy) + dx), guide_scale(f.patch.guide_scale), most(clip) {
-    const PaddedImage &guide = guide_scale > 0 ? f.guide : f.scaled,
-                      &variance = guide_scale > 0 ? f.guide_variance : f.scaled;  // without a guide: not read
-    guide_first = guide.row(r);
-    guide_second = guide.row(r + dy) + dx;
-    variance_first = variance.row(r);
-    variance_second = variance.row(r + dy) + dx;
-  }
-
-  /// A guide counts as much as the length: half of each.
-  template <class D> HWY_INLINE PairDifference<D> At(D d, std::ptrdiff_t x) const {
-    const auto one = hn::LoadU(d, first + x), other = hn::LoadU(d, second + x);
-    const auto difference = hn::Sub(other, one);
-    auto exponent = hn::Mul(difference, difference);
-    if (guide_scale > 0) {
-      const auto step = hn::Sub(hn::LoadU(d, guide_second + x), hn::LoadU(d, guide_first + x));
-      const auto variance = hn::Add(hn::LoadU(d, variance_second + x), hn::LoadU(d, variance_first + x));
-      const auto scaled = hn::Div(hn::Mul(hn::Mul(step, step), hn::Set(d, guide_scale)), variance);
-      exponent = hn::Mul(hn::Set(d, 0.5F), hn::Add(exponent, scaled));
-    }
-    const auto valid = BothValid(d, one, other);
-    return {hn::IfThenElseZero(valid, hn::Min(exponent, hn::Set(d, most))),
-            hn::IfThenElseZero(valid, hn::Set(d, 1.0F))};
-  }
-};
 
 /// The pairs' weights of one row, for every offset; the exponents when h is adaptive.
 template <bool Adaptive> class PatchWeights {
@@ -188,9 +148,13 @@ template <bool Adaptive> class PatchWeights {
       const Comparison comparison(f, r + k - radius_, offset.dy, offset.dx, most);
       const std::ptrdiff_t end = end_ + radius_, lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
       for (std::ptrdiff_t x = begin_ - radius_; x < end; x += lanes) {
-        const auto pair = comparison.At(d, x);
-        hn::StoreU(pair.exponent, d, exponents + x);
-        if (!Complete) hn::StoreU(pair.valid, d, valid + x);
+        if constexpr (Complete) {
+          hn::StoreU(comparison.ExponentIfValid(d, x), d, exponents + x);
+        } else {
+          const auto pair = comparison.At(d, x);
+          hn::StoreU(pair.exponent, d, exponents + x);
+          hn::StoreU(pair.valid, d, valid + x);
+        }
       }
     }
   }
