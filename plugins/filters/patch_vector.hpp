@@ -17,51 +17,12 @@
 
 #include <cmath>
 
+#include "plugins/filters/closeness_vector.hpp"
+#include "plugins/filters/comparison_vector.hpp"
 #include "plugins/filters/window_vector.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
-
-/// The exponent of a pair of pixels, and 1 where both are valid, else 0 and 0.
-template <class D> struct PairDifference { hn::Vec<D> exponent, valid; };
-
-template <class D> HWY_INLINE hn::Mask<D> BothValid(D d, hn::Vec<D> first, hn::Vec<D> second) {
-  return hn::Lt(hn::Max(first, second), hn::Set(d, 0.1F * WindowFrame::far_away));
-}
-
-/// Compares the pixels of a row with those at an offset from them. Copies of all that is needed: no store can change
-/// it.
-struct Comparison {
-  const float *first, *second, *guide_first, *guide_second, *variance_first, *variance_second;
-  float guide_scale, most;
-
-  /// @param clip exponents are clipped to this
-  Comparison(const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t dy, std::ptrdiff_t dx, float clip)
-      : first(f.scaled.row(r)), second(f.scaled.row(r + dy) + dx), guide_scale(f.patch.guide_scale), most(clip) {
-    const PaddedImage &guide = guide_scale > 0 ? f.guide : f.scaled,
-                      &variance = guide_scale > 0 ? f.guide_variance : f.scaled;  // without a guide: not read
-    guide_first = guide.row(r);
-    guide_second = guide.row(r + dy) + dx;
-    variance_first = variance.row(r);
-    variance_second = variance.row(r + dy) + dx;
-  }
-
-  /// A guide counts as much as the length: half of each.
-  template <class D> HWY_INLINE PairDifference<D> At(D d, std::ptrdiff_t x) const {
-    const auto one = hn::LoadU(d, first + x), other = hn::LoadU(d, second + x);
-    const auto difference = hn::Sub(other, one);
-    auto exponent = hn::Mul(difference, difference);
-    if (guide_scale > 0) {
-      const auto step = hn::Sub(hn::LoadU(d, guide_second + x), hn::LoadU(d, guide_first + x));
-      const auto variance = hn::Add(hn::LoadU(d, variance_second + x), hn::LoadU(d, variance_first + x));
-      const auto scaled = hn::Div(hn::Mul(hn::Mul(step, step), hn::Set(d, guide_scale)), variance);
-      exponent = hn::Mul(hn::Set(d, 0.5F), hn::Add(exponent, scaled));
-    }
-    const auto valid = BothValid(d, one, other);
-    return {hn::IfThenElseZero(valid, hn::Min(exponent, hn::Set(d, most))),
-            hn::IfThenElseZero(valid, hn::Set(d, 1.0F))};
-  }
-};
 
 /// The pairs' weights of one row, for every offset; the exponents when h is adaptive.
 template <bool Adaptive> class PatchWeights {
@@ -76,6 +37,7 @@ template <bool Adaptive> class PatchWeights {
         stride_(end_ - begin_ + 2 * radius_ + PaddedImage::slack),
         shares_(3 + 2 * f.window.radius + 1),
         complete_(Complete(f, tile)),
+        closeness_(f, tile),
         memory_(Memory()) {
     const auto floats = static_cast<std::size_t>(stride_ * (shares_ + 2 * side_ * f.window.count()));
     if (memory_.size() < floats) memory_.resize(floats);
@@ -88,13 +50,14 @@ template <bool Adaptive> class PatchWeights {
   template <class D> void MakeRow(D d, const WindowFrame& f, const Tile& tile, std::ptrdiff_t r, PairRows& pairs) {
     const bool first = r == tile.first_row - f.window.radius;
     for (std::ptrdiff_t k = 0; k < side_; ++k) slots_[k] = (r - radius_ + k + f.rows * side_) % side_;
+    if (f.patch.robust) closeness_.MakeRows(d, f, r, first);
     for (std::ptrdiff_t dy = 0; dy <= f.window.radius; ++dy) {
       const float share = 1 / ShareInside(f, r, dy, f.rows);
       for (std::ptrdiff_t dx = f.window.first_column(dy); dx <= f.window.radius; ++dx) {
         const Offset offset{dy, dx, f.window.index(dy, dx), share};
         float* to = pairs.row(r, offset.index);
         if (f.patch.robust)
-          RobustRow(d, f, r, offset, to);
+          radius_ == 1 ? RobustRow<1>(d, f, r, offset, first, to) : RobustRow<0>(d, f, r, offset, first, to);
         else if (f.patch.uniform)
           complete_ ? UniformRow<true>(d, f, r, offset, first, to) : UniformRow<false>(d, f, r, offset, first, to);
         else if (radius_ == 1)
@@ -107,15 +70,15 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  template <class D, class V>
-  static HWY_INLINE V Below(D d, V, V softness, const WindowFrame&, std::ptrdiff_t, const float* pair) {
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Below(D d, V, V softness, const float*, const float* pair) {
     const V kept = hn::LoadU(d, pair);
     if constexpr (!Adaptive) return kept;
     return PowerOfHalf(d, hn::Mul(kept, hn::Mul(softness, softness)));
   }
-  template <class D, class V> static HWY_INLINE V Above(D d, V difference, V softness, const WindowFrame& f,
-                                                        std::ptrdiff_t index, const float* pair) {
-    return Below(d, difference, softness, f, index, pair);
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Above(D d, V difference, V softness, const float* spatial, const float* pair) {
+    return Below<SameRow>(d, difference, softness, spatial, pair);
   }
 
  private:
@@ -176,6 +139,26 @@ template <bool Adaptive> class PatchWeights {
     }
   };
 
+  /// Compares the pixels of the rows that patches about row r reach, of which all but the last are there.
+  template <bool Complete, class D>
+  HWY_INLINE void KeepRows(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first) {
+    constexpr float most = 1e20F;
+    for (std::ptrdiff_t k = first ? 0 : side_ - 1; k < side_; ++k) {
+      float *exponents = Kept(offset, slots_[k]), *valid = exponents + stride_;
+      const Comparison comparison(f, r + k - radius_, offset.dy, offset.dx, most);
+      const std::ptrdiff_t end = end_ + radius_, lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+      for (std::ptrdiff_t x = begin_ - radius_; x < end; x += lanes) {
+        if constexpr (Complete) {
+          hn::StoreU(comparison.ExponentIfValid(d, x), d, exponents + x);
+        } else {
+          const auto pair = comparison.At(d, x);
+          hn::StoreU(pair.exponent, d, exponents + x);
+          hn::StoreU(pair.valid, d, valid + x);
+        }
+      }
+    }
+  }
+
   /// @param Radius of the patch when it is known to the compiler, else 0
   template <int Radius, bool Complete, class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r,
                                                                             const Offset& offset, bool first,
@@ -185,16 +168,7 @@ template <bool Adaptive> class PatchWeights {
     float factor[most_side], *lines[most_side];
     std::copy_n(f.patch.factors.data(), side, factor);
     for (std::ptrdiff_t k = 0; k < side; ++k) lines[k] = Kept(offset, slots_[k]);
-    constexpr float most = 1e20F;
-    for (std::ptrdiff_t k = first ? 0 : side - 1; k < side; ++k) {
-      float *exponents = lines[k], *valid = exponents + stride;
-      const Comparison comparison(f, r + k - radius, offset.dy, offset.dx, most);
-      for (std::ptrdiff_t x = begin - radius; x < end + radius; x += lanes) {
-        const auto pair = comparison.At(d, x);
-        hn::StoreU(pair.exponent, d, exponents + x);
-        if (!Complete) hn::StoreU(pair.valid, d, valid + x);
-      }
-    }
+    KeepRows<Complete>(d, f, r, offset, first);
     float *column = Line(0), *weights = Line(1);
     for (std::ptrdiff_t x = begin - radius; x < end + radius; x += lanes) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
@@ -290,25 +264,22 @@ template <bool Adaptive> class PatchWeights {
 
   /// Each pixel of a patch weighs less the further its length is from that in the middle of its patch. Not separable:
   /// the time goes with the square of the side.
-  template <class D>
-  HWY_INLINE void RobustRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, float* to) {
-    const float* factor = f.patch.factors.data() + radius_;
-    constexpr float most = 1e20F;
-    const auto closeness = hn::Set(d, f.patch.closeness);
+  template <int Radius, class D>
+  HWY_INLINE void RobustRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first, float* to) {
+    const std::ptrdiff_t radius = Radius != 0 ? Radius : radius_, side = 2 * radius + 1;
+    KeepRows<true>(d, f, r, offset, first);  // what is invalid has no closeness
     const Finish finish(f, r, offset, to);
     for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
-      const auto first = hn::LoadU(d, f.scaled.row(r) + x);
-      const auto second = hn::LoadU(d, f.scaled.row(r + offset.dy) + x + offset.dx);
       auto sum = hn::Zero(d), all = hn::Zero(d);
-      for (std::ptrdiff_t y = -radius_; y <= radius_; ++y) {
-        for (std::ptrdiff_t k = -radius_; k <= radius_; ++k) {
-          const auto one = hn::Sub(hn::LoadU(d, f.scaled.row(r + y) + x + k), first);
-          const auto other = hn::Sub(hn::LoadU(d, f.scaled.row(r + offset.dy + y) + x + offset.dx + k), second);
-          const auto step = hn::MulAdd(one, one, hn::Mul(other, other));
-          const auto weight = hn::Mul(PowerOfHalf(d, hn::Mul(step, closeness)), hn::Set(d, factor[y] * factor[k]));
-          const auto pair = Comparison(f, r + y, offset.dy, offset.dx, most).At(d, x + k);
-          sum = hn::MulAdd(weight, pair.exponent, sum);
-          all = hn::MulAdd(weight, pair.valid, all);
+      for (std::ptrdiff_t y = 0; y < side; ++y) {
+        const float* exponents = Kept(offset, slots_[y]) + x - radius;
+        const float *one = closeness_.Line(r, y, 0) + x, *other = closeness_.Line(r + offset.dy, y, 0) + x + offset.dx;
+        for (std::ptrdiff_t k = 0; k < side; ++k) {
+          const auto weight = hn::Mul(hn::LoadU(d, one), hn::LoadU(d, other));
+          sum = hn::MulAdd(weight, hn::LoadU(d, exponents + k), sum);
+          all = hn::Add(all, weight);
+          one += closeness_.stride();
+          other += closeness_.stride();
         }
       }
       finish.At(d, x, hn::Div(sum, all));
@@ -318,6 +289,7 @@ template <bool Adaptive> class PatchWeights {
   std::ptrdiff_t begin_, end_, radius_, side_, stride_, shares_;
   std::ptrdiff_t slots_[most_side] = {};  // where the rows of the patches about the present row are kept
   bool complete_;
+  Closeness closeness_;
   std::vector<float>& memory_;
 };
 

@@ -58,37 +58,81 @@ template <bool Adaptive> class PixelWeights {
   PixelWeights(const WindowFrame&, const Tile&) {}
   template <class D> void MakeRow(D, const WindowFrame&, const Tile&, std::ptrdiff_t, PairRows&) {}
 
-  template <class D, class V>
-  static HWY_INLINE V Below(D d, V difference, V softness, const WindowFrame& f, std::ptrdiff_t index, float* pair) {
-    const V weight = Make(d, difference, softness, hn::Set(d, f.spatial[index]));
-    if (makes_pairs && Kept(f, index)) hn::StoreU(weight, d, pair);
+  /// @param SameRow the pair's pixels are in one row
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Below(D d, V difference, V softness, const float* spatial, float* pair) {
+    const V weight = Make(d, difference, softness, spatial);
+    if constexpr (makes_pairs && !SameRow) hn::StoreU(weight, d, pair);
     return weight;
   }
-  template <class D, class V> static HWY_INLINE V Above(D d, V difference, V softness, const WindowFrame& f,
-                                                        std::ptrdiff_t index, const float* pair) {
-    if (makes_pairs && Kept(f, index)) return hn::LoadU(d, pair);
-    return Make(d, difference, softness, hn::Set(d, f.spatial[index]));
+  template <bool SameRow, class D, class V>
+  static HWY_INLINE V Above(D d, V difference, V softness, const float* spatial, const float* pair) {
+    if constexpr (makes_pairs && !SameRow) return hn::LoadU(d, pair);
+    return Make(d, difference, softness, spatial);
   }
 
  private:
-  static HWY_INLINE bool Kept(const WindowFrame& f, std::ptrdiff_t index) { return index >= f.window.radius; }
-  template <class D, class V> static HWY_INLINE V Make(D d, V difference, V softness, V spatial) {
+  template <class D, class V> static HWY_INLINE V Make(D d, V difference, V softness, const float* spatial) {
     if constexpr (Adaptive) difference = hn::Mul(difference, softness);
-    return PowerOfHalf(d, hn::MulAdd(difference, difference, spatial));
+    return PowerOfHalf(d, hn::MulAdd(difference, difference, hn::Set(d, *spatial)));
   }
 };
 
 /// Sums over a window about a vector of pixels.
 template <class D> struct WindowSums {
-  hn::Vec<D> weights, differences, variance;
+  hn::Vec<D> centre, softness, weights, differences, variance;
 
-  /// Adds a pixel; its length as a difference, so that what is constant stays what it is to the last bit.
+  /// Adds a pixel; its length as a difference from the middle, so that what is constant stays what it is to the last
+  /// bit.
   template <bool Sigma> HWY_INLINE void Add(D d, hn::Vec<D> weight, hn::Vec<D> difference, const float* from) {
     weights = hn::Add(weights, weight);
-    differences = hn::MulAdd(weight, difference, differences);
+    differences = hn::NegMulAdd(weight, difference, differences);
     if constexpr (Sigma) variance = hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, from), variance);
   }
 };
+
+/// What the sums of a row of pixels are made from: at `below` and `above` the rows that are dy away, at the first
+/// pixel.
+struct WindowRows {
+  const float *below, *above, *variance_below, *variance_above;
+  float *pair_below, *pair_above;
+  const float* spatial;
+  std::ptrdiff_t first, last, stride;  // offsets of columns; of the pairs from one offset to the next
+
+  WindowRows(const WindowFrame& f, PairRows& pairs, std::ptrdiff_t r, std::ptrdiff_t dy, std::ptrdiff_t x)
+      : first(f.window.first_column(dy)), last(f.window.radius), stride(pairs.stride()) {
+    const PaddedImage& variances = f.sigma != nullptr ? f.variance : f.scaled;  // without sigma: not read
+    const std::ptrdiff_t index = f.window.index(dy, first);
+    below = f.scaled.row(r + dy) + x;
+    above = f.scaled.row(r - dy) + x;
+    variance_below = variances.row(r + dy) + x;
+    variance_above = variances.row(r - dy) + x;
+    pair_below = pairs.row(r, index) + x;
+    pair_above = pairs.row(r - dy, index) + x - first;
+    spatial = f.spatial + index;
+  }
+};
+
+/// Adds the pixels of two rows to the sums of as many vectors as there are.
+template <class Weights, bool Sigma, bool SameRow, int Count, class D>
+HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<D> (&sums)[Count]) {
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  for (std::ptrdiff_t dx = rows.first; dx <= rows.last; ++dx) {
+    for (int i = 0; i < Count; ++i) {
+      const std::ptrdiff_t at = i * lanes;
+      auto difference = hn::Sub(sums[i].centre, hn::LoadU(d, rows.below + at + dx));
+      auto weight =
+          Weights::template Below<SameRow>(d, difference, sums[i].softness, rows.spatial, rows.pair_below + at);
+      sums[i].template Add<Sigma>(d, weight, difference, rows.variance_below + at + dx);
+      difference = hn::Sub(sums[i].centre, hn::LoadU(d, rows.above + at - dx));
+      weight = Weights::template Above<SameRow>(d, difference, sums[i].softness, rows.spatial, rows.pair_above + at);
+      sums[i].template Add<Sigma>(d, weight, difference, rows.variance_above + at - dx);
+    }
+    ++rows.spatial;
+    rows.pair_below += rows.stride;
+    rows.pair_above += rows.stride - 1;
+  }
+}
 
 /// Averages of the pixels [begin, end) of a row, from the pairs of this row and of those above; `shift` and `deviation`
 /// begin with the first.
@@ -96,39 +140,18 @@ template <class Weights, bool Sigma, bool Adaptive, class D>
 HWY_INLINE void AverageRow(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t begin, std::ptrdiff_t end,
                            PairRows& pairs, float* shift, float* deviation) {
   using V = hn::Vec<D>;
-  const HalfWindow window = f.window;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-  const std::ptrdiff_t stride = pairs.stride();
-  const PaddedImage& variances = Sigma ? f.variance : f.scaled;  // without sigma: not read
   const auto average = [&]<int Count>(std::ptrdiff_t x) HWY_ATTR {
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-    V centre[Count], softness[Count];
     WindowSums<D> sums[Count];
-    for (int i = 0; i < Count; ++i) {
-      centre[i] = hn::LoadU(d, f.scaled.row(r) + x + i * lanes);
-      softness[i] = Adaptive ? hn::LoadU(d, f.softness.row(r) + x + i * lanes) : one;
-      sums[i] = {one, zero, Sigma ? hn::LoadU(d, f.variance.row(r) + x + i * lanes) : zero};  // the pixel: weight 1
+    for (int i = 0; i < Count; ++i) {  // the pixel itself has weight 1
+      const std::ptrdiff_t at = x + i * lanes;
+      sums[i] = {hn::LoadU(d, f.scaled.row(r) + at), Adaptive ? hn::LoadU(d, f.softness.row(r) + at) : one, one, zero,
+                 Sigma ? hn::LoadU(d, f.variance.row(r) + at) : zero};
     }
-    for (std::ptrdiff_t dy = 0; dy <= window.radius; ++dy) {
-      const std::ptrdiff_t first = window.first_column(dy);
-      std::ptrdiff_t index = window.index(dy, first);
-      float *pair_below = pairs.row(r, index) + x, *pair_above = pairs.row(r - dy, index) + x - first;
-      const float *below = f.scaled.row(r + dy) + x, *above = f.scaled.row(r - dy) + x;
-      const float *variance_below = variances.row(r + dy) + x, *variance_above = variances.row(r - dy) + x;
-      for (std::ptrdiff_t dx = first; dx <= window.radius; ++dx, ++index) {
-        for (int i = 0; i < Count; ++i) {
-          const std::ptrdiff_t at = i * lanes;
-          V difference = hn::Sub(hn::LoadU(d, below + at + dx), centre[i]);
-          V weight = Weights::Below(d, difference, softness[i], f, index, pair_below + at);
-          sums[i].template Add<Sigma>(d, weight, difference, variance_below + at + dx);
-          difference = hn::Sub(hn::LoadU(d, above + at - dx), centre[i]);
-          weight = Weights::Above(d, difference, softness[i], f, index, pair_above + at);
-          sums[i].template Add<Sigma>(d, weight, difference, variance_above + at - dx);
-        }
-        pair_below += stride;
-        pair_above += stride - 1;
-      }
-    }
+    AddRows<Weights, Sigma, true>(d, WindowRows(f, pairs, r, 0, x), sums);
+    for (std::ptrdiff_t dy = 1; dy <= f.window.radius; ++dy)
+      AddRows<Weights, Sigma, false>(d, WindowRows(f, pairs, r, dy, x), sums);
     for (int i = 0; i < Count; ++i) {
       const V inverse = hn::Div(one, sums[i].weights);
       const std::ptrdiff_t to = x - begin + i * lanes;

@@ -4,73 +4,19 @@
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <system_error>
 
 #include "io/output_file.hpp"
+#include "plugins/sinks/summary.hpp"
 
 namespace tofgraph {
-namespace {
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-
-/// Over valid pixels. mean, sd (n - 1), rms, min and max are in metre, NaN where there are too few pixels.
-struct Summary {
-  std::uint64_t count = 0;
-  double mean = 0, squares = 0;  // squares: sum of (value - mean)^2
-  double residuals = 0;          // sum of squared differences to the reference
-  double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
-
-  double sd() const { return count > 1 ? std::sqrt(squares / static_cast<double>(count - 1)) : unknown; }
-  double rms() const { return count > 0 ? std::sqrt(residuals / static_cast<double>(count)) : unknown; }
-
-  /// Of both together, as if of all values at once (Chan, Golub, LeVeque 1979).
-  void merge(const Summary& other) {
-    if (other.count == 0) return;
-    const auto mine = static_cast<double>(count), theirs = static_cast<double>(other.count);
-    const double step = other.mean - mean;
-    mean += step * theirs / (mine + theirs);
-    squares += other.squares + step * step * mine * theirs / (mine + theirs);
-    residuals += other.residuals;
-    min = std::min(min, other.min);
-    max = std::max(max, other.max);
-    count += other.count;
-  }
-};
-
-Summary summary_of(const std::vector<double>& values) {
-  Summary result;
-  result.count = values.size();
-  for (const double value : values) result.mean += value / static_cast<double>(values.size());
-  for (const double value : values) {
-    result.squares += (value - result.mean) * (value - result.mean);
-    result.min = std::min(result.min, value);
-    result.max = std::max(result.max, value);
-  }
-  return result;
-}
-
-/// Sum of the squared distances of points to the plane that makes it least: the smallest eigenvalue of their scatter.
-/// @returns NaN when fewer than four points leave nothing over, or when one of them is no point
-double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
-  if (points.size() <= 3) return unknown;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const auto& point : points) centre += point / static_cast<double>(points.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const auto& point : points) scatter += (point - centre) * (point - centre).transpose();
-  if (!scatter.allFinite()) return unknown;
-  return std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[0]);
-}
-
-}  // namespace
-
 /// rms is against `value` or `reference` where that is given (pixels without a reference do not count), else against
 /// the plane that fits the points of each frame best, by their distances to it; for that the camera's rays are needed,
 /// for `depth` its focal length in metres too, and a raw `distance` is no point: without, there is no rms. Over all
@@ -88,9 +34,9 @@ struct Statistics final : Sink {
   Param<Choice> part{this,
                      "part",
                      {.fallback = "all",
-                      .choices = "all flat edge",
+                      .choices = "all flat edge each",
                       .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
-                              "neighbours in the reference; flat, the others"}};
+                              "neighbours in the reference; flat, the others; each, all of them beside one another"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
   Param<Choice> format{this,
                        "format",
@@ -117,11 +63,10 @@ struct Statistics final : Sink {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       Input& input = inputs_[i];
       const Array<const float> lengths(frames[i].find(input.channel.c_str()));
-      const Summary frame = reference.given()
-                                ? summary_against(lengths, Array<const float>(frames[i].find(reference->c_str())))
-                                : summary_of(input, lengths);
-      input.frames.push_back(frame);
-      input.all.merge(frame);
+      if (reference.given())
+        add_against(input, lengths, Array<const float>(frames[i].find(reference->c_str())));
+      else
+        input.parts[0].add(summary_of(input, lengths));
     }
   }
 
@@ -144,8 +89,7 @@ struct Statistics final : Sink {
     std::string name, channel;
     const float* rays = nullptr;  ///< null: no points
     double offset = 0;            ///< of depth: from the sensor plane to the optical centre, m
-    Summary all;
-    std::vector<Summary> frames;
+    std::vector<Part> parts;      ///< the first is what is asked for, others stand beside it
   };
 
   void choose_format() {
@@ -161,7 +105,10 @@ struct Statistics final : Sink {
   }
 
   void add_input(const tofgraph_stream& stream) {
-    Input input{stream.node, stream.bound[0], nullptr, 0, {}, {}};
+    Input input{stream.node, stream.bound[0], nullptr, 0, {}};
+    for (const char* name : {"all", "flat", "edge"}) {
+      if (*part == name || *part == "each") input.parts.push_back({name, {}, {}});
+    }
     const std::span channels(stream.channels, stream.channel_count);
     const auto found =
         std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return input.channel == c.name; });
@@ -190,36 +137,24 @@ struct Statistics final : Sink {
     }
   }
 
-  /// True for pixels of the part that is asked for.
-  std::vector<bool> chosen(const Array<const float>& truth) const {
-    constexpr std::size_t reach = 3;  // pixels
-    constexpr float step = 0.030F;    // m
-    if (*part == "all") return std::vector<bool>(truth.size(), true);
-    std::vector<bool> chosen(truth.size(), *part == "flat");
-    const auto mark = [&](std::size_t row, std::size_t column) {
-      for (std::size_t r = row - std::min(row, reach); r < std::min(row + reach + 1, truth.rows()); ++r) {
-        for (std::size_t c = column - std::min(column, reach); c < std::min(column + reach + 1, truth.columns()); ++c)
-          chosen[r * truth.columns() + c] = *part == "edge";
-      }
-    };
-    for (std::size_t r = 0; r < truth.rows(); ++r) {
-      for (std::size_t c = 0; c < truth.columns(); ++c) {
-        if (c + 1 < truth.columns() && std::abs(truth(r, c) - truth(r, c + 1)) > step) mark(r, c), mark(r, c + 1);
-        if (r + 1 < truth.rows() && std::abs(truth(r, c) - truth(r + 1, c)) > step) mark(r, c), mark(r + 1, c);
-      }
+  void add_against(Input& input, const Array<const float>& lengths, const Array<const float>& truth) const {
+    const std::vector<bool> edges = edges_of(truth);
+    for (Part& each : input.parts) {
+      each.add(summary_against(lengths, truth, [&](std::size_t pixel) {
+        return each.name == "all" || edges[pixel] == (each.name == "edge");
+      }));
     }
-    return chosen;
   }
 
-  Summary summary_against(const Array<const float>& lengths, const Array<const float>& truth) const {
+  template <class Chosen>
+  Summary summary_against(const Array<const float>& lengths, const Array<const float>& truth, Chosen&& chosen) const {
     const Region r = region(lengths.rows(), lengths.columns());
-    const std::vector<bool> pixels = chosen(truth);
     std::vector<double> values;
     double residuals = 0;
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column), difference = length - static_cast<double>(truth(row, column));
-        if (!pixels[row * lengths.columns() + column] || !std::isfinite(difference)) continue;
+        if (!chosen(row * lengths.columns() + column) || !std::isfinite(difference)) continue;
         values.push_back(length);
         residuals += difference * difference;
       }
@@ -280,23 +215,23 @@ struct Statistics final : Sink {
     return value.given() ? "value" : reference.given() ? reference->c_str() : input.rays != nullptr ? "plane" : "";
   }
 
-  static nlohmann::json as_json(const Summary& s) {
-    const bool some = s.count > 0;
-    return {{"count", s.count}, {"mean", some ? s.mean : unknown}, {"sd", s.sd()},
-            {"rms", s.rms()},   {"min", some ? s.min : unknown},   {"max", some ? s.max : unknown}};
-  }
+  /// What stands beside the part that is asked for.
+  static std::span<const Part> others(const Input& input) { return std::span(input.parts).subspan(1); }
 
   std::string json() const {
     nlohmann::json inputs = nlohmann::json::array();
     for (const Input& input : inputs_) {
-      nlohmann::json entry = as_json(input.all);
+      const Part& main = input.parts[0];
+      nlohmann::json entry = as_json(main.all);
+      for (const Part& beside : others(input)) entry[beside.name] = as_json(beside.all);
       entry["name"] = input.name;
       entry["channel"] = input.channel;
       entry["rms_against"] = *against(input) != 0 ? nlohmann::json(against(input)) : nlohmann::json();
       entry["frames"] = nlohmann::json::array();
-      for (std::size_t i = 0; i < input.frames.size(); ++i) {
-        entry["frames"].push_back(as_json(input.frames[i]));
+      for (std::size_t i = 0; i < main.frames.size(); ++i) {
+        entry["frames"].push_back(as_json(main.frames[i]));
         entry["frames"].back()["frame"] = numbers_[i];
+        for (const Part& beside : others(input)) entry["frames"].back()[beside.name] = as_json(beside.frames[i]);
       }
       inputs.push_back(std::move(entry));
     }
@@ -310,18 +245,24 @@ struct Statistics final : Sink {
 
   static std::string cell(double number) { return std::isfinite(number) ? fmt::format("{}", number) : ""; }
 
-  std::string line(const Input& input, const std::string& frame, const Summary& s) const {
-    return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", input.name, input.channel, frame, s.count,
-                       s.count > 0 ? cell(s.mean) : "", cell(s.sd()), cell(s.min), cell(s.max), cell(s.rms()),
-                       against(input));
+  /// @param of the summary that the line shows: summary(part)
+  template <class Of> std::string line(const Input& input, const std::string& frame, Of&& of) const {
+    const Summary& s = of(input.parts[0]);
+    std::string text = fmt::format("{},{},{},{},{},{},{},{},{},{}", input.name, input.channel, frame, s.count,
+                                   s.count > 0 ? cell(s.mean) : "", cell(s.sd()), cell(s.min), cell(s.max),
+                                   cell(s.rms()), against(input));
+    for (const Part& beside : others(input)) text += "," + cell(of(beside).rms());
+    return text + "\n";
   }
 
   std::string csv() const {
-    std::string text = "name,channel,frame,count,mean_m,sd_m,min_m,max_m,rms_m,rms_against\n";
+    std::string text = "name,channel,frame,count,mean_m,sd_m,min_m,max_m,rms_m,rms_against";
+    for (const Part& beside : others(inputs_[0])) text += fmt::format(",rms_{}_m", beside.name);
+    text += "\n";
     for (const Input& input : inputs_) {
-      text += line(input, "all", input.all);
-      for (std::size_t i = 0; i < input.frames.size(); ++i)
-        text += line(input, std::to_string(numbers_[i]), input.frames[i]);
+      text += line(input, "all", [](const Part& p) -> const Summary& { return p.all; });
+      for (std::size_t i = 0; i < numbers_.size(); ++i)
+        text += line(input, std::to_string(numbers_[i]), [i](const Part& p) -> const Summary& { return p.frames[i]; });
     }
     return text;
   }
@@ -330,14 +271,17 @@ struct Statistics final : Sink {
     const auto mm = [](double metre) {
       return std::isfinite(metre) ? fmt::format("{:.3f}", metre * 1e3) : std::string("-");
     };
-    std::string text =
-        fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}  {}\n", "node", "channel", "frames",
-                    "pixels", "mean/mm", "sd/mm", "min/mm", "max/mm", "rms/mm", "rms against");
+    std::string text = fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}", "node", "channel",
+                                   "frames", "pixels", "mean/mm", "sd/mm", "min/mm", "max/mm", "rms/mm");
+    for (const Part& beside : others(inputs_[0])) text += fmt::format(" {:>10}", beside.name + "/mm");
+    text += "  rms against\n";
     for (const Input& input : inputs_) {
-      const Summary& s = input.all;
-      text += fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}  {}\n", input.name,
-                          input.channel, input.frames.size(), s.count, mm(s.count > 0 ? s.mean : unknown), mm(s.sd()),
-                          mm(s.min), mm(s.max), mm(s.rms()), against(input));
+      const Summary& s = input.parts[0].all;
+      text += fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}", input.name, input.channel,
+                          input.parts[0].frames.size(), s.count, mm(s.count > 0 ? s.mean : unknown), mm(s.sd()),
+                          mm(s.min), mm(s.max), mm(s.rms()));
+      for (const Part& beside : others(input)) text += fmt::format(" {:>10}", mm(beside.all.rms()));
+      text += fmt::format("  {}\n", against(input));
     }
     return text;
   }

@@ -24,7 +24,7 @@ void one_core() {
   cv::setNumThreads(1);
 }
 
-/// A stage on a frame with depth and flags. @param sigma and the channel sigma
+/// A stage on a frame with depth and flags. @param sigma and the channels sigma and amplitude
 void stage(benchmark::State& state, const std::string& line, bool sigma, std::ptrdiff_t size, bool invalid = false) {
   one_core();
   test::Image depth = noisy_boxes(size);
@@ -36,6 +36,8 @@ void stage(benchmark::State& state, const std::string& line, bool sigma, std::pt
   if (sigma) {
     stage.put<float>("sigma", {side, side}, std::vector<float>(depth.values.size(), 0.010F),
                      {.unit = "m", .of = "depth", .applied = "", .from = ""});
+    stage.put<float>("amplitude", {side, side}, test::box_scene(size).amplitude.values);
+    stage.metadata().modulation_frequency = 20e6;  // Hz
   }
   for (auto _ : state) stage.run();
 }
@@ -76,6 +78,9 @@ BENCHMARK_CAPTURE(stage, non_local_means_uniform_7, "non_local_means strength='2
                   false, 204)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, non_local_means_robust, "non_local_means strength='20 mm' patch_weights=robust", true, 204)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_robust_guided,
+                  "non_local_means strength='20 mm' patch_weights=robust guide=amplitude", true, 204)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, non_local_means_4_megapixels, "non_local_means strength='20 mm'", false, 2048)
     ->Unit(benchmark::kMillisecond);

@@ -7,8 +7,10 @@
 #include <tofgraph/harness.hpp>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <random>
+#include <sstream>
 
 #include "tests/program.hpp"
 #include "tests/unit/cameras.hpp"
@@ -86,6 +88,28 @@ TEST_F(StatisticsStage, RmsAgainstAReferenceByParts) {
   EXPECT_NEAR(part("flat")["rms"], 0.001, 1e-6);
   EXPECT_NEAR(part("all")["rms"], std::sqrt((16 * 4e-6 + 23 * 1e-6) / 39), 1e-6);
   EXPECT_EQ(part("all")["rms_against"], "true_depth");
+
+  const json each = part("each");
+  EXPECT_EQ(each["count"], 39);
+  EXPECT_EQ(each["flat"]["count"], 23);
+  EXPECT_NEAR(each["flat"]["rms"], 0.001, 1e-6);
+  EXPECT_NEAR(each["edge"]["rms"], 0.002, 1e-6);
+  EXPECT_NEAR(each["frames"][0]["edge"]["rms"], 0.002, 1e-6);
+  path.replace_extension(".csv");
+  Harness stage(line("reference=true_depth part=each"));
+  stage.put<float>("depth", {2, 20}, depth);
+  stage.put<float>("true_depth", {2, 20}, truth, {.unit = "m", .of = "", .applied = "", .from = ""});
+  stage.run();
+  stage.finish();
+  std::istringstream table(read_text(path));
+  std::string heading, pooled;
+  std::getline(table, heading);
+  std::getline(table, pooled);
+  EXPECT_TRUE(heading.ends_with(",rms_m,rms_against,rms_flat_m,rms_edge_m")) << heading;
+  double flat = 0, edge = 0;
+  ASSERT_EQ(std::sscanf(pooled.c_str() + pooled.find("true_depth"), "true_depth,%lf,%lf", &flat, &edge), 2) << pooled;
+  EXPECT_NEAR(flat, 0.001, 1e-6);
+  EXPECT_NEAR(edge, 0.002, 1e-6);
 }
 
 TEST_F(StatisticsStage, ThereIsNoRmsAgainstAPlaneThatCannotBeFitted) {

@@ -1,80 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The filters with weights exp(-d^2 / h^2) over a window: against their equations in double precision, on every
-// instruction set of this machine, and by properties that need no reference.
-#include <tofgraph/channels.hpp>
+// instruction set of this machine.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-
-#include "tests/unit/denoise_reference.hpp"
 #include "tests/unit/processors.hpp"
+#include "tests/unit/window_filters.hpp"
 
 namespace tofgraph {
 namespace {
 
-using test::Image;
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-std::vector<std::uint64_t> extent(const Image& image) {
-  return {static_cast<std::uint64_t>(image.rows), static_cast<std::uint64_t>(image.columns)};
-}
-
-struct Result {
-  std::vector<float> depth, sigma;
-  std::vector<std::uint16_t> flags;
-};
-
-Result run(const std::string& line, const Image& depth, const Image* sigma = nullptr) {
-  Harness stage(line);
-  stage.put<float>("depth", extent(depth), depth.values);
-  if (sigma != nullptr)
-    stage.put<float>("sigma", extent(*sigma), sigma->values, {.unit = "m", .of = "depth", .applied = "", .from = ""});
-  stage.run();
-  return {stage.get<float>("depth"), sigma != nullptr ? stage.get<float>("sigma") : std::vector<float>(),
-          stage.get<std::uint16_t>("flags")};
-}
-
-/// Steps, slopes and noise, by default with 5 % of the pixels invalid.
-Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned seed, double invalid = 0.05) {
-  Image image(rows, columns);
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> level(0.4F, 7.0F);
-  for (std::ptrdiff_t r = 0; r < rows; r += 11) {
-    for (std::ptrdiff_t c = 0; c < columns; c += 13) {
-      const float height = level(random);
-      for (std::ptrdiff_t y = r; y < std::min(r + 11, rows); ++y)
-        for (std::ptrdiff_t x = c; x < std::min(c + 13, columns); ++x)
-          image(y, x) = height + 0.003F * static_cast<float>(x - c);
-    }
-  }
-  test::add_noise(image, 0.010, seed);
-  test::drop_pixels(image, invalid, seed + 1);
-  return image;
-}
-
-/// A sigma of 5 to 20 mm.
-Image random_sigma(const Image& like, unsigned seed) {
-  Image sigma(like.rows, like.columns);
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> level(0.005F, 0.020F);
-  for (std::size_t i = 0; i < sigma.values.size(); ++i)
-    sigma.values[i] = std::isnan(like.values[i]) ? nan : level(random);
-  return sigma;
-}
-
-void expect_near(const std::vector<float>& found, const std::vector<double>& expected, double tolerance,
-                 const std::string& what) {
-  ASSERT_EQ(found.size(), expected.size());
-  double most = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    ASSERT_EQ(std::isnan(found[i]), std::isnan(expected[i])) << what << ", pixel " << i;
-    if (!std::isnan(expected[i])) most = std::max(most, std::abs(static_cast<double>(found[i]) - expected[i]));
-  }
-  EXPECT_LE(most, tolerance) << what;
-}
+using test::expect_near, test::extent, test::Image, test::nan, test::random_image, test::random_sigma, test::Result,
+    test::run;
 
 TEST(WindowFilters, AgreeWithTheEquationsInDoublePrecision) {
   struct Case {
@@ -176,164 +115,6 @@ TEST(WindowFilters, FollowTheSigmaOfEachPixel) {
   const Result adaptive = run("bilateral sigma_adaptive=true", depth, &sigma);
   expect_near(adaptive.depth, expected.values, 1e-5, "adaptive");
   expect_near(adaptive.sigma, expected.sigma, 1e-6, "sigma of adaptive");
-}
-
-const std::vector<std::string> filters = {"yaroslavsky", "bilateral", "non_local_means",
-                                          "non_local_means patch_weights=uniform",
-                                          "non_local_means patch_weights=robust"};
-
-TEST(WindowFilters, LeaveConstantImagesAsTheyAre) {
-  for (const std::string& filter : filters) {
-    Image depth(40, 51);
-    std::ranges::fill(depth.values, 1.2345678F);
-    const std::vector<float> before = depth.values;
-    EXPECT_EQ(run(filter + " strength='3.91 mm'", depth).depth, before) << filter;
-  }
-}
-
-TEST(WindowFilters, MoveAnEdgeOfTenStrengthsByNothing) {
-  for (const std::string& filter : filters) {
-    Image depth(40, 51);
-    for (std::ptrdiff_t r = 0; r < 40; ++r)
-      for (std::ptrdiff_t c = 0; c < 51; ++c) depth(r, c) = 2 * c + r > 60 ? 1.1F : 1.3F;
-    const Result result = run(filter + " strength='20 mm'", depth);
-    // In single pixels the weight across the edge is exp(-100), below the last bit. Patches may have only their middle
-    // on different sides: with nine pixels alike that is exp(-100 / 9), 3 um of the step of 200 mm.
-    const double most = filter.starts_with("non") ? 1e-5 : 0;
-    for (std::size_t i = 0; i < result.depth.size(); ++i)
-      ASSERT_NEAR(result.depth[i], depth.values[i], most) << filter << ", pixel " << i;
-  }
-}
-
-TEST(WindowFilters, CommuteWithATranslation) {
-  const Image whole = random_image(80, 90, 21);
-  Image part(60, 70);
-  for (std::ptrdiff_t r = 0; r < 60; ++r)
-    for (std::ptrdiff_t c = 0; c < 70; ++c) part(r, c) = static_cast<float>(whole.at(r + 13, c + 7));
-  for (const std::string& filter : filters) {
-    Image of_whole(80, 90), of_part(60, 70);
-    of_whole.values = run(filter + " strength='20 mm'", whole).depth;
-    of_part.values = run(filter + " strength='20 mm'", part).depth;
-    for (std::ptrdiff_t r = 4; r < 56; ++r) {
-      for (std::ptrdiff_t c = 4; c < 66; ++c) {
-        if (!part.valid(r, c)) continue;
-        ASSERT_NEAR(of_part.at(r, c), of_whole.at(r + 13, c + 7), 1e-6) << filter << ", " << r << ", " << c;
-      }
-    }
-  }
-}
-
-TEST(WindowFilters, TakeWhatIsNoLengthAsInvalid) {
-  for (const std::string& filter : filters) {
-    Image depth(9, 9), clean(9, 9);
-    std::ranges::fill(depth.values, 2.0F);
-    depth(4, 4) = INFINITY;
-    depth(0, 0) = -INFINITY;
-    depth(8, 3) = nan;
-    const Result result = run(filter + " strength='20 mm'", depth);
-    for (std::size_t i = 0; i < 81; ++i) {
-      const bool good = std::isfinite(depth.values[i]);
-      EXPECT_EQ(result.flags[i], good ? 0 : flag::invalid) << filter;
-      EXPECT_EQ(std::isnan(result.depth[i]), !good) << filter;
-      if (good) {
-        EXPECT_EQ(result.depth[i], 2.0F) << filter;
-      }
-    }
-    const Result filled = run(filter + " strength='20 mm' fill=true", depth);
-    EXPECT_EQ(filled.flags[40], flag::filled) << filter;
-    EXPECT_EQ(filled.depth[40], 2.0F) << filter;
-
-    std::ranges::fill(depth.values, nan);
-    const Result none = run(filter + " strength='20 mm' fill=true", depth);
-    EXPECT_TRUE(std::ranges::all_of(none.depth, [](float v) { return std::isnan(v); })) << filter;
-    EXPECT_TRUE(std::ranges::all_of(none.flags, [](auto v) { return v == flag::invalid; })) << filter;
-  }
-}
-
-std::string said(const std::string& line, bool sigma = false) {
-  const Image depth = random_image(20, 30, 1), noise = random_sigma(depth, 2);
-  try {
-    run(line, depth, sigma ? &noise : nullptr);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
-}
-
-TEST(WindowFilters, SayWhatIsWrong) {
-  const auto expect = [](const std::string& line, const std::string& text) {
-    EXPECT_NE(said(line).find(text), std::string::npos) << line << " said: " << said(line);
-  };
-  expect("yaroslavsky strength='20 mm' window=6", "is 6, must be odd, so that the pixel is its centre, e.g. window: 7");
-  expect("yaroslavsky strength='20 mm' window=21", "is 21 pixels, the image has only 20 x 30");
-  expect("bilateral strength='0 mm'", "at least 1 um, e.g. 20 mm");
-  expect("bilateral strength='-3 mm'", "at least 1 um, e.g. 20 mm");
-  expect("bilateral", "auto needs the channel sigma, which is not there");
-  expect("bilateral strength='20 mm' sigma_adaptive=true", "needs the channel sigma");
-  expect("non_local_means strength='20 mm' search=5 patch=7", "is 7 pixels, greater than search, which is 5");
-  expect("non_local_means strength='20 mm' search=4", "must be odd");
-  expect("non_local_means strength='20 mm' guide=amplitude", "what arrives has no amplitude");
-  EXPECT_EQ(said("non_local_means sigma_adaptive=true", true), "");
-}
-
-TEST(WindowFilters, AreNoInputOfTheNonLinearityModels) {
-  Harness stage("optimized_bistatic");
-  stage.camera("camcube2");
-  stage.put<float>("distance", {204, 204}, std::vector<float>(204 * 204, 1),
-                   {.unit = "m", .of = "", .applied = "bilateral denoised", .from = ""});
-  EXPECT_THROW(stage.run(), std::runtime_error);
-}
-
-/// Root mean square errors in mm.
-struct Errors {
-  double all, flat, edge;
-};
-
-Errors errors(const std::vector<float>& found, const Image& truth) {
-  const std::vector<bool> edges = test::edges_of(truth, 3);
-  double squares[2] = {0, 0}, count[2] = {0, 0};
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const double error = 1e3 * (static_cast<double>(found[i]) - static_cast<double>(truth.values[i]));
-    squares[edges[i] ? 1 : 0] += error * error;
-    count[edges[i] ? 1 : 0] += 1;
-  }
-  return {std::sqrt((squares[0] + squares[1]) / (count[0] + count[1])), std::sqrt(squares[0] / count[0]),
-          std::sqrt(squares[1] / count[1])};
-}
-
-/// Noise of 10 mm, and of an amplitude as it belongs to it at 20 MHz: the same part of the amplitude as of a radian.
-Errors denoised_boxes(const std::string& line, double gap) {
-  const test::Scene scene = test::box_scene(204, gap);
-  Image depth = scene.depth, amplitude = scene.amplitude;
-  test::add_noise(depth, 0.010, 1);
-  Image relative(204, 204);
-  test::add_noise(relative, 0.010 * 4 * M_PI * 20e6 / 299792458, 2);
-  for (std::size_t i = 0; i < depth.values.size(); ++i) amplitude.values[i] *= 1 + relative.values[i];
-  Harness stage(line);
-  stage.put<float>("depth", extent(depth), depth.values);
-  stage.put<float>("amplitude", extent(depth), amplitude.values);
-  stage.put<float>("sigma", extent(depth), std::vector<float>(depth.values.size(), 0.010F),
-                   {.unit = "m", .of = "depth", .applied = "", .from = ""});
-  stage.metadata().modulation_frequency = 20e6;
-  stage.run();
-  const Errors result = errors(stage.get<float>("depth"), scene.depth);
-  std::printf("%-75s gap %2.0f mm: all %.2f flat %.2f edge %.2f mm\n", line.c_str(), 1e3 * gap, result.all, result.flat,
-              result.edge);
-  return result;
-}
-
-TEST(WindowFilters, DenoiseThePalletOfBoxes) {
-  const std::string robust = "non_local_means strength='20 mm' patch_weights=robust guide=amplitude";
-  EXPECT_LE(denoised_boxes("yaroslavsky strength='20 mm'", 0).all, 3.9);
-  EXPECT_LE(denoised_boxes("bilateral strength='20 mm'", 0).all, 4.0);
-  for (const double gap : {0.0, 0.060}) {
-    const Errors plain = denoised_boxes("non_local_means strength='20 mm'", gap), best = denoised_boxes(robust, gap);
-    if (gap == 0) {
-      EXPECT_LE(plain.all, 2.3);
-    }
-    EXPECT_LT(best.flat, plain.flat);
-    EXPECT_LT(best.edge, plain.edge);
-  }
 }
 
 }  // namespace

@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What sinks that draw a channel, one picture a frame, are made from.
+#pragma once
+
+#include <fmt/format.h>
+#include <tofgraph/stage.hpp>
+
+#include <boost/crc.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "io/output_file.hpp"
+#include "plugins/sinks/frame_files.hpp"
+
+namespace tofgraph {
+
+inline const cv::Scalar black(0, 0, 0), white(255, 255, 255);
+inline constexpr double text_scale = 0.5;
+
+/// An interval of a channel's values, SI.
+struct Range {
+  double low, high;
+};
+
+/// The interval that holds 98 % of the valid values, so that single outliers do not darken the picture.
+inline Range central_range(const cv::Mat& image) {
+  std::vector<float> values;
+  std::copy_if(image.begin<float>(), image.end<float>(), std::back_inserter(values),
+               [](float v) { return std::isfinite(v); });
+  if (values.empty()) return {0, 1};
+  const auto at = [&](double share) {
+    const auto place = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), place, values.end());
+    return double{*place};
+  };
+  return {at(0.01), at(0.99)};
+}
+
+/// 1, 2 or 5 times a power of ten, so that about six steps make the interval.
+inline double tick_step(double length) {
+  const double power = std::pow(10, std::floor(std::log10(length / 6)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (length / (factor * power) <= 7) return factor * power;
+  }
+  return 10 * power;
+}
+
+/// A place on an axis and what is written there.
+struct Tick {
+  double value;
+  std::string label;
+};
+
+/// Round numbers from low to high.
+inline std::vector<Tick> ticks(double low, double high) {
+  const double step = tick_step(high - low);
+  const int digits = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+  std::vector<Tick> result;
+  for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i)
+    result.push_back({i * step, fmt::format("{:.{}f}", i * step + 0.0, digits)});
+  return result;
+}
+
+inline void text(cv::Mat& picture, const std::string& words, cv::Point at) {
+  cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, text_scale, black, 1, cv::LINE_AA);
+}
+
+/// A PNG with a line of text in it, which image viewers show as its description (PNG specification, tEXt).
+inline std::vector<std::uint8_t> with_description(const std::vector<std::uint8_t>& png, const std::string& words) {
+  constexpr std::size_t after_header = 33;  // signature 8, IHDR 25
+  const auto big_endian = [](std::size_t number) {
+    return std::string{static_cast<char>(number >> 24U), static_cast<char>(number >> 16U),
+                       static_cast<char>(number >> 8U), static_cast<char>(number)};
+  };
+  const std::string content = std::string("Description") + '\0' + words, chunk = "tEXt" + content;
+  boost::crc_32_type crc;
+  crc.process_bytes(chunk.data(), chunk.size());
+  const std::string bytes = big_endian(content.size()) + chunk + big_endian(crc.checksum());
+  std::vector<std::uint8_t> result = png;
+  result.insert(result.begin() + after_header, bytes.begin(), bytes.end());
+  return result;
+}
+
+/// Ports, parameters and files.
+struct ChannelPictures : Sink {
+  In<void> every{this, "*", {.text = "has the image"}};
+  Param<std::string> channel{
+      this,
+      "channel",
+      {.text = "the image; default: the first there is of depth, range, distance, amplitude, intensity"}};
+  Param<OutputFile> path{
+      this, "path", {.required = true, .text = "the files, e.g. out/range_{frame:06}.png; {frame} is the number"}};
+  Param<double> minimum{this,
+                        "minimum",
+                        {.unit = "m|counts|1",
+                         .fallback = "auto",
+                         .choices = "auto",
+                         .text = "of the colours; auto: 1 % of the frame's valid pixels are below"}};
+  Param<double> maximum{
+      this,
+      "maximum",
+      {.unit = "m|counts|1", .fallback = "auto", .choices = "auto", .text = "of the colours; auto: 1 % are above"}};
+  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
+
+ protected:
+  void prepare_pictures(Setup& setup) {
+    choose_channel(setup);
+    for (const Param<double>* parameter : {&minimum, &maximum}) check_unit(*parameter);
+    if (minimum.word() != "auto" && maximum.word() != "auto" && !(*minimum < *maximum))
+      throw ConfigError("minimum", "must be less than maximum");
+    pattern_ = frame_files(*this, setup, *path, *overwrite);
+  }
+
+  void store(std::uint64_t number, const std::vector<std::uint8_t>& bytes) const {
+    io::OutputFile file(pattern_.path(number));
+    file.write(std::as_bytes(std::span(bytes)));
+    file.commit();
+  }
+
+  void choose_channel(const Setup& setup) {
+    const tofgraph_channel* found = channel.given() ? setup.find(*channel) : nullptr;
+    for (const char* name : {"depth", "range", "distance", "amplitude", "intensity"}) {
+      if (!channel.given() && found == nullptr) found = setup.find(name);
+    }
+    if (found == nullptr) {
+      std::vector<std::string> names;
+      for (const tofgraph_channel& c : setup.channels()) names.emplace_back(c.name);
+      throw ConfigError("channel",
+                        fmt::format("there is no {}; what arrives has {}",
+                                    channel.given() ? "'" + *channel + "'" : "image", fmt::join(names, ", ")));
+    }
+    if (found->rank != 2)
+      throw ConfigError("channel", fmt::format("'{}' has {} dimensions, an image has two", found->name, found->rank));
+    channel_ = found->name;
+    unit_ = found->unit;
+    whole_numbers_ = found->type != TOFGRAPH_F32 && found->type != TOFGRAPH_F64;
+  }
+
+  /// @throws std::runtime_error when the picture cannot be a file of that kind, as one too large
+  std::vector<std::uint8_t> encoded(const char* extension, const cv::Mat& image,
+                                    const std::vector<int>& options = {}) const {
+    const auto refuse = [&](const std::string& why) {
+      throw std::runtime_error(fmt::format("'{}' as a picture of {} x {} px cannot be encoded as {}{}", channel_,
+                                           image.cols, image.rows, extension, why));
+    };
+    std::vector<std::uint8_t> bytes;
+    try {
+      if (!cv::imencode(extension, image, bytes, options)) refuse("");
+    } catch (const cv::Exception& error) {
+      refuse(fmt::format(": {}", error.what()));
+    }
+    return bytes;
+  }
+
+  /// A limit has the unit of the channel.
+  void check_unit(const Param<double>& parameter) const {
+    const std::string expected = unit_.empty() ? "1" : unit_;
+    if (!parameter.given() || parameter.word() == "auto" || parameter.word() == expected) return;
+    throw ConfigError(parameter.parameter().name,
+                      fmt::format("'{}' is in {}: write e.g. {}: {}", channel_, unit_.empty() ? "no unit" : unit_,
+                                  parameter.parameter().name, unit_ == "m" ? "500 mm" : "100 " + unit_));
+  }
+
+  static cv::Mat values(const tofgraph_view& view) {
+    constexpr int types[] = {-1, CV_32F, CV_64F, CV_8U, CV_16U, CV_16S, CV_32S};
+    const cv::Mat image(static_cast<int>(view.extent[0]), static_cast<int>(view.extent[1]), types[view.type], view.data,
+                        static_cast<std::size_t>(view.stride[0]));
+    cv::Mat result;
+    image.convertTo(result, CV_32F);
+    return result;
+  }
+
+  Range range(const cv::Mat& image) const {
+    Range result = central_range(image);
+    if (minimum.word() != "auto") result.low = *minimum;
+    if (maximum.word() != "auto") result.high = *maximum;
+    if (!(result.low < result.high)) {  // one value only, or a given end beyond all values
+      const double step = std::max(1e-3 * std::abs(result.low), 1e-6);
+      (maximum.word() != "auto" ? result.low : result.high) =
+          maximum.word() != "auto" ? result.high - step : result.low + step;
+    }
+    return result;
+  }
+
+  /// The unit that numbers of a picture are written in, and how many make one of SI: millimetres below a metre.
+  std::pair<std::string, double> shown_unit(const Range& shown) const {
+    if (unit_ == "m" && std::max(std::abs(shown.low), std::abs(shown.high)) < 1) return {"mm", 1e3};
+    return {unit_, 1};
+  }
+
+  std::string title_of(const std::string& unit, std::uint64_t number) const {
+    return fmt::format("{}{}, frame {}", channel_, unit.empty() ? "" : " / " + unit, number);
+  }
+
+  std::string channel_, unit_;
+  bool whole_numbers_ = false;
+
+ private:
+  io::OutputPattern pattern_;
+};
+
+}  // namespace tofgraph

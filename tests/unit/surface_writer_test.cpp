@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures of surfaces: what is seen, what is hidden and what is left out, told by the colours in the file.
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <tofgraph/harness.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/program.hpp"
+#include "tests/unit/full_disk.hpp"
+
+namespace tofgraph::tests {
+namespace {
+
+const float none = std::numeric_limits<float>::quiet_NaN();
+
+class SurfaceStage : public testing::Test {
+ protected:
+  static constexpr std::uint64_t rows = 40, columns = 60;
+  TemporaryFolder folder;
+  std::vector<float> depth = std::vector<float>(rows * columns, 1.0F);
+
+  void set(std::uint64_t first_row, std::uint64_t last_row, std::uint64_t first_column, std::uint64_t last_column,
+           float value) {
+    for (std::uint64_t r = first_row; r <= last_row; ++r)
+      for (std::uint64_t c = first_column; c <= last_column; ++c) depth[r * columns + c] = value;
+  }
+  cv::Mat picture(const std::string& more) const {
+    const std::string file = (folder.path() / "surface_{frame}.png").string();
+    Harness stage("surface_writer path='" + file + "' overwrite=true " + more);
+    stage.put<float>("depth", {rows, columns}, depth);
+    stage.run();
+    const cv::Mat result = cv::imread((folder.path() / "surface_0.png").string());
+    if (result.empty()) throw std::runtime_error("there is no picture");
+    return result;
+  }
+  std::string why(const std::string& name, const std::string& more) const {
+    return thrown([&] {
+      Harness stage("surface_writer path='" + (folder.path() / name).string() + "' " + more);
+      stage.put<float>("depth", {rows, columns}, depth);
+      stage.prepare();
+    });
+  }
+};
+
+/// Dots that are part of the surface: axes and walls are grey.
+cv::Mat coloured(const cv::Mat& picture) {
+  cv::Mat result(picture.size(), CV_8U);
+  std::transform(picture.begin<cv::Vec3b>(), picture.end<cv::Vec3b>(), result.begin<std::uint8_t>(),
+                 [](const cv::Vec3b& dot) {
+                   const auto [least, most] = std::minmax({dot[0], dot[1], dot[2]});
+                   return most - least > 30 ? std::uint8_t{255} : std::uint8_t{0};
+                 });
+  return result;
+}
+
+const std::string limits = "minimum='500 mm' maximum='1500 mm' ";
+
+TEST_F(SurfaceStage, AFlatImageSeenFromAboveIsAPlateOfOneColour) {
+  const cv::Mat plate = picture(limits + "azimuth='0 deg' elevation='85 deg'"), mask = coloured(plate);
+  EXPECT_EQ(plate.size(), cv::Size(720, 540));
+  const cv::Rect seen = cv::boundingRect(mask);
+  EXPECT_GE(cv::countNonZero(mask(seen)), seen.area() - 4);  // a corner's dot may be half covered
+  const cv::Mat inside = plate(cv::Rect(seen.x + 2, seen.y + 2, seen.width - 4, seen.height - 4));
+  EXPECT_EQ(
+      cv::norm(inside, cv::Mat(inside.size(), inside.type(), cv::Scalar(inside.at<cv::Vec3b>(0, 0))), cv::NORM_INF), 0);
+  EXPECT_NEAR(static_cast<double>(seen.width) / seen.height, 60.0 / 40 / std::sin(85 * M_PI / 180), 0.01);
+}
+
+TEST_F(SurfaceStage, InvalidPixelsAreHoles) {
+  const std::string above = limits + "azimuth='0 deg' elevation='85 deg'";
+  const cv::Mat whole = coloured(picture(above));
+  set(10, 19, 30, 39, none);
+  const cv::Mat part = coloured(picture(above)), hole = whole & ~part;
+  const cv::Rect plate = cv::boundingRect(whole), missing = cv::boundingRect(hole);
+  // The facets between rows 9 and 20, columns 29 and 40 of 39 x 59.
+  EXPECT_NEAR((missing.x - plate.x) / static_cast<double>(plate.width), 29.0 / 59, 0.01);
+  EXPECT_NEAR((missing.y - plate.y) / static_cast<double>(plate.height), 9.0 / 39, 0.01);
+  EXPECT_NEAR(missing.width / static_cast<double>(plate.width), 11.0 / 59, 0.01);
+  EXPECT_NEAR(missing.height / static_cast<double>(plate.height), 11.0 / 39, 0.01);
+  EXPECT_EQ(cv::countNonZero(part(missing)), 0);
+
+  set(0, rows - 1, 0, columns - 1, none);
+  EXPECT_EQ(cv::countNonZero(coloured(picture(above))), 0);
+  EXPECT_EQ(cv::countNonZero(coloured(picture("azimuth='20 deg'"))), 0);
+}
+
+TEST_F(SurfaceStage, WhatIsNearStandsUpAndHidesWhatIsBehind) {
+  const std::string turned = "' elevation='20 deg'";
+  set(0, rows - 1, 0, columns - 1, 1.5F);
+  set(20, 22, 0, columns - 1, 0.5F);  // a wall over all columns
+  const cv::Mat before = picture(limits + "azimuth='0 deg" + turned),
+                behind = picture(limits + "azimuth='180 deg" + turned);
+  set(4, 6, 10, 49, 1.2F);  // too low to look over the wall
+  EXPECT_EQ(cv::norm(picture(limits + "azimuth='0 deg" + turned), before, cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(picture(limits + "azimuth='180 deg" + turned), behind, cv::NORM_INF), 50);
+  set(4, 6, 10, 49, 0.5F);  // as high as the wall, but farther back
+  EXPECT_GT(cv::norm(picture(limits + "azimuth='0 deg" + turned), before, cv::NORM_INF), 50);
+}
+
+TEST_F(SurfaceStage, ValuesBeyondTheRangeStayInTheBox) {
+  set(0, 19, 0, columns - 1, 0.5F);
+  set(20, rows - 1, 0, columns - 1, 1.5F);
+  const cv::Mat ends = picture(limits);
+  set(0, 19, 0, columns - 1, 0.1F);
+  set(20, rows - 1, 0, columns - 1, 9.0F);
+  EXPECT_EQ(cv::norm(picture(limits), ends, cv::NORM_INF), 0);
+}
+
+TEST_F(SurfaceStage, SaysWhatIsWrong) {
+  const auto expect = [&](const std::string& name, const std::string& more, const std::string& words) {
+    EXPECT_NE(why(name, more).find(words), std::string::npos) << words << " is not in: " << why(name, more);
+  };
+  expect("a.jpg", "", "ends in '.jpg', expected .png");
+  expect("a.png", "channel=range", "there is no 'range'");
+  expect("a.png", "minimum='2 m' maximum='1 m'", "must be less than maximum");
+  expect("a.png", "minimum='20 counts'", "is in m: write e.g. minimum: 500 mm");
+  expect("a.png", "elevation='90 deg'", "elevation");
+}
+
+TEST_F(SurfaceStage, NeedsTwoPixelsEachWay) {
+  EXPECT_NE(thrown([&] {
+              Harness stage("surface_writer path='" + (folder.path() / "a.png").string() + "'");
+              stage.put<float>("depth", {1, 9}, std::vector<float>(9, 1));
+              stage.run();
+            }).find("has 9 x 1 pixels, a surface needs at least 2 x 2"),
+            std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
