@@ -269,6 +269,7 @@ PixelMaps draw_maps(const Camera& camera, std::uint64_t seed) {
     const double x = static_cast<double>(i % width) / 102.0 - 1, y = static_cast<double>(i / width) / 102.0 - 1;
     maps.fixed_pattern[i] += rows[i / width] + columns[i % width] + 4e-3 * std::sin(3 * x + 2 * y);
     maps.dark[i] += 30;
+    maps.dark_rate[i] = std::abs(maps.dark_rate[i]);
   }
   return maps;
 }

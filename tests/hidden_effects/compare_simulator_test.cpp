@@ -44,7 +44,7 @@ Seen plain(const Physics& physics, const View& view) {
     for (std::size_t i = 0; i < intensity.size(); ++i) {
       const double a = readout(taps.a[k][i], unused), b = readout(taps.b[k][i], unused);
       c[k].push_back(a - b);
-      intensity[i] += (std::round(a) + std::round(b)) / 8;  // as a capture stores them
+      intensity[i] += (std::max(0.0, std::round(a)) + std::max(0.0, std::round(b))) / 8;  // as a capture stores them
     }
   return decoded(physics.camera, c, intensity);
 }
