@@ -183,18 +183,16 @@ class Writer {
                       : io::CaptureChannel{"phases", TOFGRAPH_I32, {4, height, width}, "counts", "", "", ""};
     io::CaptureWriter writer(conditions_[index].capture, header, {channel});
     std::vector<std::uint16_t> taps(8 * camera.pixels());
-    std::vector<std::int32_t> phases(options_.taps ? 0 : 4 * camera.pixels());
+    std::vector<std::int32_t> phases(4 * camera.pixels());
     for (std::size_t frame = 0; frame < options_.frames; ++frame) {
       for (std::size_t k = 0; k < 4; ++k)
-        for (std::size_t tap = 0; tap < 2; ++tap)
-          for (std::size_t i = 0; i < camera.pixels(); ++i) {
-            const double mean = tap == 0 ? expected.a[k][i] : expected.b[k][i];
-            taps[(2 * k + tap) * camera.pixels() + i] = counts(damaged(defects_[i], readout(mean, random), random));
-          }
-      for (std::size_t i = 0; i < phases.size(); ++i) {
-        const std::size_t a = i + i / camera.pixels() * camera.pixels();
-        phases[i] = static_cast<std::int32_t>(taps[a]) - static_cast<std::int32_t>(taps[a + camera.pixels()]);
-      }
+        for (std::size_t i = 0; i < camera.pixels(); ++i) {
+          const double a = damaged(defects_[i], readout(expected.a[k][i], random), random);
+          const double b = damaged(defects_[i], readout(expected.b[k][i], random), random);
+          taps[2 * k * camera.pixels() + i] = counts(a);
+          taps[(2 * k + 1) * camera.pixels() + i] = counts(b);
+          phases[k * camera.pixels() + i] = static_cast<std::int32_t>(std::lround(a - b));
+        }
       const tofgraph_view view = options_.taps ? view_of_data(taps.data(), TOFGRAPH_U16, 2, {4, 2, height, width})
                                                : view_of_data(phases.data(), TOFGRAPH_I32, 4, {4, height, width});
       writer.append(metadata(index, frame), {&view, 1});
@@ -271,6 +269,7 @@ PixelMaps draw_maps(const Camera& camera, std::uint64_t seed) {
     const double x = static_cast<double>(i % width) / 102.0 - 1, y = static_cast<double>(i / width) / 102.0 - 1;
     maps.fixed_pattern[i] += rows[i / width] + columns[i % width] + 4e-3 * std::sin(3 * x + 2 * y);
     maps.dark[i] += 30;
+    maps.dark_rate[i] = std::abs(maps.dark_rate[i]);
   }
   return maps;
 }

@@ -38,6 +38,7 @@ const Parameter& parameter_of(const Effect& kind, std::string_view name) {
 
 const std::vector<Effect>& catalogue() {
   using enum Draw;
+  // The effects on the taps stand in the order in which they act.
   static const std::vector<Effect> effects = {
       {"wiggling",
        {{"amplitude", "m", 0, 5e-3, scaled},
@@ -53,6 +54,7 @@ const std::vector<Effect>& catalogue() {
         {"step3", "rad", 0, 5e-3, either_sign}}},
       {"phase_gain",
        {{"gain1", "", 0, 5e-3, either_sign}, {"gain2", "", 0, 5e-3, either_sign}, {"gain3", "", 0, 5e-3, either_sign}}},
+      {"ambient_light", {{"rate", "counts/s", 0, 1e5, scaled}, {"suppression", "counts", none, none, unused}}},
       {"tap_mismatch", {{"ratio", "", 0, 0.02, either_sign}}},
       {"integration_time_offset",
        {{"slope", "m", 0, 8e-3, either_sign}, {"reference_time", "s", 1e-3, 1e-3, constant}}},
@@ -73,7 +75,6 @@ const std::vector<Effect>& catalogue() {
         {"cubic", "", 0, 0.02, scaled},
         {"full_scale", "counts", 30000, 30000, constant}}},
       {"saturation", {{"full_well", "counts", none, 8000, constant}}},
-      {"ambient_light", {{"rate", "counts/s", 0, 1e5, scaled}, {"suppression", "counts", none, none, unused}}},
       {"temporal_noise", {{"factor", "", 1, 2, scaled}}},
       {"source_amplitude", {{"ratio", "", 0, 0.1, either_sign}}},
       {"source_phase", {{"difference", "rad", 0, 50e-3, either_sign}}},
