@@ -7,8 +7,8 @@
 
 namespace tofgraph {
 
-/// A, B += rate t_int / 2 where `ambient` is not dark; above `suppression` the common part of a pixel's taps is taken
-/// out of both.
+/// A, B += rate t_int / 2 where `ambient` is not dark and the lens is open; above `suppression` the common part of a
+/// pixel's taps is taken out of both.
 struct AmbientLight final : Effect {
   static constexpr EffectInfo info{.touches = "intensity variance null1",
                                    .confused_with = "pixel_response",
@@ -34,7 +34,8 @@ struct AmbientLight final : Effect {
 
   void apply(TapsLevel& light) const {
     const std::string_view ambient = light.condition().ambient;
-    const bool lit = label->empty() ? ambient != "dark" : ambient == *label;
+    const bool capped = (light.condition().flags & TOFGRAPH_LENS_CAPPED) != 0;
+    const bool lit = !capped && (label->empty() ? ambient != "dark" : ambient == *label);
     if (!lit || *rate == 0) return;
     const double added = *rate * light.condition().integration_time / 2;
     for (double& tap : light.all()) tap += added;

@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// Each source has an image at y' = 2 h - y (y points down): P += strength a_s e^(j w/c (|P - S'| + D_ref + D_sen)),
-/// and its light counts; nothing where the rail is covered.
+/// Each source has an image at y' = 2 h - y (y points down, of the camera without roll): P += strength a_s e^(j w/c (|P
+/// - S'| + D_ref + D_sen)), and its light counts; nothing where the rail is covered.
 struct RailReflection final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "board_tilt rail_offset warm_up",
@@ -27,14 +27,18 @@ struct RailReflection final : Effect {
   void apply(PhasorLevel& light) const {
     if (*strength == 0 || (light.condition().flags & TOFGRAPH_RAIL_COVERED) != 0) return;
     const double radians_per_path = light.radians_per_metre() / 2;
+    // The rail stays below the board when the camera rolls: its normal in the camera's frame.
+    const double down[] = {std::sin(light.condition().roll), std::cos(light.condition().roll)};
     for (std::size_t s = 0; s < light.size(); ++s) {
       const SourceLight source = light[s];
       if (source.from_inside()) continue;
       const double* from = source.source.position;
+      const double beyond = 2 * (*height - down[0] * from[0] - down[1] * from[1]);
+      const double image[] = {from[0] + beyond * down[0], from[1] + beyond * down[1], from[2]};
       for (std::size_t i = 0; i < light.points(); ++i) {
         if (source.strength[i] == 0) continue;
         const double* at = light.state.position + 3 * i;
-        const double mirrored = std::hypot(at[0] - from[0], at[1] - (2 * *height - from[1]), at[2] - from[2]);
+        const double mirrored = std::hypot(at[0] - image[0], at[1] - image[1], at[2] - image[2]);
         // what the direct light has, turned by the difference of the paths
         source.phasor[i] *= 1.0 + std::polar(*strength, radians_per_path * (mirrored - source.source.path[i]));
         source.strength[i] *= 1 + *strength;

@@ -27,7 +27,9 @@ void count_intervals(const json& effect, const Effects& hidden, Score& score) {
         std::ranges::find(known->parameters, parameter, &Parameter::name) == known->parameters.end())
       continue;
     if (!value.contains("low") || !value["low"].is_number() || !value["high"].is_number()) continue;
-    const double truth = hidden.value(name, parameter), low = value["low"], high = value["high"];
+    const double low = value["low"], high = value["high"];
+    double truth = hidden.value(name, parameter);
+    if (parameter.starts_with("phase")) truth += 2 * M_PI * std::round(((low + high) / 2 - truth) / (2 * M_PI));
     ++score.intervals;
     score.intervals_hold += low <= truth && truth <= high ? 1 : 0;
   }
