@@ -139,8 +139,9 @@ Seen simulated(const Physics& physics, const Case& condition, const TemporaryFol
 
 /// Largest differences over the image.
 struct Difference {
-  double distance = 0;                                        ///< mm
-  double amplitude = 0, intensity = 0, null1 = 0, null2 = 0;  ///< %, null channels of the amplitude
+  double distance = 0;                         ///< mm
+  double intensity = 0;                        ///< counts
+  double amplitude = 0, null1 = 0, null2 = 0;  ///< % of the amplitude
 
   void take(const Camera& camera, const Seen& a, const Seen& b) {
     const double range = speed_of_light / (2 * camera.modulation_frequency);
@@ -148,7 +149,7 @@ struct Difference {
       distance = std::max(distance, 1e3 * std::abs(std::remainder(a.distance[i] - b.distance[i], range)));
       const auto percent = [&](const Image& x, const Image& y, double of) { return 100 * std::abs(x[i] - y[i]) / of; };
       amplitude = std::max(amplitude, percent(a.amplitude, b.amplitude, a.amplitude[i]));
-      intensity = std::max(intensity, percent(a.intensity, b.intensity, a.intensity[i]));
+      intensity = std::max(intensity, std::abs(a.intensity[i] - b.intensity[i]));
       null1 = std::max(null1, percent(a.null1, b.null1, a.amplitude[i]));
       null2 = std::max(null2, percent(a.null2, b.null2, a.amplitude[i]));
     }
@@ -173,14 +174,14 @@ Difference compare(Physics physics, const std::vector<Case>& cases, const std::s
 void expect_alike(const Difference& difference, const std::string& label) {
   EXPECT_LT(difference.distance, 0.02) << label << ": mm";
   EXPECT_LT(difference.amplitude, 0.01) << label << ": %";
-  EXPECT_LT(difference.intensity, 0.15) << label << ": %, one count in one of eight taps";
+  EXPECT_LE(difference.intensity, 0.25) << label << ": counts; a tap of eight may round the other way";
   EXPECT_LT(difference.null1, 0.01) << label << ": %";
   EXPECT_LT(difference.null2, 0.01) << label << ": %";
 }
 
 TEST(PlainCamera, SeesWhatTheSimulatorSees) {
   const std::vector<Case> two = {board(0.8, 1e-3), board(2.6, 4e-3)};
-  fmt::print("| effect | distance, mm | amplitude, % | intensity, % | N1/a, % | N2/a, % |\n");
+  fmt::print("| effect | distance, mm | amplitude, % | intensity, counts | N1/a, % | N2/a, % |\n");
   for (const Light light : {Light::reference, Light::physical}) {
     Physics physics;
     physics.light = light;
@@ -279,7 +280,7 @@ TEST(PlainCamera, SeesNearlyTheSameWithAllEffectsAtOnce) {
   const Difference all = compare(physics, {board(0.9, 1e-3), board(3.1, 4e-3)}, "all");
   EXPECT_LT(all.distance, 0.3);
   EXPECT_LT(all.amplitude, 0.05);
-  EXPECT_LT(all.intensity, 0.2);
+  EXPECT_LT(all.intensity, 2);
 }
 
 }  // namespace
