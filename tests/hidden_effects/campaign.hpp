@@ -27,7 +27,7 @@ struct CampaignOptions {
 };
 
 /// Writes campaign.yaml with captures/*.h5, model.yaml (what a search is told) and truth.yaml (what it is not); the
-/// folder appears whole or not at all. The same options give the same bytes, whatever the number of threads.
+/// folder appears whole or not at all. The same options give the same numbers, whatever the number of threads.
 /// @throws std::invalid_argument for a design or experiment that is not there
 /// @throws std::runtime_error when the folder exists or cannot be written
 void make_campaign(const CampaignOptions& options);
