@@ -49,6 +49,12 @@ Seen plain(const Physics& physics, const View& view) {
   return decoded(physics.camera, c, intensity);
 }
 
+Physics with(const std::string& effect) {
+  Physics physics;
+  physics.effects.add_text(effect, 1, 1);
+  return physics;
+}
+
 /// A condition, and how a scene says it.
 struct Case {
   View view;
@@ -194,6 +200,17 @@ TEST(PlainCamera, SeesWhatTheSimulatorSees) {
       expect_alike(compare(changed, two, effect.name + form), effect.name + form);
     }
   }
+}
+
+TEST(PlainCamera, SeesTheSameWithTheRarerParameters) {
+  for (const std::string effect :
+       {"wiggling:amplitude=20mm,phase=0.4rad,amplitude5=8mm,phase5=-1rad,amplitude7=3mm,phase7=2rad",
+        "ambient_light:rate=1e5counts/s,suppression=900counts", "beam_profile:exponent=3.5,toe=80mrad",
+        "surface_reflectance:lambert=0.4,roughness=0.6rad", "saturation:full_well=1500counts",
+        "lens_distortion:k1=-0.44,k2=0.22,p1=0.002,p2=-0.005,k3=0.01", "adc_nonlinearity:quadratic=4%,cubic=8%",
+        "stray_light:fraction=8%,width=12px,uniform=0.2", "multipath:strength=20%,extra_path=2.4m",
+        "rail_reflection:strength=5%,height=0.25m", "specular:strength=1.5,exponent=20"})
+    expect_alike(compare(with(effect), {board(0.8, 1e-3), board(2.6, 4e-3)}, effect.substr(0, 40)), effect);
 }
 
 /// Everything about a condition that is not the board's distance, with the effects that it switches or turns.
