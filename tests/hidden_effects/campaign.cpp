@@ -84,8 +84,8 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
     view.earlier_distance = earlier;
     earlier = condition.board_distance;
     if (options.noise == NoiseKind::none) continue;
-    view.distance += 0.5e-3 * normal(random);
-    view.reflectivity *= 1 + 0.01 * normal(random);
+    view.distance += 0.5e-3 * options.jitter * normal(random);
+    view.reflectivity *= 1 + 0.01 * options.jitter * normal(random);
     if (options.noise != NoiseKind::drift) continue;
     const double place = static_cast<double>(order) / static_cast<double>(run.size());
     view.drift_distance = 0.5e-3 * wander(generator(options.seed, drift_draw), place);

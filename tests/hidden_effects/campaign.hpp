@@ -17,6 +17,7 @@ struct CampaignOptions {
   Effects effects;
   std::vector<Pattern> patterns;
   NoiseKind noise = NoiseKind::gaussian;
+  double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   bool taps = true;        ///< else phases
   std::size_t frames = 4;  ///< of each condition
@@ -26,7 +27,7 @@ struct CampaignOptions {
 };
 
 /// Writes campaign.yaml with captures/*.h5, model.yaml (what a search is told) and truth.yaml (what it is not); the
-/// folder appears whole or not at all. The same options give the same bytes, whatever the number of threads.
+/// folder appears whole or not at all. The same options give the same numbers, whatever the number of threads.
 /// @throws std::invalid_argument for a design or experiment that is not there
 /// @throws std::runtime_error when the folder exists or cannot be written
 void make_campaign(const CampaignOptions& options);

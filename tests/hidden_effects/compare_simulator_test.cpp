@@ -49,6 +49,12 @@ Seen plain(const Physics& physics, const View& view) {
   return decoded(physics.camera, c, intensity);
 }
 
+Physics with(const std::string& effect) {
+  Physics physics;
+  physics.effects.add_text(effect, 1, 1);
+  return physics;
+}
+
 /// A condition, and how a scene says it.
 struct Case {
   View view;
@@ -139,8 +145,9 @@ Seen simulated(const Physics& physics, const Case& condition, const TemporaryFol
 
 /// Largest differences over the image.
 struct Difference {
-  double distance = 0;                                        ///< mm
-  double amplitude = 0, intensity = 0, null1 = 0, null2 = 0;  ///< %, null channels of the amplitude
+  double distance = 0;                         ///< mm
+  double intensity = 0;                        ///< counts
+  double amplitude = 0, null1 = 0, null2 = 0;  ///< % of the amplitude
 
   void take(const Camera& camera, const Seen& a, const Seen& b) {
     const double range = speed_of_light / (2 * camera.modulation_frequency);
@@ -148,7 +155,7 @@ struct Difference {
       distance = std::max(distance, 1e3 * std::abs(std::remainder(a.distance[i] - b.distance[i], range)));
       const auto percent = [&](const Image& x, const Image& y, double of) { return 100 * std::abs(x[i] - y[i]) / of; };
       amplitude = std::max(amplitude, percent(a.amplitude, b.amplitude, a.amplitude[i]));
-      intensity = std::max(intensity, percent(a.intensity, b.intensity, a.intensity[i]));
+      intensity = std::max(intensity, std::abs(a.intensity[i] - b.intensity[i]));
       null1 = std::max(null1, percent(a.null1, b.null1, a.amplitude[i]));
       null2 = std::max(null2, percent(a.null2, b.null2, a.amplitude[i]));
     }
@@ -173,14 +180,14 @@ Difference compare(Physics physics, const std::vector<Case>& cases, const std::s
 void expect_alike(const Difference& difference, const std::string& label) {
   EXPECT_LT(difference.distance, 0.02) << label << ": mm";
   EXPECT_LT(difference.amplitude, 0.01) << label << ": %";
-  EXPECT_LT(difference.intensity, 0.15) << label << ": %, one count in one of eight taps";
+  EXPECT_LE(difference.intensity, 0.5) << label << ": counts; four equal taps of eight may round the other way";
   EXPECT_LT(difference.null1, 0.01) << label << ": %";
   EXPECT_LT(difference.null2, 0.01) << label << ": %";
 }
 
 TEST(PlainCamera, SeesWhatTheSimulatorSees) {
   const std::vector<Case> two = {board(0.8, 1e-3), board(2.6, 4e-3)};
-  fmt::print("| effect | distance, mm | amplitude, % | intensity, % | N1/a, % | N2/a, % |\n");
+  fmt::print("| effect | distance, mm | amplitude, % | intensity, counts | N1/a, % | N2/a, % |\n");
   for (const Light light : {Light::reference, Light::physical}) {
     Physics physics;
     physics.light = light;
@@ -193,6 +200,17 @@ TEST(PlainCamera, SeesWhatTheSimulatorSees) {
       expect_alike(compare(changed, two, effect.name + form), effect.name + form);
     }
   }
+}
+
+TEST(PlainCamera, SeesTheSameWithTheRarerParameters) {
+  for (const std::string effect :
+       {"wiggling:amplitude=20mm,phase=0.4rad,amplitude5=8mm,phase5=-1rad,amplitude7=3mm,phase7=2rad",
+        "ambient_light:rate=1e5counts/s,suppression=900counts", "beam_profile:exponent=3.5,toe=80mrad",
+        "surface_reflectance:lambert=0.4,roughness=0.6rad", "saturation:full_well=1500counts",
+        "lens_distortion:k1=-0.44,k2=0.22,p1=0.002,p2=-0.005,k3=0.01", "adc_nonlinearity:quadratic=4%,cubic=8%",
+        "stray_light:fraction=8%,width=12px,uniform=0.2", "multipath:strength=20%,extra_path=2.4m",
+        "rail_reflection:strength=5%,height=0.25m", "specular:strength=1.5,exponent=20"})
+    expect_alike(compare(with(effect), {board(0.8, 1e-3), board(2.6, 4e-3)}, effect.substr(0, 40)), effect);
 }
 
 /// Everything about a condition that is not the board's distance, with the effects that it switches or turns.
@@ -277,7 +295,7 @@ TEST(PlainCamera, SeesNearlyTheSameWithAllEffectsAtOnce) {
   const Difference all = compare(physics, {board(0.9, 1e-3), board(3.1, 4e-3)}, "all");
   EXPECT_LT(all.distance, 0.3);
   EXPECT_LT(all.amplitude, 0.05);
-  EXPECT_LT(all.intensity, 0.2);
+  EXPECT_LT(all.intensity, 2);
 }
 
 }  // namespace

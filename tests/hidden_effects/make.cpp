@@ -60,6 +60,9 @@ int main(int argc, char** argv) {
   app.add_option("--size", size, "factor on the typical size, where no parameters are given")->capture_default_str();
   app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
       ->transform(CLI::CheckedTransformer(noises));
+  app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
   app.add_option("--output", output, "taps or phases")->capture_default_str()->check(CLI::IsMember({"taps", "phases"}));
