@@ -154,7 +154,7 @@ TEST(Intrinsics, CalibrationFileThatIsWrongIsToldWithItsPlace) {
   EXPECT_EQ(has(error_of("aaaa", "aaa"), "expected 64 hexadecimal digits"), "");
   EXPECT_EQ(has(error_of("316.75 px", "-316.75 px"), "'focal_length' must be positive"), "");
   EXPECT_EQ(has(error_of("[0.3 px", "[-0.3 px"), "'sd' of 'focal_length' is negative"), "");
-  EXPECT_EQ(has(CalibrationFile("profile: 1\n").error(), "this is no calibration"), "");
+  EXPECT_EQ(has(CalibrationFile("profile: 1\n").error(), "this is a profile, expected a calibration"), "");
 }
 
 /// OpenCV's map of the calibrated lens: where each pixel of the rectified image comes from.
