@@ -95,7 +95,7 @@ void Harness::put_bytes(const std::string& name, std::uint32_t type, const std::
   tofgraph_host host{};
   fill_frame_calls(host);
   if (host.write(&impl_->in, &border, &view) != TOFGRAPH_OK) throw std::invalid_argument(name + ": cannot be written");
-  std::memcpy(view.data, data, bytes);
+  if (bytes != 0) std::memcpy(view.data, data, bytes);
   if (impl_->prepared) return;
   if (Channel* existing = impl_->input.find(name))
     *existing = std::move(channel);

@@ -124,7 +124,7 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
   }
 }
 
-const char* ParameterValues::keep(std::string text) { return texts_.emplace_back(std::move(text)).c_str(); }
+const char* ParameterValues::keep(std::string text) { return kept_->texts.emplace_back(std::move(text)).c_str(); }
 
 bool ParameterValues::parse_number(const tofgraph_parameter& p, const Value& item, Number& number,
                                    std::string& problem) const {
@@ -195,7 +195,7 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
         }
         break;
       case TOFGRAPH_NUMBERS: {
-        auto& list = lists_.emplace_back();
+        auto& list = kept_->lists.emplace_back();
         const std::vector<Value> one = {value};
         for (const Value& item : value.is_list() ? value.items : one) {
           Number number;

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,13 +40,17 @@ class ParameterValues {
     double value = 0;
     std::string unit;
   };
+  /// What the values point to.
+  struct Kept {
+    std::deque<std::string> texts;
+    std::deque<std::vector<double>> lists;
+  };
   bool parse_number(const tofgraph_parameter& parameter, const Value& item, Number& number, std::string& problem) const;
   const char* keep(std::string text);
 
   Position at_;
   std::vector<tofgraph_value> values_;
-  std::deque<std::string> texts_;
-  std::deque<std::vector<double>> lists_;
+  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies point to the same texts
   std::vector<std::pair<std::string, Position>> positions_;
   nlohmann::json shown_ = nlohmann::json::object();
 };
