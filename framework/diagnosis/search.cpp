@@ -3,6 +3,7 @@
 #include "diagnosis/search.hpp"
 
 #include "diagnosis/structure.hpp"
+#include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
 
@@ -20,6 +21,7 @@ constexpr std::size_t shortlist = 6;    ///< candidates that are fitted
 constexpr double few = 8;               ///< conditions: fewer cannot be judged by sign flips alone,
 constexpr double certain = 60;          ///< but by a gain like this
 constexpr std::size_t most_rounds = 3;  ///< of swapping
+constexpr double least_capture = 0.8;   ///< of what the best generic pattern explains in an effect's place
 
 /// A candidate with shapes at which its sizes were scored.
 struct Probe {
@@ -35,7 +37,8 @@ class Search {
         model_(model),
         candidates_(candidates),
         options_(options),
-        weight_(problem.data.size(), 1.0) {}
+        weight_(problem.data.size(), 1.0),
+        held_(hold_out(problem.design, options.seed)) {}
 
   SearchResult run() {
     say("fitting the model as it is");
@@ -44,12 +47,9 @@ class Search {
     result_.before = fit(problem_, start, weight_);
     best_ = result_.before;
     look_where();
-    // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
-      if (best_.state.terms.size() == model_.size() + options_.most_effects || !add()) break;
-      exchange();
+    grow();
+    while (!confirm()) {
     }
-    describe_found();
     look_at_rest();
     result_.after = best_;
     result_.correction = std::move(problem_.correction);
@@ -84,12 +84,22 @@ class Search {
     return std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == candidate->name(); });
   }
 
+  void grow() {
+    // What is dropped may be tried again, so the rounds are counted, not the effects alone.
+    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
+      if (best_.state.terms.size() == model_.size() + options_.most_effects || !add()) break;
+      exchange();
+    }
+  }
+
   /// Every candidate that is not in the model, with each of its shapes.
   std::vector<Probe> probes(const State& state, std::vector<Group>& groups) {
     std::vector<Probe> probes;
     const auto rows = expected(problem_, state);
     for (const auto& candidate : candidates_) {
-      if (is_in(state, candidate.get()) || result_.refused.contains(candidate->name())) continue;
+      if (is_in(state, candidate.get()) || result_.refused.contains(candidate->name()) ||
+          unproven_.contains(candidate->name()))
+        continue;
       try {
         for (std::vector<double>& values : candidate->probes()) {
           State with = state;
@@ -181,7 +191,6 @@ class Search {
         best_ = std::move(before);
         continue;
       }
-      p_values_[t.candidate] = t.p_value;
       return true;
     }
     return false;
@@ -214,7 +223,6 @@ class Search {
         if (t + 1 == best_.state.terms.size()) continue;  // the last one has just been chosen among all
         for (Trial& trial : trials(less, 0)) {
           if (bic(trial.fit) < bic(best_) - 1) {
-            p_values_[trial.candidate] = p_values_[best_.state.terms[t].candidate];
             best_ = std::move(trial.fit);
             changed = true;
           }
@@ -226,22 +234,67 @@ class Search {
     }
   }
 
-  void describe_found() {
+  /// Puts the gates to every effect that was found, and drops the one that does worst of those that do not pass.
+  /// @returns whether all passed
+  bool confirm() {
+    result_.found.clear();
+    std::size_t worst = 0;
     for (std::size_t t = model_.size(); t < best_.state.terms.size(); ++t) {
-      Found found{best_.state.terms[t].candidate, 0, p_values_[best_.state.terms[t].candidate], {}, {}};
-      say(fmt::format("comparing {} with its rivals", found.candidate->name()));
-      const Fit less = without(t);
-      found.gain = less.deviance - best_.deviance;
-      Scan scanned;
-      found.where = patterns(less, scanned);
-      for (const Trial& trial : trials(less, 0)) {
-        if (trial.candidate == found.candidate) continue;
-        Rival rival{trial.candidate, trial.fit.deviance - best_.deviance, bic(trial.fit) - bic(best_), false};
-        rival.tied = std::min(rival.deviance, rival.bic) < tie_limit;
-        found.rivals.push_back(rival);
-      }
-      result_.found.push_back(std::move(found));
+      result_.found.push_back(examined(t));
+      const Found &now = result_.found.back(), &before = result_.found[worst];
+      const auto rank = [](const Found& f) { return std::pair(f.refutation.empty(), f.capture); };
+      if (rank(now) < rank(before)) worst = result_.found.size() - 1;
     }
+    if (result_.found.empty() || result_.found[worst].refutation.empty()) return true;
+    const Found dropped = result_.found[worst];
+    say(fmt::format("dropping {}", dropped.candidate->name()));
+    unproven_.insert(dropped.candidate->name());
+    result_.dropped.push_back(dropped);
+    best_ = without(model_.size() + worst);
+    refine();
+    return false;
+  }
+
+  /// An added effect against the model without it.
+  Found examined(std::size_t t) {
+    const Term& term = best_.state.terms[t];
+    Found found;
+    found.candidate = term.candidate;
+    say(fmt::format("comparing {} with its rivals", found.candidate->name()));
+    const Fit less = without(t);
+    found.gain = less.deviance - best_.deviance;
+    bool significant_there = false;
+    for (const Trial& trial : trials(less, options_.flips)) {
+      if (trial.candidate == found.candidate) {
+        found.p_value = trial.p_value;
+        significant_there = significant(trial);
+        continue;
+      }
+      Rival rival{trial.candidate, trial.fit.deviance - best_.deviance, bic(trial.fit) - bic(best_), false};
+      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit;
+      found.rivals.push_back(rival);
+    }
+    Scan scanned;
+    found.where = patterns(less, scanned);
+    found.capture = capture(less, term, scanned);
+    found.held_out = held_out_fall(problem_, best_.state, less.state, held_, options_.seed);
+    if (!significant_there)
+      found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
+    else if (found.capture < least_capture)
+      found.refutation =
+          fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
+    else if (refuted(found.held_out))
+      found.refutation = "the gap does not shrink on conditions that were put aside";
+    return found;
+  }
+
+  /// Gain of an effect over that of the best generic pattern, in the model without it.
+  double capture(const Fit& less, const Term& term, const Scan& generic) const {
+    const Group group{term.candidate->name(), signature(problem_, less.state, term)};
+    const double gain = scan(problem_, less, std::span(&group, 1), 0, 0).scores[0].gain;
+    double most = 0;
+    for (const Score& score : generic.scores) most = std::max(most, score.gain - score.dimension);
+    return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
   }
 
   std::vector<Pattern> patterns(const Fit& base, Scan& scanned) {
@@ -294,7 +347,8 @@ class Search {
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::vector<double> weight_;
-  std::map<const Candidate*, double> p_values_;
+  std::vector<bool> held_;
+  std::set<std::string> unproven_;  ///< candidates that did not pass the gates
   Fit best_;
   SearchResult result_;
 };

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/bases.hpp"
+#include "diagnosis/contribution.hpp"
 #include "diagnosis/scan.hpp"
 
 #include <functional>
@@ -39,13 +40,17 @@ struct Found {
   const Candidate* candidate = nullptr;
   double gain = 0;  ///< of the deviance, when it is taken out again
   double p_value = 1;
+  double capture = 0;          ///< its gain over that of the best generic pattern in its place
+  HeldOutFall held_out;        ///< what it brings on conditions that were put aside
   std::vector<Rival> rivals;   ///< best first
   std::vector<Pattern> where;  ///< what the gap looks like without it
+  std::string refutation;      ///< why it is not to be named, or empty
 };
 
 struct SearchResult {
   Fit before, after;                           ///< the model as it was, and with what was found
   std::vector<Found> found;                    ///< in the order of after.state.terms, from the first that was added
+  std::vector<Found> dropped;                  ///< what was tried and did not pass the gates, in that order
   std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
   std::vector<Pattern> where;                  ///< patterns of the gap before the search, by p-value and gain
   std::vector<Pattern> rest;                   ///< significant patterns that no candidate explains
