@@ -53,14 +53,18 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
     with_columns.push_back(result.effects.size() - 1);
     groups.push_back(std::move(group));
   }
-  const Scan scanned = scan(problem, fit, groups, 0, 0);
+  Group together{"all", {}};
+  for (const Group& group : groups)
+    together.columns.insert(together.columns.end(), group.columns.begin(), group.columns.end());
+  if (groups.empty()) return result;
+  const Eigen::MatrixXd information = scan(problem, fit, std::span(&together, 1), 0, 0).scores[0].information;
   std::vector<Eigen::MatrixXd> frames;
   std::vector<Eigen::Index> first;
   Eigen::Index at = 0;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const auto count = static_cast<Eigen::Index>(groups[g].columns.size());
     Visibility& seen = result.effects[with_columns[g]];
-    frames.push_back(frame(scanned.information.block(at, at, count, count), seen));
+    frames.push_back(frame(information.block(at, at, count, count), seen));
     first.push_back(at);
     at += count;
     seen.blind = seen.norm < blind_below;
@@ -69,9 +73,8 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   for (std::size_t a = 0; a < groups.size(); ++a) {
     for (std::size_t b = a + 1; b < groups.size(); ++b) {
       if (frames[a].cols() == 0 || frames[b].cols() == 0) continue;
-      const Eigen::MatrixXd cross = frames[a].transpose() *
-                                    scanned.information.block(first[a], first[b], frames[a].rows(), frames[b].rows()) *
-                                    frames[b];
+      const Eigen::MatrixXd cross =
+          frames[a].transpose() * information.block(first[a], first[b], frames[a].rows(), frames[b].rows()) * frames[b];
       const double cosine = std::min(cross.jacobiSvd().singularValues()(0), 1.0);
       if (cosine > alike_above)
         result.alike.push_back(

@@ -14,10 +14,11 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double significance = 0.005;  ///< of the largest score of all
-constexpr double worth = 10;            ///< least fall of BIC for an effect more
-constexpr double tie_limit = 10;        ///< of deviance or BIC
-constexpr std::size_t shortlist = 6;    ///< candidates that are fitted
+constexpr double significance = 0.005;                     ///< of the largest score of all
+constexpr double worth = 10;                               ///< least fall of BIC for an effect more
+constexpr double tie_limit = 10;                           ///< of deviance or BIC
+constexpr std::size_t shortlist = 6, least_shortlist = 2;  ///< candidates that are fitted
+constexpr double promising = 0.3;       ///< of the largest linear gain: what bending could still make of it
 constexpr double few = 8;               ///< conditions: fewer cannot be judged by sign flips alone,
 constexpr double certain = 60;          ///< but by a gain like this
 constexpr std::size_t most_rounds = 3;  ///< of swapping
@@ -37,6 +38,7 @@ class Search {
         model_(model),
         candidates_(candidates),
         options_(options),
+        bases_(generic_bases(problem)),
         weight_(problem.data.size(), 1.0),
         held_(hold_out(problem.design, options.seed)) {}
 
@@ -153,10 +155,14 @@ class Search {
       return scanned.scores[i].gain - scanned.scores[i].dimension * conditions_log();
     };
     std::ranges::stable_sort(order, std::greater<>{}, merit);
+    double most = 0;
+    for (const Score& score : scanned.scores) most = std::max(most, score.gain);
+    const std::vector<Column> known = own_columns(problem_, base.state, expected(problem_, base.state));
     std::vector<Trial> result;
     std::set<const Candidate*> taken;
     for (const std::size_t i : order) {
       if (taken.size() == shortlist) break;
+      if (taken.size() >= least_shortlist && scanned.scores[i].gain < promising * most) continue;
       if (!taken.insert(tried[i].candidate).second) continue;
       const Score& score = scanned.scores[i];
       // Where the linear guess is beyond what the effect can do, the fit begins where it changes nothing.
@@ -164,8 +170,8 @@ class Search {
       nothing.terms.push_back({tried[i].candidate, tried[i].values});
       for (const State& start : {extended(base.state, tried[i], score), nothing}) {
         try {
-          result.push_back(
-              {tried[i].candidate, fit(problem_, start, weight_), score.p_value, score.gain, score.carriers});
+          result.push_back({tried[i].candidate, fit_last(problem_, start, weight_, known), score.p_value, score.gain,
+                            score.carriers});
           break;
         } catch (const simulation::EffectError&) {
           continue;
@@ -298,19 +304,16 @@ class Search {
   }
 
   std::vector<Pattern> patterns(const Fit& base, Scan& scanned) {
-    const std::vector<Basis> bases = generic_bases(problem_);
-    std::vector<Group> groups;
-    for (const Basis& basis : bases) groups.push_back(basis.group);
-    scanned = scan(problem_, base, groups, options_.flips, options_.seed + 1);
+    scanned = scan(problem_, base, bases_.groups, options_.flips, options_.seed + 1);
     std::vector<double> p_values;
     for (const Score& score : scanned.scores) p_values.push_back(score.own_p_value);
     const double limit = false_discovery_limit(p_values, 0.05);
     std::vector<Pattern> result;
-    for (std::size_t b = 0; b < bases.size(); ++b) {
+    for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
       const Score& score = scanned.scores[b];
       if (score.own_p_value > limit || score.gain < certain / 2) continue;
-      result.push_back({bases[b].observable, bases[b].axis, score.gain, score.p_value,
-                        size_of(bases[b], score.values, problem_),
+      result.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.p_value,
+                        size_of(bases_.patterns[b], bases_.groups[b], score.values, problem_),
                         std::clamp(score.gain / std::max(scanned.square - scanned.freedom, score.gain), 0.0, 1.0)});
     }
     std::ranges::stable_sort(result, [](const Pattern& a, const Pattern& b) {
@@ -346,6 +349,7 @@ class Search {
   const std::vector<Term>& model_;
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
+  Bases bases_;
   std::vector<double> weight_;
   std::vector<bool> held_;
   std::set<std::string> unproven_;  ///< candidates that did not pass the gates
