@@ -28,6 +28,15 @@ struct PixelSums {
   std::int32_t *valid, *lit;  // numbers in the sums of lengths and of amplitudes
 };
 
+/// What a frame gives.
+struct PixelValues {
+  const float *lengths, *amplitudes;  // amplitudes: null where there are none
+
+  PixelValues from(std::size_t pixel) const {
+    return {lengths + pixel, amplitudes == nullptr ? nullptr : amplitudes + pixel};
+  }
+};
+
 /// Pixels that are done together, so that their sums stay in the cache.
 constexpr std::size_t average_block = 2048;
 
@@ -44,30 +53,36 @@ struct PixelMeans {
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-/// Adds a frame's pixels first .. last - 1, or with sign -1 takes them out.
-void Add(const PixelSums& sums, const float* lengths, const float* amplitudes, int sign, std::size_t first,
-         std::size_t last) {
+/// a or b. In loops over images ?: on floats becomes a jump, which keeps them from being vector code.
+float Choose(bool first, float a, float b) {
+  const std::uint32_t mask = first ? ~0U : 0U;
+  return std::bit_cast<float>((std::bit_cast<std::uint32_t>(a) & mask) | (std::bit_cast<std::uint32_t>(b) & ~mask));
+}
+
+/// A frame's pixels come into the sums of a block, those of another leave them.
+void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
   constexpr float most = std::numeric_limits<float>::max();
   float* __restrict reference = sums.reference;
   double* __restrict sum = sums.sum, * __restrict squares = sums.squares, * __restrict amplitude = sums.amplitude;
   std::int32_t* __restrict valid = sums.valid, * __restrict lit = sums.lit;
-  const double factor = sign;
-  for (std::size_t i = first; i < last; ++i) {
-    const bool finite = std::abs(lengths[i]) <= most;
-    const float origin = finite & (valid[i] == 0) ? lengths[i] : reference[i];
-    const double value = static_cast<double>(finite ? lengths[i] : origin) - static_cast<double>(origin);
+  const float *now = in.lengths, *old = out.lengths;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const bool comes = std::abs(now[i]) <= most, goes = std::abs(old[i]) <= most;
+    const std::int32_t left = valid[i] - (goes ? 1 : 0);
+    const float before = reference[i], origin = Choose(comes & (left == 0), now[i], before);
+    const double gone = static_cast<double>(Choose(goes, old[i], before)) - static_cast<double>(before);
+    const double come = static_cast<double>(Choose(comes, now[i], origin)) - static_cast<double>(origin);
     reference[i] = origin;
-    sum[i] += factor * value;
-    squares[i] += factor * value * value;
-    valid[i] += finite ? sign : 0;
+    sum[i] += come - gone;
+    squares[i] += come * come - gone * gone;
+    valid[i] = left + (comes ? 1 : 0);
   }
-  if (amplitudes == nullptr) return;
-  for (std::size_t i = first; i < last; ++i) {
-    const bool finite = std::abs(amplitudes[i]) <= most;
-    const std::uint32_t mask = finite ? ~0U : 0U;  // a choice of floats would be a jump
-    amplitude[i] +=
-        factor * static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(amplitudes[i]) & mask));
-    lit[i] += finite ? sign : 0;
+  if (in.amplitudes == nullptr) return;
+  now = in.amplitudes, old = out.amplitudes;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const bool comes = std::abs(now[i]) <= most, goes = std::abs(old[i]) <= most;
+    amplitude[i] += static_cast<double>(Choose(comes, now[i], 0)) - static_cast<double>(Choose(goes, old[i], 0));
+    lit[i] += (comes ? 1 : 0) - (goes ? 1 : 0);
   }
 }
 
@@ -82,10 +97,11 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
   float spread[average_block], mean[average_block];  // whole first, chosen from afterwards: no jumps in either loop
   for (std::size_t i = first; i < last; ++i) {
     const std::int32_t n = valid[i], some = n > 1 ? n : 1, free = n > 2 ? n - 1 : 1;
-    const double inverse = 1.0 / some, left = squares[i] - sum[i] * sum[i] * inverse;
-    // Rounding can leave a little less than 0.
-    spread[i - first] = static_cast<float>(std::sqrt((left + std::abs(left)) / 2 * inverse / free));
-    mean[i - first] = static_cast<float>(static_cast<double>(reference[i]) + sum[i] * inverse);
+    const auto count = static_cast<float>(some);
+    // Only the difference needs all digits. Rounding can leave a little less than 0.
+    const auto left = static_cast<float>(some * squares[i] - sum[i] * sum[i]);
+    spread[i - first] = std::sqrt((left + std::abs(left)) / 2 / (count * count * static_cast<float>(free)));
+    mean[i - first] = reference[i] + static_cast<float>(sum[i]) / count;
   }
   if (!means.keep_single) std::fill(deviations + first, deviations + last, nan);
   for (std::size_t i = first; i < last; ++i) {
@@ -103,7 +119,7 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
   for (std::size_t i = first; i < last; ++i) {
     const std::int32_t n = sums.lit[i], some = n > 1 ? n : 1;
     const float absent = n > 0 ? 0.0F : nan;
-    amplitudes[i] = static_cast<float>(sums.amplitude[i] / some) + absent;
+    amplitudes[i] = static_cast<float>(sums.amplitude[i]) / static_cast<float>(some) + absent;
   }
 }
 
@@ -113,7 +129,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tofgraph {
 
-HWY_EXPORT(Add);
+HWY_EXPORT(Exchange);
 HWY_EXPORT(Give);
 
 /// Temporal mean, pixel by pixel, over the frames in which the pixel is valid. sigma becomes the standard deviation of
@@ -181,12 +197,19 @@ struct Average final : Filter {
   struct Taken {
     std::vector<float> values, amplitudes;
     std::vector<std::uint16_t> flags;
+
+    PixelValues pixels() const { return {values.data(), amplitudes.empty() ? nullptr : amplitudes.data()}; }
   };
 
   static constexpr std::size_t block = average_block;
 
-  PixelSums sums() {
-    return {reference_.data(), sum_.data(), squares_.data(), amplitude_.data(), valid_.data(), lit_.data()};
+  PixelSums sums(std::size_t first) {
+    return {.reference = &reference_[first],
+            .sum = &sum_[first],
+            .squares = &squares_[first],
+            .amplitude = &amplitude_[first],
+            .valid = &valid_[first],
+            .lit = &lit_[first]};
   }
 
   void clear(std::size_t pixels) {
@@ -207,11 +230,12 @@ struct Average final : Filter {
     std::fill(lit_.data() + first, lit_.data() + last, 0);
   }
 
-  void add(const float* values, const float* amplitudes, int sign, std::size_t first, std::size_t last) {
-    HWY_DYNAMIC_DISPATCH(Add)(sums(), values, amplitudes, sign, first, last);
+  void exchange(const PixelValues& in, const PixelValues& out, std::size_t first, std::size_t last) {
+    HWY_DYNAMIC_DISPATCH(Exchange)(sums(first), in.from(first), out, last - first);
   }
-  void add(const Taken& taken, int sign, std::size_t first, std::size_t last) {
-    add(taken.values.data(), taken.amplitudes.empty() ? nullptr : taken.amplitudes.data(), sign, first, last);
+  void add(const PixelValues& in, std::size_t first, std::size_t last) {
+    static const std::vector<float> nothing(block, std::numeric_limits<float>::quiet_NaN());
+    exchange(in, {nothing.data(), nothing.data()}, first, last);
   }
 
   void give(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits,
@@ -221,11 +245,12 @@ struct Average final : Filter {
                            .amplitudes = amplitudes.data(),
                            .flags = bits.data(),
                            .keep_single = !sigma.made_here()};
-    HWY_DYNAMIC_DISPATCH(Give)(sums(), means, first, last);
+    HWY_DYNAMIC_DISPATCH(Give)(sums(0), means, first, last);
   }
 
   void collect(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits) {
-    add(values.data(), amplitudes.data(), 1, 0, values.size());
+    for (std::size_t first = 0; first < values.size(); first += block)
+      add({values.data(), amplitudes.data()}, first, std::min(first + block, values.size()));
     for (std::size_t i = 0; i < values.size(); ++i) joined_[i] = static_cast<std::uint16_t>(joined_[i] | bits[i]);
   }
 
@@ -238,16 +263,17 @@ struct Average final : Filter {
       window_.push_back({std::vector<float>(values.size()), std::vector<float>(amplitudes.size()),
                          std::vector<std::uint16_t>(values.size())});
     Taken& slot = window_[place];
+    const PixelValues now{values.data(), amplitudes.data()};
     for (std::size_t first = 0; first < values.size(); first += block) {
       const std::size_t last = std::min(first + block, values.size());
-      if (full) add(slot, -1, first, last);
+      if (full)
+        exchange(now, slot.pixels().from(first), first, last);
+      else
+        add(now, first, last);
       std::copy(values.data() + first, values.data() + last, slot.values.data() + first);
       if (amplitudes) std::copy(amplitudes.data() + first, amplitudes.data() + last, slot.amplitudes.data() + first);
       std::copy(bits.data() + first, bits.data() + last, slot.flags.data() + first);
-      if (is_due(first / block, values.size()))
-        remake(first, last);
-      else
-        add(slot, 1, first, last);
+      if (is_due(first / block, values.size())) remake(first, last);
       join(bits.data(), first, last);
       give(values, amplitudes, bits, deviations, first, last);
     }
@@ -263,7 +289,7 @@ struct Average final : Filter {
 
   void remake(std::size_t first, std::size_t last) {
     zero(first, last);
-    for (const Taken& taken : window_) add(taken, 1, first, last);
+    for (const Taken& taken : window_) add(taken.pixels(), first, last);
   }
 
   void join(std::uint16_t* bits, std::size_t first, std::size_t last) const {

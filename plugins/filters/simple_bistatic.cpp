@@ -1,8 +1,47 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// The loops over a table are plain: Highway compiles them for each instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/simple_bistatic.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
+#include <hwy/highway.h>
+
 #include "plugins/filters/linear_model.hpp"
 
+HWY_BEFORE_NAMESPACE();
+namespace tofgraph::HWY_NAMESPACE {
+
+/// Adds to each pixel its weighted distance from a source at (x, y, z), in m, to the point where its ray (tangents)
+/// meets the plane; `beyond` is the plane's distance from the lens.
+void AddPaths(const float* tangent_x, const float* tangent_y, std::size_t pixels, float beyond, float x, float y,
+              float z, float weight, float* paths) {
+  float* __restrict sum = paths;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float dx = tangent_x[i] * beyond - x, dy = tangent_y[i] * beyond - y;
+    sum[i] += weight * std::sqrt(dx * dx + dy * dy + z * z);
+  }
+}
+
+/// Offset and slope of each pixel from the mean path, equation (5.158); paths become the offsets.
+void Linearise(const float* cosine, std::size_t pixels, float plane, float lens, float* paths, float* slopes) {
+  float* __restrict offset = paths;
+  float* __restrict slope = slopes;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float angle = offset[i] / plane, share = cosine[i] / (1 + cosine[i] * angle);
+    slope[i] = 2 * share;
+    offset[i] = lens - share * (lens * angle + lens / cosine[i]);
+  }
+}
+
+}  // namespace tofgraph::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace tofgraph {
+
+HWY_EXPORT(AddPaths);
+HWY_EXPORT(Linearise);
 
 /// The sources' angles are those of a perpendicular plane, equations (5.144), (5.158): exact for a board at the plane's
 /// depth. The depth is given, as from a laser range finder, or estimated from each frame: the mean depth of the
@@ -73,20 +112,14 @@ struct SimpleBistatic final : LinearModel {
     result.offset.assign(pixels, 0);
     result.slope.resize(pixels);
     const auto lens = static_cast<float>(geometry.focal_length);
-    float* g = result.offset.data();  // first holds the mean path
+    // The offsets first hold the mean path.
     for (const physics::WeightedSource& source : geometry.sources) {
       const auto x = static_cast<float>(source.position.x), y = static_cast<float>(source.position.y);
       const auto z = plane - static_cast<float>(source.position.z), weight = static_cast<float>(source.weight);
-      for (std::size_t i = 0; i < pixels; ++i) {
-        const float dx = tangent_x_[i] * (plane - lens) - x, dy = tangent_y_[i] * (plane - lens) - y;
-        g[i] += weight * std::sqrt(dx * dx + dy * dy + z * z);
-      }
+      HWY_DYNAMIC_DISPATCH(AddPaths)
+      (tangent_x_.data(), tangent_y_.data(), pixels, plane - lens, x, y, z, weight, result.offset.data());
     }
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const float angle = g[i] / plane, share = cosine_[i] / (1 + cosine_[i] * angle);
-      result.slope[i] = 2 * share;
-      g[i] = lens - share * (lens * angle + lens / cosine_[i]);
-    }
+    HWY_DYNAMIC_DISPATCH(Linearise)(cosine_.data(), pixels, plane, lens, result.offset.data(), result.slope.data());
   }
 
   LinearTable table_, perpendicular_;
@@ -96,3 +129,4 @@ struct SimpleBistatic final : LinearModel {
 }  // namespace tofgraph
 
 TOFGRAPH_STAGE(tofgraph::SimpleBistatic, "Distance to depth with the sources' angles of a plane, given or estimated")
+#endif

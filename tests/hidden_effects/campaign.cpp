@@ -1,0 +1,287 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tests/hidden_effects/campaign.hpp"
+
+#include "io/campaign.hpp"
+#include "io/capture.hpp"
+#include "tests/hidden_effects/designs.hpp"
+#include "tests/hidden_effects/truth.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+namespace tofgraph::hidden {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::mt19937_64 generator(std::uint64_t seed, std::uint64_t purpose) {
+  std::seed_seq sequence{seed, seed >> 32, purpose};
+  return std::mt19937_64(sequence);
+}
+
+enum Purpose : std::uint64_t { camera_draw = 1, order_draw, maps_draw, drift_draw, bad_pixels_draw, condition_draw };
+
+/// Settings that the search is not told: light power and noise of this very camera.
+Camera this_camera(const CampaignOptions& options) {
+  Camera camera;
+  if (options.noise == NoiseKind::none) return camera;
+  std::mt19937_64 random = generator(options.seed, camera_draw);
+  const auto about = [&](double share) { return std::uniform_real_distribution<double>(1 - share, 1 + share)(random); };
+  camera.gain *= about(0.1);
+  camera.read_noise *= about(0.3);
+  camera.shot_noise *= about(0.3);
+  return camera;
+}
+
+View view_of(const io::Condition& condition) {
+  View view;
+  view.distance = condition.board_distance;
+  view.tilt_x = condition.board_tilt_x;
+  view.tilt_y = condition.board_tilt_y;
+  view.reflectivity = condition.reflectivity;
+  view.integration_time = condition.integration_time;
+  if (!condition.sources.empty()) view.on = {condition.sources[0] == "left", condition.sources[0] == "right"};
+  view.ambient = condition.ambient != "dark";
+  if (!std::isnan(condition.time_since_power_on)) view.time_since_power_on = condition.time_since_power_on;
+  view.roll = condition.roll;
+  view.velocity = condition.velocity;
+  view.laser = condition.reference == "laser";
+  view.capped = condition.lens == "capped";
+  view.covered = condition.rail == "covered";
+  return view;
+}
+
+/// A slow wander with the run order: three sines of unlike lengths, of root mean square 1.
+double wander(std::mt19937_64 random, double place) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double sum = 0;
+  for (const double cycles : {0.6, 1.3, 2.2}) sum += std::sin(2 * M_PI * (cycles * place + uniform(random)));
+  return sum * std::sqrt(2.0 / 3);
+}
+
+/// A random order, where each board really stood, and the drift of the camera while it was measured.
+std::vector<View> measured_views(const CampaignOptions& options, std::vector<io::Condition>& conditions) {
+  std::vector<std::size_t> run(conditions.size());
+  for (std::size_t i = 0; i < run.size(); ++i) run[i] = i;
+  std::mt19937_64 random = generator(options.seed, order_draw);
+  std::shuffle(run.begin(), run.end(), random);
+  std::normal_distribution<double> normal;
+  std::vector<View> views(conditions.size());
+  double earlier = conditions[run[0]].board_distance;
+  for (std::size_t order = 0; order < run.size(); ++order) {
+    io::Condition& condition = conditions[run[order]];
+    condition.order = order;
+    View& view = views[run[order]] = view_of(condition);
+    view.order = order;
+    view.earlier_distance = earlier;
+    earlier = condition.board_distance;
+    if (options.noise == NoiseKind::none) continue;
+    view.distance += 0.5e-3 * normal(random);
+    view.reflectivity *= 1 + 0.01 * normal(random);
+    if (options.noise != NoiseKind::drift) continue;
+    const double place = static_cast<double>(order) / static_cast<double>(run.size());
+    view.drift_distance = 0.5e-3 * wander(generator(options.seed, drift_draw), place);
+    view.drift_amplitude = 1 + 5e-3 * wander(generator(options.seed + 1, drift_draw), place);
+  }
+  return views;
+}
+
+/// What is wrong with a pixel, all the campaign long.
+enum class Defect { none, dead, hot, noisy };
+
+std::vector<Defect> draw_defects(const CampaignOptions& options, const Camera& camera) {
+  std::vector<Defect> defects(camera.pixels(), Defect::none);
+  if (options.noise != NoiseKind::heavy) return defects;
+  std::mt19937_64 random = generator(options.seed, bad_pixels_draw);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (Defect& defect : defects)
+    if (const double u = uniform(random); u < 0.05)
+      defect = u < 0.015 ? Defect::dead : u < 0.03 ? Defect::hot : Defect::noisy;
+  return defects;
+}
+
+double damaged(Defect defect, double tap, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  switch (defect) {
+    case Defect::none:
+      break;
+    case Defect::dead:
+      return 20;
+    case Defect::hot:
+      return tap + 4000 + 300 * normal(random);
+    case Defect::noisy:
+      return tap + 400 * normal(random);
+  }
+  return tap;
+}
+
+std::uint16_t counts(double tap) { return static_cast<std::uint16_t>(std::lround(std::clamp(tap, 0.0, 65535.0))); }
+
+/// One campaign while it is being written.
+class Writer {
+ public:
+  Writer(const CampaignOptions& options, fs::path folder)
+      : options_(options),
+        folder_(std::move(folder)),
+        physics_{this_camera(options), options.light, options.effects, draw_maps({}, options.seed), options.patterns},
+        conditions_(conditions_of(options.design, options.experiments)),
+        views_(measured_views(options, conditions_)),
+        defects_(draw_defects(options, physics_.camera)) {
+    for (io::Condition& condition : conditions_) condition.capture = folder_ / "captures" / (condition.id + ".h5");
+  }
+
+  void write() {
+    fs::create_directories(folder_ / "captures");
+    write_captures();
+    write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_);
+    write_campaign_file();
+  }
+
+ private:
+  void write_captures() {
+    std::atomic<std::size_t> next = 0;
+    std::exception_ptr failure;
+    std::mutex failing;
+    const auto work = [&] {
+      try {
+        for (std::size_t i = next++; i < conditions_.size(); i = next++) write_capture(i);
+      } catch (...) {
+        const std::lock_guard lock(failing);
+        failure = std::current_exception();
+        next = conditions_.size();
+      }
+    };
+    {
+      std::vector<std::jthread> threads;
+      const std::size_t count = options_.threads ? options_.threads : std::max(1U, std::thread::hardware_concurrency());
+      for (std::size_t i = 0; i < count; ++i) threads.emplace_back(work);
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  void write_capture(std::size_t index) {
+    const Camera& camera = physics_.camera;
+    const std::uint64_t height = static_cast<std::uint64_t>(camera.height),
+                        width = static_cast<std::uint64_t>(camera.width);
+    std::mt19937_64 random = generator(options_.seed, condition_draw + index);
+    Readout readout(physics_, options_.noise);
+    const Taps expected = expected_taps(physics_, views_[index]);
+    io::CaptureHeader header;
+    header.camera = "camcube2";
+    header.width = static_cast<std::uint32_t>(width);
+    header.height = static_cast<std::uint32_t>(height);
+    const io::CaptureChannel channel =
+        options_.taps ? io::CaptureChannel{"taps", TOFGRAPH_U16, {4, 2, height, width}, "counts", "", "", ""}
+                      : io::CaptureChannel{"phases", TOFGRAPH_I32, {4, height, width}, "counts", "", "", ""};
+    io::CaptureWriter writer(conditions_[index].capture, header, {channel});
+    std::vector<std::uint16_t> taps(8 * camera.pixels());
+    std::vector<std::int32_t> phases(4 * camera.pixels());
+    for (std::size_t frame = 0; frame < options_.frames; ++frame) {
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t i = 0; i < camera.pixels(); ++i) {
+          const double a = damaged(defects_[i], readout(expected.a[k][i], random), random);
+          const double b = damaged(defects_[i], readout(expected.b[k][i], random), random);
+          taps[2 * k * camera.pixels() + i] = counts(a);
+          taps[(2 * k + 1) * camera.pixels() + i] = counts(b);
+          phases[k * camera.pixels() + i] = static_cast<std::int32_t>(std::lround(a - b));
+        }
+      const tofgraph_view view = options_.taps ? view_of_data(taps.data(), TOFGRAPH_U16, 2, {4, 2, height, width})
+                                               : view_of_data(phases.data(), TOFGRAPH_I32, 4, {4, height, width});
+      writer.append(metadata(index, frame), {&view, 1});
+    }
+    writer.finish();
+  }
+
+  static tofgraph_view view_of_data(void* data, std::uint32_t type, std::int64_t size,
+                                    std::vector<std::uint64_t> extent) {
+    tofgraph_view view{};
+    view.data = data;
+    view.type = type;
+    view.rank = static_cast<std::uint32_t>(extent.size());
+    for (std::size_t d = extent.size(); d-- > 0;) {
+      view.extent[d] = extent[d];
+      view.stride[d] = size;
+      size *= static_cast<std::int64_t>(extent[d]);
+    }
+    return view;
+  }
+
+  tofgraph_metadata metadata(std::size_t index, std::size_t frame) const {
+    tofgraph_metadata metadata{};
+    metadata.size = sizeof metadata;
+    metadata.number = metadata.device_number = frame;
+    // Two minutes from one condition to the next, the frames at the camera's rate.
+    metadata.timestamp_ns = 1'300'000'000'000'000'000 +
+                            static_cast<std::int64_t>(views_[index].order) * 120'000'000'000 +
+                            static_cast<std::int64_t>(frame) * 12'500'000;
+    metadata.integration_time = conditions_[index].integration_time;
+    metadata.modulation_frequency = physics_.camera.modulation_frequency;
+    metadata.temperature = std::numeric_limits<double>::quiet_NaN();
+    metadata.time_since_power_on = conditions_[index].time_since_power_on;
+    return metadata;
+  }
+
+  void write_campaign_file() const {
+    io::Campaign campaign;
+    campaign.name = fmt::format("design {}, seed {}", options_.design, options_.seed);
+    campaign.camera_name = "camcube2";
+    campaign.conditions = conditions_;
+    for (io::Condition& condition : campaign.conditions) condition.reflectivity = io::unknown;  // the search finds it
+    write_model(folder_ / "model.yaml", options_);
+    io::write_campaign(campaign, folder_ / "campaign.yaml");
+  }
+
+  const CampaignOptions& options_;
+  fs::path folder_;
+  Physics physics_;
+  std::vector<io::Condition> conditions_;
+  std::vector<View> views_;
+  std::vector<Defect> defects_;
+};
+
+}  // namespace
+
+PixelMaps draw_maps(const Camera& camera, std::uint64_t seed) {
+  std::mt19937_64 random = generator(seed, maps_draw);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](std::size_t count, double sd) {
+    Image values(count);
+    for (double& value : values) value = sd * normal(random);
+    return values;
+  };
+  const std::size_t width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
+  const Image rows = draw(height, 1.5e-3), columns = draw(width, 2e-3);
+  PixelMaps maps;
+  maps.fixed_pattern = draw(camera.pixels(), 3e-3);
+  maps.fixed_pattern_slope.assign(camera.pixels(), 0.0);
+  maps.response = draw(camera.pixels(), 0.02);
+  maps.dark = draw(camera.pixels(), 2);
+  maps.dark_rate = draw(camera.pixels(), 500);
+  for (std::size_t i = 0; i < camera.pixels(); ++i) {
+    const double x = static_cast<double>(i % width) / 102.0 - 1, y = static_cast<double>(i / width) / 102.0 - 1;
+    maps.fixed_pattern[i] += rows[i / width] + columns[i % width] + 4e-3 * std::sin(3 * x + 2 * y);
+    maps.dark[i] += 30;
+    maps.dark_rate[i] = std::abs(maps.dark_rate[i]);
+  }
+  return maps;
+}
+
+void make_campaign(const CampaignOptions& options) {
+  if (fs::exists(options.folder))
+    throw std::runtime_error(fmt::format("{} exists already; choose another folder", options.folder.string()));
+  fs::path part = options.folder;
+  part += ".part";
+  fs::remove_all(part);
+  Writer(options, part).write();
+  fs::rename(part, options.folder);
+}
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Campaigns with something hidden in them, for the test bench of the gap search.
+#pragma once
+
+#include "tests/hidden_effects/plain_camera.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+struct CampaignOptions {
+  std::string design = "B";
+  std::vector<std::string> experiments;  ///< appended to the design
+  Effects effects;
+  std::vector<Pattern> patterns;
+  NoiseKind noise = NoiseKind::gaussian;
+  Light light = Light::reference;
+  bool taps = true;        ///< else phases
+  std::size_t frames = 4;  ///< of each condition
+  std::uint64_t seed = 1;
+  std::size_t threads = 0;  ///< 0: as many as there are cores
+  std::filesystem::path folder;
+};
+
+/// Writes campaign.yaml with captures/*.h5, model.yaml (what a search is told) and truth.yaml (what it is not); the
+/// folder appears whole or not at all. The same options give the same bytes, whatever the number of threads.
+/// @throws std::invalid_argument for a design or experiment that is not there
+/// @throws std::runtime_error when the folder exists or cannot be written
+void make_campaign(const CampaignOptions& options);
+
+/// The maps of fixed_pattern and pixel_response that a seed gives: pixel, row and column parts of a few mm; gains of
+/// 2 %, dark levels of some counts.
+PixelMaps draw_maps(const Camera& camera, std::uint64_t seed);
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What is measured: the designs of the reference, reduced so that a campaign is quick, and the experiments that
+/// separate effects.
+#pragma once
+
+#include "io/condition.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+struct NamedConditions {
+  std::string name, text;
+  std::vector<io::Condition> (*make)();
+};
+
+/// small, A, B, C.
+const std::vector<NamedConditions>& designs();
+/// roll, velocity, reference, capped, rail, single_sources, tilts, warm_up, ambient.
+const std::vector<NamedConditions>& experiments();
+
+/// The conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
+/// @throws std::invalid_argument for a name that is not there
+std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added);
+
+}  // namespace tofgraph::hidden

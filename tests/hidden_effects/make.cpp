@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// hidden_effects_make: one campaign with something hidden in it.
+#include "core/quantity.hpp"
+#include "tests/hidden_effects/campaign.hpp"
+#include "tests/hidden_effects/designs.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <map>
+
+namespace {
+
+using namespace tofgraph::hidden;
+
+void list() {
+  fmt::print("designs\n");
+  for (const NamedConditions& design : designs())
+    fmt::print("  {:<24} {} ({} conditions)\n", design.name, design.text, design.make().size());
+  fmt::print("experiments for --add\n");
+  for (const NamedConditions& experiment : experiments())
+    fmt::print("  {:<24} {} ({} conditions)\n", experiment.name, experiment.text, experiment.make().size());
+  fmt::print("effects, with what --size 1 means\n");
+  for (const Effect& effect : catalogue()) {
+    std::string parameters;
+    for (const Parameter& parameter : effect.parameters)
+      if (parameter.draw == Draw::angle)
+        parameters += fmt::format(" {}: drawn", parameter.name);
+      else if (parameter.draw != Draw::unused)
+        parameters += fmt::format(" {}: {}{}", parameter.name, parameter.draw == Draw::either_sign ? "+-" : "",
+                                  tofgraph::core::format_quantity(parameter.typical, parameter.unit));
+    fmt::print("  {:<24}{}\n", effect.name, parameters);
+  }
+  fmt::print("patterns that are in no catalogue\n");
+  for (const PatternKind& kind : pattern_catalogue())
+    fmt::print("  {:<24} {}: {}\n", kind.name, tofgraph::core::format_quantity(kind.typical, kind.unit), kind.text);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Makes a measuring campaign in which effects are hidden, by a model of the camera that shares no code "
+      "with the simulator."};
+  CampaignOptions options;
+  std::vector<std::string> effects, patterns;
+  double size = 1;
+  std::string output = "taps";
+  bool show = false;
+  const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
+                                                   {"heavy", NoiseKind::heavy},
+                                                   {"drift", NoiseKind::drift},
+                                                   {"none", NoiseKind::none}};
+  const std::map<std::string, Light> lights = {{"reference", Light::reference}, {"physical", Light::physical}};
+  app.add_option("--design", options.design, "small, A, B or C")->capture_default_str();
+  app.add_option("--add", options.experiments, "experiments to append, with commas")->delimiter(',');
+  app.add_option("--effect", effects, "NAME or NAME:parameter=value,..; several times for several");
+  app.add_option("--pattern", patterns, "NAME or NAME:SIZE, an error that is in no catalogue");
+  app.add_option("--size", size, "factor on the typical size, where no parameters are given")->capture_default_str();
+  app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
+      ->transform(CLI::CheckedTransformer(noises));
+  app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
+  app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
+  app.add_option("--output", output, "taps or phases")->capture_default_str()->check(CLI::IsMember({"taps", "phases"}));
+  app.add_option("--seed", options.seed, "of everything that is drawn")->capture_default_str();
+  app.add_option("--threads", options.threads, "0: one a core")->capture_default_str();
+  app.add_option("-o,--out", options.folder, "the folder to make");
+  app.add_flag("--list", show, "shows designs, experiments, effects and patterns");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (show) return list(), 0;
+    if (options.folder.empty()) throw std::invalid_argument("where to? -o DIR is missing");
+    for (const std::string& text : effects) options.effects.add_text(text, size, options.seed);
+    for (const std::string& text : patterns) options.patterns.push_back(parse_pattern(text, size));
+    options.taps = output == "taps";
+    make_campaign(options);
+  } catch (const std::invalid_argument& mistake) {
+    fmt::print(stderr, "hidden_effects_make: {}\n", mistake.what());
+    return 2;
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "hidden_effects_make: {}\n", failure.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Errors that are in no catalogue: what a search must call unknown.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+struct View;
+
+struct Pattern {
+  std::string name;
+  double size = 0;  ///< m; of reflectivity_ripple a share of the amplitude
+};
+
+struct PatternKind {
+  std::string name, unit;
+  double typical;
+  std::string text;
+};
+const std::vector<PatternKind>& pattern_catalogue();
+
+/// "angular_ripple:3mm", or a name alone at its typical size. @throws std::invalid_argument
+Pattern parse_pattern(std::string_view text, double size);
+
+/// What it adds to the distance of a pixel, m.
+double distance_error(const Pattern& pattern, const View& view, int column, int row);
+/// What it multiplies the light of a pixel with.
+double light_factor(const Pattern& pattern, const View& view, int column, int row);
+
+}  // namespace tofgraph::hidden

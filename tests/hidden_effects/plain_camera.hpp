@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A slow and plain model of a PMD CamCube 2.0 before a board, written from the formulas of the reference and
+/// nothing else: it shares no code with the simulator, so that the gap search is not judged by its own physics.
+/// SI, double, images row by row. The README beside this file says what was decided where the reference is open.
+#pragma once
+
+#include "tests/hidden_effects/effects.hpp"
+#include "tests/hidden_effects/patterns.hpp"
+
+#include <array>
+#include <complex>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+using Image = std::vector<double>;
+using PhasorImage = std::vector<std::complex<double>>;
+
+inline constexpr double speed_of_light = 299792458.0;  // m/s
+
+/// The nominal camera (published values; gain, contrast and noise as assumed by the profile).
+struct Camera {
+  int width = 204, height = 204;
+  double pitch = 40e-6, focal_length = 12.8e-3;  ///< m
+  double center_x = 101.5, center_y = 101.5;     ///< px, 0-based
+  double modulation_frequency = 20e6;            ///< Hz
+  double source_x = 50e-3;  ///< m; the arrays stand at -x (left) and +x (right) in the sensor plane
+  double frame_rate = 80;   ///< Hz
+  double gain = 7.0e6;      ///< counts m^2/s
+  double contrast = 0.5;
+  double read_noise = 3, shot_noise = 0.012;  ///< counts (sd of a tap); counts (variance per count)
+
+  std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+  double metres_per_radian() const { return speed_of_light / (4 * M_PI * modulation_frequency); }
+};
+
+/// What really stands before the camera in one condition.
+struct View {
+  double distance = 1;                 ///< m, sensor plane to board on the axis, as the rail or the laser says
+  double tilt_x = 0, tilt_y = 0;       ///< rad, normal = R_y R_x e_z
+  double reflectivity = 0.85;          ///< 0..1
+  double integration_time = 1e-3;      ///< s
+  std::array<bool, 2> on{true, true};  ///< left, right
+  bool ambient = false;
+  double time_since_power_on = std::numeric_limits<double>::infinity();  ///< s
+  double roll = 0;                                                       ///< rad
+  double velocity = std::numeric_limits<double>::quiet_NaN();            ///< m/s; NaN: not stated
+  bool laser = false, capped = false, covered = false;  ///< reference: laser, lens: capped, rail: covered
+  double drift_distance = 0, drift_amplitude = 1;       ///< of the camera itself, at this moment
+  std::size_t order = 0;                                ///< place in the order measured
+  double earlier_distance = 1;                          ///< m, of the condition measured before
+};
+
+enum class Light { reference, physical };
+
+/// Maps that belong to one camera; empty ones act as zeros.
+struct PixelMaps {
+  Image fixed_pattern, fixed_pattern_slope;  ///< m, m/m against 2 m
+  Image response, dark, dark_rate;           ///< relative, counts, counts/s
+};
+
+struct Physics {
+  Camera camera;
+  Light light = Light::reference;
+  Effects effects;
+  PixelMaps maps;
+  std::vector<Pattern> patterns;
+};
+
+/// Light on the sensor: its phasor, and all of it that I counts. Amplitudes in counts.
+struct SensorLight {
+  PhasorImage phasor;
+  Image total;
+};
+
+/// Everything up to the end of the phasor level.
+/// @param displacement m, how far the board has moved away since the first phase image
+SensorLight light_on_sensor(const Physics& physics, const View& view, double displacement);
+
+/// Means of the 4 x 2 taps of a pixel, in counts, before the readout: samples[k] and the light of that exposure.
+struct Taps {
+  std::array<Image, 4> a, b;
+};
+/// Samples and taps level, up to what is counted; noise, converter and full well come with read_out.
+Taps expected_taps(const Physics& physics, const View& view);
+
+enum class NoiseKind { none, gaussian, heavy, drift };
+
+/// What the converter hands out of one tap: noise (read and shot, `temporal_noise`), `adc_nonlinearity`,
+/// `saturation`. Real numbers; the capture rounds them.
+class Readout {
+ public:
+  Readout(const Physics& physics, NoiseKind kind);
+  double operator()(double expected, std::mt19937_64& random);
+
+ private:
+  NoiseKind kind_;
+  double read_variance_, shot_noise_, factor_, quadratic_, cubic_, full_scale_, full_well_;
+  std::normal_distribution<double> normal_;
+  std::student_t_distribution<double> heavy_{3};
+};
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Where the rays go: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
+/// scene).
+#pragma once
+
+#include "tests/hidden_effects/plain_camera.hpp"
+
+#include <cmath>
+
+namespace tofgraph::hidden {
+
+struct Vector {
+  double x = 0, y = 0, z = 0;
+};
+inline Vector operator+(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vector operator*(double s, Vector a) { return {s * a.x, s * a.y, s * a.z}; }
+inline double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline double length(Vector a) { return std::sqrt(dot(a, a)); }
+inline Vector unit(Vector a) { return 1 / length(a) * a; }
+
+/// Right-handed rotations about one axis, angle in rad.
+Vector about_x(double angle, Vector v);
+Vector about_y(double angle, Vector v);
+Vector about_z(double angle, Vector v);
+
+/// The board as the camera sees it: a point and the normal that looks away from the camera.
+struct Plane {
+  Vector point, normal;
+};
+Plane board_of(const Physics& physics, const View& view, double displacement);
+
+/// The ray of one pixel, from the lens centre into the scene.
+struct Ray {
+  Vector direction;      ///< of length 1
+  double to_sensor = 0;  ///< m, D_sen: lens centre -> pixel
+  double cos_theta = 1;  ///< to the optical axis
+};
+/// All of them, row by row.
+std::vector<Ray> rays_of(const Physics& physics);
+
+/// Positions of the two arrays: left, right.
+std::array<Vector, 2> source_positions(const Physics& physics);
+/// The same seen in the mirror of the rail, which lies in the world, not in the camera.
+Vector mirrored_by_rail(const Physics& physics, const View& view, Vector source);
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The samples and taps levels: four exposures, two taps each, and what is handed out of them.
+#include "tests/hidden_effects/plain_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::hidden {
+namespace {
+
+/// How far the board moves between two phase images, m.
+double moved_per_image(const Physics& physics, const View& view) {
+  const double displacement = physics.effects.value("motion", "displacement");
+  if (std::isnan(view.velocity)) return displacement;
+  return displacement * view.velocity / 0.1 + view.velocity / (4 * physics.camera.frame_rate);
+}
+
+/// The correlation of an exposure: a cosine, or what the effects on the waveform make of it.
+class Waveform {
+ public:
+  explicit Waveform(const Physics& physics) {
+    const Effects& e = physics.effects;
+    even_ = e.value("even_harmonic", "ratio");
+    steps_ = {0, e.value("phase_step_error", "step1"), e.value("phase_step_error", "step2"),
+              e.value("phase_step_error", "step3")};
+    odd_ = {{{3, e.value("wiggling", "amplitude"), e.value("wiggling", "phase")},
+             {5, e.value("wiggling", "amplitude5"), e.value("wiggling", "phase5")},
+             {7, e.value("wiggling", "amplitude7"), e.value("wiggling", "phase7")}}};
+    for (Harmonic& harmonic : odd_) harmonic.ratio /= physics.camera.metres_per_radian();
+  }
+
+  double sample(std::complex<double> phasor, std::size_t k) const {
+    const double phase = std::arg(phasor) + static_cast<double>(k) * M_PI / 2 + steps_[k];
+    double shape = std::cos(phase) + even_ * std::cos(2 * phase);
+    for (const Harmonic& harmonic : odd_)
+      if (harmonic.ratio != 0) shape += harmonic.ratio * std::cos(harmonic.order * phase + harmonic.phase);
+    return std::abs(phasor) * shape;
+  }
+
+ private:
+  struct Harmonic {
+    double order, ratio, phase;
+  };
+  double even_ = 0;
+  std::array<double, 4> steps_{};
+  std::array<Harmonic, 3> odd_{};
+};
+
+double at(const Image& map, std::size_t i) { return map.empty() ? 0 : map[i]; }
+
+/// What a tap counts: its own gain, the pixel's response and dark level.
+struct Counting {
+  const PixelMaps& maps;
+  double scale, integration_time;
+
+  double operator()(double tap, double gain, std::size_t i) const {
+    return tap * gain * (1 + scale * at(maps.response, i)) +
+           scale * (at(maps.dark, i) + at(maps.dark_rate, i) * integration_time);
+  }
+};
+
+}  // namespace
+
+Taps expected_taps(const Physics& physics, const View& view) {
+  const Camera& camera = physics.camera;
+  const Effects& e = physics.effects;
+  const Waveform waveform(physics);
+  const Counting counting{physics.maps, e.value("pixel_response", "scale"), view.integration_time};
+  const std::array<double, 4> gains = {1, 1 + e.value("phase_gain", "gain1"), 1 + e.value("phase_gain", "gain2"),
+                                       1 + e.value("phase_gain", "gain3")};
+  const double mismatch = e.value("tap_mismatch", "ratio");
+  const double room = view.ambient && !view.capped ? e.value("ambient_light", "rate") * view.integration_time / 2 : 0;
+  const double threshold = e.value("ambient_light", "suppression");  // the common mode above it is taken away
+  const double step = moved_per_image(physics, view);
+  Taps taps;
+  SensorLight light = light_on_sensor(physics, view, 0);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (k > 0 && step != 0) light = light_on_sensor(physics, view, static_cast<double>(k) * step);
+    taps.a[k].resize(camera.pixels());
+    taps.b[k].resize(camera.pixels());
+    for (std::size_t i = 0; i < camera.pixels(); ++i) {
+      const double c = gains[k] * waveform.sample(light.phasor[i], k);
+      const double mean = std::min(gains[k] * light.total[i] / (2 * camera.contrast) + room, threshold);
+      taps.a[k][i] = counting(mean + c / 2, 1 + mismatch / 2, i);
+      taps.b[k][i] = counting(mean - c / 2, 1 - mismatch / 2, i);
+    }
+  }
+  return taps;
+}
+
+Readout::Readout(const Physics& physics, NoiseKind kind)
+    : kind_(kind),
+      read_variance_(physics.camera.read_noise * physics.camera.read_noise),
+      shot_noise_(physics.camera.shot_noise),
+      factor_(physics.effects.value("temporal_noise", "factor")),
+      quadratic_(physics.effects.value("adc_nonlinearity", "quadratic")),
+      cubic_(physics.effects.value("adc_nonlinearity", "cubic")),
+      full_scale_(physics.effects.value("adc_nonlinearity", "full_scale")),
+      full_well_(physics.effects.value("saturation", "full_well")) {}
+
+double Readout::operator()(double expected, std::mt19937_64& random) {
+  double tap = expected;
+  if (kind_ != NoiseKind::none) {
+    // Student's t with 3 degrees of freedom has variance 3.
+    const double draw = kind_ == NoiseKind::heavy ? heavy_(random) / std::sqrt(3.0) : normal_(random);
+    tap += draw * factor_ * std::sqrt(read_variance_ + shot_noise_ * std::max(0.0, expected));
+  }
+  const double share = tap / full_scale_;
+  tap -= full_scale_ * share * share * (quadratic_ + cubic_ * share);
+  return std::min(tap, full_well_);
+}
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tests/hidden_effects/truth.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <stdexcept>
+
+namespace tofgraph::hidden {
+namespace {
+
+void write_whole(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw std::runtime_error(fmt::format("{} cannot be written", file.string()));
+}
+
+}  // namespace
+
+const char* name_of(NoiseKind noise) {
+  switch (noise) {
+    case NoiseKind::none:
+      return "none";
+    case NoiseKind::gaussian:
+      return "gaussian";
+    case NoiseKind::heavy:
+      return "heavy";
+    case NoiseKind::drift:
+      return "drift";
+  }
+  return "";
+}
+
+const char* name_of(Light light) { return light == Light::reference ? "reference" : "physical"; }
+
+void write_model(const std::filesystem::path& file, const CampaignOptions& options) {
+  write_whole(file, fmt::format("model: 1\ncamera: camcube2\nlight: {}\neffects: []\n", name_of(options.light)));
+}
+
+void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
+                 const std::vector<io::Condition>& conditions, const std::vector<View>& views) {
+  std::string text = fmt::format(
+      "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nseed: {}\nlight: {}\nnoise: {}\n"
+      "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
+      options.design, options.seed, name_of(options.light), name_of(options.noise), physics.camera.gain,
+      physics.camera.read_noise, physics.camera.shot_noise);
+  text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
+  for (const auto& [name, values] : options.effects.all()) {
+    text += fmt::format("  - {{effect: {}", name);
+    for (const auto& [key, value] : values)
+      text += std::isinf(value) ? fmt::format(", {}: .inf", key) : fmt::format(", {}: {}", key, value);
+    text += "}\n";
+  }
+  text += options.patterns.empty() ? "patterns: []\n" : "patterns:\n";
+  for (const Pattern& pattern : options.patterns)
+    text += fmt::format("  - {{pattern: {}, size: {}}}\n", pattern.name, pattern.size);
+  text += "conditions:\n";
+  for (std::size_t i = 0; i < views.size(); ++i)
+    text += fmt::format(
+        "  - {{id: {}, order: {}, distance: {}, reflectivity: {}, drift_distance: {}, drift_amplitude: {}}}\n",
+        conditions[i].id, views[i].order, views[i].distance, views[i].reflectivity, views[i].drift_distance,
+        views[i].drift_amplitude);
+  write_whole(file, text);
+}
+
+}  // namespace tofgraph::hidden

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The two sides of a campaign: what a search is told, and what it is not.
+#pragma once
+
+#include "io/condition.hpp"
+#include "tests/hidden_effects/campaign.hpp"
+
+namespace tofgraph::hidden {
+
+/// The starting model: the light's form, no effects.
+void write_model(const std::filesystem::path& file, const CampaignOptions& options);
+/// All that was hidden or drawn, in SI.
+void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
+                 const std::vector<io::Condition>& conditions, const std::vector<View>& views);
+
+const char* name_of(NoiseKind noise);
+const char* name_of(Light light);
+
+}  // namespace tofgraph::hidden
