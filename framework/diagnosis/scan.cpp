@@ -54,7 +54,7 @@ Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& 
 }
 
 Share share_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
-               std::span<const Group> groups, const Variances& variances, std::size_t condition) {
+               std::span<const Group* const> groups, const Variances& variances, std::size_t condition) {
   const Eigen::MatrixXd held = held_columns(problem, rows, own, condition);
   const Eigen::MatrixXd gram = held.transpose() * held;
   const auto count = static_cast<Eigen::Index>(own.size());
@@ -70,10 +70,10 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
   const Eigen::MatrixXd random = gram.middleCols(count, 2);
   Share share;
   share.held = Eigen::MatrixXd(gram - random * middle * random.transpose())(kept, kept);
-  for (const Group& group : groups) {
-    const Eigen::MatrixXd columns = weighted(problem.data[condition], group.columns, condition, group.first_row);
+  for (const Group* group : groups) {
+    const Eigen::MatrixXd columns = weighted(problem.data[condition], group->columns, condition, group->first_row);
     const Eigen::MatrixXd cross =
-        held.middleRows(static_cast<Eigen::Index>(group.first_row), columns.rows()).transpose() * columns;
+        held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows()).transpose() * columns;
     const Eigen::MatrixXd shared = middle * cross.middleRows(count, 2);
     share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
     share.tried.emplace_back(columns.transpose() * columns - cross.middleRows(count, 2).transpose() * shared);
@@ -216,10 +216,9 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 
 }  // namespace
 
-Scan scan(const Problem& problem, const Fit& fit, std::span<const Group> groups, std::size_t flips,
-          std::uint64_t seed) {
+Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
+          std::size_t flips, std::uint64_t seed) {
   const auto rows = expected(problem, fit.state);
-  const std::vector<Column> own = own_columns(problem, fit.state, rows);
   std::vector<Share> shares(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
     shares[i] = share_of(problem, rows[i], own, groups, fit.state.variances, i);

@@ -36,8 +36,9 @@ struct Scan {
   double freedom = 0;         ///< how much noise alone would leave
 };
 
-/// @param flips draws; 0: no p-values
-Scan scan(const Problem& problem, const Fit& fit, std::span<const Group> groups, std::size_t flips, std::uint64_t seed);
+/// @param own own_columns() of the fit, taken out @param flips draws; 0: no p-values
+Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
+          std::size_t flips, std::uint64_t seed);
 
 /// Largest rejected p-value of Benjamini and Hochberg's procedure at the rate q; 0 when nothing is rejected.
 double false_discovery_limit(std::vector<double> p_values, double q);

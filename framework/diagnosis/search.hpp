@@ -3,12 +3,11 @@
 /// @file Looks for the effects that a model is missing: score all, refit the best, add, look again, swap and drop.
 #pragma once
 
-#include "diagnosis/bases.hpp"
 #include "diagnosis/contribution.hpp"
-#include "diagnosis/scan.hpp"
+#include "diagnosis/patterns.hpp"
+#include "diagnosis/probes.hpp"
 
 #include <functional>
-#include <map>
 
 namespace tofgraph::diagnosis {
 
@@ -17,15 +16,6 @@ struct SearchOptions {
   std::uint64_t seed = 1;
   std::size_t flips = 1000;
   std::function<void(const std::string& what)> progress;  ///< may be empty
-};
-
-/// A generic pattern of the gap.
-struct Pattern {
-  std::size_t observable = 0;
-  std::string axis;
-  double gain = 0, p_value = 1;
-  double size = 0;   ///< root mean square, SI
-  double share = 0;  ///< of what is beyond noise
 };
 
 /// Another effect in the place of one that was found.
