@@ -142,7 +142,13 @@ class Search {
       std::optional<State> changed;
       for (std::size_t t = model_.size(); t < terms().size() && !changed; ++t) changed = better(t);
       if (!changed) break;
-      refine(std::move(*changed));
+      const Base before = best_;
+      try {
+        refine(std::move(*changed));
+      } catch (const simulation::EffectError&) {  // the candidate that came in cannot do its images: as it was
+        best_ = before;
+        break;
+      }
     }
   }
 
