@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/audit.hpp"
 
+#include "diagnosis/probes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -29,53 +31,48 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
             const std::vector<std::unique_ptr<Candidate>>& candidates) {
   Fit fit;
   fit.state = {model, std::vector<double>(problem.targets.size(), 0), {}};
-  const auto rows = expected(problem, fit.state);
-  std::vector<Group> groups;
+  Probes probes = probes_of(problem, fit.state, candidates);
   Audit result;
-  std::vector<std::size_t> with_columns;
+  Group together{"all", {}};
+  std::vector<Eigen::Index> columns;  // of each effect
   for (const auto& candidate : candidates) {
-    if (std::ranges::any_of(model, [&](const Term& t) { return t.candidate->name() == candidate->name(); })) continue;
-    Group group{candidate->name(), {}};
-    try {
-      for (const std::vector<double>& values : candidate->probes()) {
-        State with = fit.state;
-        with.terms.push_back({candidate.get(), values});
-        for (std::size_t k = 0; k < candidate->free().size(); ++k) {
-          if (!candidate->free()[k].shape)
-            group.columns.push_back(derivative(problem, with, rows, with.terms.size() - 1, k));
-        }
-      }
-    } catch (const simulation::EffectError&) {
-      continue;  // the search says so
-    }
+    if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
     result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
-    if (group.columns.empty()) continue;
-    with_columns.push_back(result.effects.size() - 1);
-    groups.push_back(std::move(group));
+    const std::size_t before = together.columns.size();
+    for (std::size_t p = 0; p < probes.list.size(); ++p) {
+      if (probes.list[p].candidate == candidate.get())
+        std::ranges::move(probes.groups[p].columns, std::back_inserter(together.columns));
+    }
+    columns.push_back(static_cast<Eigen::Index>(together.columns.size() - before));
   }
-  const Scan scanned = scan(problem, fit, groups, 0, 0);
+  if (together.columns.empty()) return result;
+  const std::vector<Column> own = own_columns(problem, fit.state, expected(problem, fit.state));
+  const Group* const all = &together;
+  const Eigen::MatrixXd information = scan(problem, fit, own, std::span(&all, 1), 0, 0).scores[0].information;
   std::vector<Eigen::MatrixXd> frames;
   std::vector<Eigen::Index> first;
   Eigen::Index at = 0;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const auto count = static_cast<Eigen::Index>(groups[g].columns.size());
-    Visibility& seen = result.effects[with_columns[g]];
-    frames.push_back(frame(scanned.information.block(at, at, count, count), seen));
+  for (std::size_t e = 0; e < columns.size(); ++e) {
+    const Eigen::Index count = columns[e];
     first.push_back(at);
+    if (count == 0) {
+      frames.emplace_back();
+      continue;
+    }
+    Visibility& seen = result.effects[e];
+    frames.push_back(frame(information.block(at, at, count, count), seen));
     at += count;
     seen.blind = seen.norm < blind_below;
     seen.smallest = found_at / std::max(seen.norm, 1e-12);
   }
-  for (std::size_t a = 0; a < groups.size(); ++a) {
-    for (std::size_t b = a + 1; b < groups.size(); ++b) {
+  for (std::size_t a = 0; a < frames.size(); ++a) {
+    for (std::size_t b = a + 1; b < frames.size(); ++b) {
       if (frames[a].cols() == 0 || frames[b].cols() == 0) continue;
-      const Eigen::MatrixXd cross = frames[a].transpose() *
-                                    scanned.information.block(first[a], first[b], frames[a].rows(), frames[b].rows()) *
-                                    frames[b];
+      const Eigen::MatrixXd cross =
+          frames[a].transpose() * information.block(first[a], first[b], frames[a].rows(), frames[b].rows()) * frames[b];
       const double cosine = std::min(cross.jacobiSvd().singularValues()(0), 1.0);
       if (cosine > alike_above)
-        result.alike.push_back(
-            {result.effects[with_columns[a]].candidate, result.effects[with_columns[b]].candidate, cosine});
+        result.alike.push_back({result.effects[a].candidate, result.effects[b].candidate, cosine});
     }
   }
   return result;

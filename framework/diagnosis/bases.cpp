@@ -157,13 +157,13 @@ class Axes {
 
 }  // namespace
 
-std::vector<Basis> generic_bases(const Problem& problem) {
+Bases generic_bases(const Problem& problem) {
   const Design& design = problem.design;
   const std::size_t n = design.superpixels();
-  std::vector<Basis> bases;
+  Bases bases;
   Axes axes(design);  // what it gives refers to it
   for (const Axis& axis : axes.all()) {
-    std::vector<std::vector<std::vector<double>>> values;  // column, condition, superpixel
+    std::vector<Column> values;
     for (const Covariate& covariate : axis.columns) {
       auto& column = values.emplace_back(design.size(), std::vector<double>(n));
       for (std::size_t i = 0; i < design.size(); ++i) {
@@ -180,27 +180,22 @@ std::vector<Basis> generic_bases(const Problem& problem) {
                            [](double v) { return std::isfinite(v); });
       });
       if (!known) continue;
-      Basis basis{o, axis.name, {fmt::format("{} along {}", observable_names[o], axis.name), {}}};
-      for (const auto& column : values) {
-        Column& rows = basis.group.columns.emplace_back(design.size(), std::vector<double>(design.rows(), 0));
-        for (std::size_t i = 0; i < design.size(); ++i)
-          std::ranges::copy(column[i], rows[i].begin() + static_cast<std::ptrdiff_t>(o * n));
-      }
-      bases.push_back(std::move(basis));
+      bases.patterns.push_back({o, axis.name});
+      bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
     }
   }
   return bases;
 }
 
-double size_of(const Basis& basis, const Eigen::VectorXd& values, const Problem& problem) {
+double size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
   const std::size_t n = problem.design.superpixels(), first = basis.observable * n;
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     for (std::size_t row = first; row < first + n; ++row) {
       if (std::isinf(problem.data[i].variance[row])) continue;
       double value = 0;
-      for (std::size_t c = 0; c < basis.group.columns.size(); ++c)
-        value += values(static_cast<Eigen::Index>(c)) * basis.group.columns[c][i][row];
+      for (std::size_t c = 0; c < group.columns.size(); ++c)
+        value += values(static_cast<Eigen::Index>(c)) * group.columns[c][i][row - first];
       sum += value * value;
       ++count;
     }

@@ -11,14 +11,19 @@ namespace tofgraph::diagnosis {
 struct Basis {
   std::size_t observable = 0;
   std::string axis;
-  Group group;  ///< columns in mm (distance) or 0.1 % (the others)
 };
 inline constexpr double basis_unit = 1e-3;
 
+/// Patterns, and the columns of each in mm (distance) or 0.1 % (the others).
+struct Bases {
+  std::vector<Basis> patterns;
+  std::vector<Group> groups;
+};
+
 /// Those axes that this campaign varies.
-std::vector<Basis> generic_bases(const Problem& problem);
+Bases generic_bases(const Problem& problem);
 
 /// Root mean square of what a basis with these values makes, over the superpixels that are known; in SI.
-double size_of(const Basis& basis, const Eigen::VectorXd& values, const Problem& problem);
+double size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
 
 }  // namespace tofgraph::diagnosis

@@ -154,6 +154,7 @@ class Run {
         const Found& found = d_->search.found[t - d_->model_terms.size()];
         effect.gain = found.gain;
         effect.p_value = found.p_value;
+        effect.capture = found.capture;
         effect.rivals = found.rivals;
         for (const Rival& rival : found.rivals) {
           if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
@@ -170,6 +171,8 @@ class Run {
     }
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
+    for (const Found& tried : d_->search.dropped)
+      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.candidate->name(), tried.refutation));
   }
 
   /// The first that fits, in the order of the verdicts.

@@ -41,7 +41,7 @@ struct EffectResult {
   std::string where;
   std::vector<ParameterResult> parameters;
   double held_out_before = 0, held_out_after = 0;  ///< gap without and with it, m
-  double gain = 0, p_value = 1;
+  double gain = 0, p_value = 1, capture = 0;
   std::vector<Rival> rivals;
   std::string experiment;  ///< what tells it from what it is tied with
 };

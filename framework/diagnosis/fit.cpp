@@ -8,13 +8,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
 constexpr int most_iterations = 30;
-constexpr double settled = 0.02;  ///< of the deviance
+constexpr double settled = 0.02, roughly_settled = 0.5;  ///< of the deviance
 
 bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
 
@@ -68,51 +69,66 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
   return step;
 }
 
+/// Appends the derivatives of all terms' parameters but for those that are there already.
+void append_columns(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
+                    std::vector<Column>& columns) {
+  std::size_t j = 0;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    for (std::size_t k = 0; k < state.terms[t].candidate->free().size(); ++k, ++j) {
+      if (j >= columns.size()) columns.push_back(derivative(problem, state, rows, t, k));
+    }
+  }
+}
+
 /// A state with the reflectivities and variances that suit its effects: linear, and all in profile().
-Fit settled_at(const Problem& problem, State state, std::span<const double> weight, const Profile& linear) {
+Fit settled_at(const Problem& problem, State state, std::span<const double> weight, const Variances& variances) {
   const Profile after = profile(grams_of(problem, expected(problem, state), {}), problem.target,
-                                static_cast<int>(problem.targets.size()), weight, linear.variances);
+                                static_cast<int>(problem.targets.size()), weight, variances);
   for (std::size_t t = 0; t < state.light.size(); ++t)
     state.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
   state.variances = after.variances;
-  return {std::move(state), after.solution.deviance, linear.solution.dimension, linear.solution.covariance};
+  return {std::move(state), after.solution.deviance, 0, {}};
 }
 
-/// Levenberg's damping is the prior of solve(); the step is halved until the deviance falls.
-Fit descend(const Problem& problem, State start, std::span<const double> weight, bool effects) {
+/// The first step along a direction that lowers the deviance, halved while it does not; nothing where none does.
+std::optional<Fit> line_search(const Problem& problem, const Fit& from, const Eigen::VectorXd& step, bool effects,
+                               std::span<const double> weight, const Variances& variances) {
+  for (double share = 1; share > 0.05; share /= 2) {
+    try {
+      Fit next = settled_at(problem, stepped(problem, from.state, step, share, effects), weight, variances);
+      if (next.deviance < from.deviance) return next;
+    } catch (const simulation::EffectError&) {
+      continue;  // the step goes to where the effect gives no number
+    }
+  }
+  return std::nullopt;
+}
+
+/// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
+Fit descend(const Problem& problem, State start, std::span<const double> weight, bool effects,
+            std::span<const Column> known = {}, double enough = settled) {
   const int targets = static_cast<int>(problem.targets.size());
   start.light.resize(problem.targets.size(), 0);
-  auto rows = expected(problem, start);
-  Profile now = profile(grams_of(problem, rows, {}), problem.target, targets, weight, start.variances);
-  for (std::size_t t = 0; t < start.light.size(); ++t)
-    start.light[t] += now.solution.values(static_cast<Eigen::Index>(t));
-  start.variances = now.variances;
-  rows = expected(problem, start);
-  Fit best{start, now.solution.deviance, 0, {}};
+  const Variances variances = start.variances;
+  Fit best = settled_at(problem, std::move(start), weight, variances);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const std::vector<Column> columns = effects ? own_columns(problem, start, rows) : std::vector<Column>{};
-    now = profile(grams_of(problem, rows, columns), problem.target, targets, weight, now.variances);
+    const auto rows = expected(problem, best.state);
+    std::vector<Column> columns(known.begin(), known.end());
+    if (effects) append_columns(problem, best.state, rows, columns);
+    const Profile now =
+        profile(grams_of(problem, rows, columns), problem.target, targets, weight, best.state.variances);
     best.covariance = now.solution.covariance;
     best.dimension = now.solution.dimension;
+    if (best.deviance - now.solution.deviance < enough) break;
     const Eigen::VectorXd step =
-        effects ? within_bounds(problem, start, columns, rows, weight, now) : now.solution.values;
-    double share = 1;
-    Fit next = best;
-    for (; share > 0.05; share /= 2) {
-      try {
-        next = settled_at(problem, stepped(problem, start, step, share, effects), weight, now);
-      } catch (const simulation::EffectError&) {
-        continue;  // the step goes to where the effect gives no number
-      }
-      if (next.deviance < best.deviance + settled) {
-        rows = expected(problem, next.state);
-        break;
-      }
-    }
-    const double gain = best.deviance - next.deviance;
-    if (gain > 0) best = next;
-    if (!(gain > settled)) break;
-    start = best.state;
+        effects ? within_bounds(problem, best.state, columns, rows, weight, now) : now.solution.values;
+    std::optional<Fit> next = line_search(problem, best, step, effects, weight, now.variances);
+    if (!next) break;
+    const double gain = best.deviance - next->deviance;
+    next->covariance = best.covariance;
+    next->dimension = best.dimension;
+    best = std::move(*next);
+    if (gain < enough) break;
   }
   return best;
 }
@@ -198,10 +214,7 @@ Column derivative(const Problem& problem, const State& state, const std::vector<
 std::vector<Column> own_columns(const Problem& problem, const State& state,
                                 const std::vector<std::vector<double>>& rows) {
   std::vector<Column> columns;
-  for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    for (std::size_t k = 0; k < state.terms[t].candidate->free().size(); ++k)
-      columns.push_back(derivative(problem, state, rows, t, k));
-  }
+  append_columns(problem, state, rows, columns);
   return columns;
 }
 
@@ -235,6 +248,10 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
 
 Fit fit(const Problem& problem, State start, std::span<const double> weight) {
   return descend(problem, std::move(start), weight, true);
+}
+
+Fit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known) {
+  return descend(problem, std::move(start), weight, true, known, roughly_settled);
 }
 
 Fit fit_nuisances(const Problem& problem, State start, std::span<const double> weight) {

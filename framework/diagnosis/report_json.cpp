@@ -36,6 +36,7 @@ json effect_of(const EffectResult& effect) {
   result["held_out_gap_after"] = number(effect.held_out_after);
   result["gain"] = effect.gain;
   result["p_value"] = effect.p_value;
+  result["capture"] = number(effect.capture);
   if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
   for (const Rival& rival : effect.rivals)
     result["rivals"].push_back({{"name", rival.candidate->name()}, {"deviance", rival.deviance}, {"bic", rival.bic}});
@@ -64,6 +65,8 @@ json unexplained_of(const Diagnosis& d) {
   }
   for (const Rival& rival : d.search.nearest)
     result["nearest"].push_back({{"effect", rival.candidate->name()}, {"capture", rival.bic}});
+  for (const Found& tried : d.search.dropped)
+    result["refuted"].push_back({{"effect", tried.candidate->name()}, {"why", tried.refutation}});
   return result;
 }
 

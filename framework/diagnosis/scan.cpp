@@ -11,56 +11,156 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// A condition's Gram with the targets' columns put in: [own, targets, tried, residual].
-Gram with_targets(const Gram& gram, int target, Eigen::Index own, Eigen::Index targets) {
-  const Eigen::Index all = gram.cols() - gram_tail, tried = all - own, light = all + 1, residual = all + 2;
-  const Eigen::Index size = own + targets + tried + 1;
-  // Which column of the Gram stands at each place; the light's where this condition's target is.
-  std::vector<Eigen::Index> to, from;
-  const auto place = [&](Eigen::Index at, Eigen::Index source) {
-    to.push_back(at);
-    from.push_back(source);
-  };
-  for (Eigen::Index c = 0; c < own; ++c) place(c, c);
-  if (target >= 0) place(own + target, light);
-  for (Eigen::Index c = 0; c < tried; ++c) place(own + targets + c, own + c);
-  place(size - 1, residual);
-  Gram result = Gram::Zero(size, size);
-  result(to, to) = gram(from, from);
+/// What a condition says of the columns that are tried, in C^-1. Held are [own, its target's light, residual].
+struct Share {
+  Eigen::MatrixXd held;                ///< held x held
+  std::vector<Eigen::MatrixXd> cross;  ///< one a group: held x columns
+  std::vector<Eigen::MatrixXd> tried;  ///< one a group: columns x columns
+};
+
+/// Columns of one condition over their standard deviations, from a row on.
+Eigen::MatrixXd weighted(const Observations& data, std::span<const Column> columns, std::size_t condition,
+                         std::size_t first_row) {
+  const auto rows = columns.empty() ? 0 : static_cast<Eigen::Index>(columns.front()[condition].size());
+  Eigen::MatrixXd result(rows, static_cast<Eigen::Index>(columns.size()));
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    const double variance = data.variance[first_row + static_cast<std::size_t>(r)];
+    for (Eigen::Index c = 0; c < result.cols(); ++c)
+      result(r, c) =
+          std::isinf(variance)
+              ? 0
+              : columns[static_cast<std::size_t>(c)][condition][static_cast<std::size_t>(r)] / std::sqrt(variance);
+  }
   return result;
 }
 
-/// Scores of the tried columns, one row a condition, with own columns and targets taken out.
+/// A condition's own columns, then g, h and the residual, over their standard deviations.
+Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
+                             std::size_t condition) {
+  const Observations& data = problem.data[condition];
+  const auto count = static_cast<Eigen::Index>(own.size()), size = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd result(size, count + gram_tail);
+  if (count > 0) result.leftCols(count) = weighted(data, own, condition, 0);
+  const std::size_t each = problem.design.superpixels();
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
+    const bool bright = row / each == amplitude || row / each == intensity;
+    const auto r = static_cast<Eigen::Index>(row);
+    result(r, count) = weight * problem.design.shift(condition)[row];
+    result(r, count + 1) = bright ? weight : 0;
+    result(r, count + 2) = weight == 0 ? 0 : weight * (data.value[row] - rows[row]);
+  }
+  return result;
+}
+
+Share share_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
+               std::span<const Group* const> groups, const Variances& variances, std::size_t condition) {
+  const Eigen::MatrixXd held = held_columns(problem, rows, own, condition);
+  const Eigen::MatrixXd gram = held.transpose() * held;
+  const auto count = static_cast<Eigen::Index>(own.size());
+  // C^-1 = D^-1 - D^-1 R inner^-1 R^T D^-1 with R = [jitter g, light h] (Woodbury).
+  const Eigen::Vector2d scale(variances.jitter, variances.light);
+  const Eigen::Matrix2d inner =
+      Eigen::Matrix2d::Identity() + scale.asDiagonal() * gram.block<2, 2>(count, count) * scale.asDiagonal();
+  const Eigen::Matrix2d middle = scale.asDiagonal() * inner.inverse() * scale.asDiagonal();
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index c = 0; c < count; ++c) kept.push_back(c);
+  kept.push_back(count + 1);
+  kept.push_back(count + 2);
+  const Eigen::MatrixXd random = gram.middleCols(count, 2);
+  Share share;
+  share.held = Eigen::MatrixXd(gram - random * middle * random.transpose())(kept, kept);
+  for (const Group* group : groups) {
+    const Eigen::MatrixXd columns = weighted(problem.data[condition], group->columns, condition, group->first_row);
+    const Eigen::MatrixXd cross =
+        held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows()).transpose() * columns;
+    const Eigen::MatrixXd shared = middle * cross.middleRows(count, 2);
+    share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
+    share.tried.emplace_back(columns.transpose() * columns - cross.middleRows(count, 2).transpose() * shared);
+  }
+  return share;
+}
+
+/// Where a condition's held columns stand among all unknowns; its light is -1 where its reflectivity is known.
+std::vector<Eigen::Index> places(Eigen::Index own, int target) {
+  std::vector<Eigen::Index> result;
+  for (Eigen::Index c = 0; c < own; ++c) result.push_back(c);
+  result.push_back(target < 0 ? -1 : own + target);
+  return result;
+}
+
+/// What the unknowns that are held take out of everything else.
+struct Held {
+  Eigen::LDLT<Eigen::MatrixXd> factors;
+  std::vector<std::vector<Eigen::Index>> place;  ///< one a condition
+  Eigen::VectorXd fitted;                        ///< their values for the residual
+  double square = 0;                             ///< of the residual without them
+};
+
+Held hold(const std::vector<Share>& shares, const Problem& problem, Eigen::Index own, Eigen::Index targets) {
+  const Eigen::Index unknowns = own + targets;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(unknowns);
+  Held held;
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const std::vector<Eigen::Index>& at = held.place.emplace_back(places(own, problem.target[i]));
+    const Eigen::MatrixXd& block = shares[i].held;
+    const Eigen::Index residual = block.cols() - 1;
+    held.square += block(residual, residual);
+    for (Eigen::Index a = 0; a < residual; ++a) {
+      const Eigen::Index to = at[static_cast<std::size_t>(a)];
+      if (to < 0) continue;
+      score(to) += block(a, residual);
+      for (Eigen::Index b = 0; b < residual; ++b) {
+        if (at[static_cast<std::size_t>(b)] >= 0) sum(to, at[static_cast<std::size_t>(b)]) += block(a, b);
+      }
+    }
+  }
+  sum.diagonal().array() += 1 / (prior_width * prior_width);
+  held.factors.compute(sum);
+  held.fitted = unknowns > 0 ? Eigen::VectorXd(held.factors.solve(score)) : Eigen::VectorXd(0);
+  held.square -= held.fitted.dot(score);
+  return held;
+}
+
+/// Scores of a group's columns, one row a condition, with what is held taken out.
 struct Projected {
   Eigen::MatrixXd scores;       ///< conditions x columns
   Eigen::MatrixXd information;  ///< columns x columns
-  double square = 0;
 };
 
-Projected project(const std::vector<Gram>& grams, Eigen::Index unknowns) {
-  const Eigen::Index size = grams.front().cols(), tried = size - unknowns - 1;
-  Gram sum = Gram::Zero(size, size);
-  for (const Gram& gram : grams) sum += gram;
-  Eigen::MatrixXd held = sum.topLeftCorner(unknowns, unknowns);
-  held.diagonal().array() += 1 / (prior_width * prior_width);
-  const Eigen::LDLT<Eigen::MatrixXd> factors(held);
-  const Eigen::MatrixXd taken = unknowns > 0
-                                    ? Eigen::MatrixXd(factors.solve(sum.block(0, unknowns, unknowns, tried + 1)))
-                                    : Eigen::MatrixXd(0, tried + 1);
+Projected project(const std::vector<Share>& shares, const Held& held, std::size_t group) {
+  const Eigen::Index columns = shares.front().tried[group].cols(), unknowns = held.fitted.size();
+  Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
   Projected result;
-  result.information =
-      sum.block(unknowns, unknowns, tried, tried) - sum.block(unknowns, 0, tried, unknowns) * taken.leftCols(tried);
-  result.square = sum(size - 1, size - 1) - sum.row(size - 1).head(unknowns).dot(taken.col(tried));
-  result.scores.resize(static_cast<Eigen::Index>(grams.size()), tried);
-  const Eigen::MatrixXd change = taken.leftCols(tried);
-  const Eigen::VectorXd fitted = taken.col(tried);
-  for (std::size_t i = 0; i < grams.size(); ++i) {
-    const Gram& g = grams[i];
-    const Eigen::VectorXd own = g.col(size - 1).head(unknowns) - g.topLeftCorner(unknowns, unknowns) * fitted;
-    result.scores.row(static_cast<Eigen::Index>(i)) =
-        (g.col(size - 1).segment(unknowns, tried) - g.block(unknowns, 0, tried, unknowns) * fitted -
-         change.transpose() * own)
-            .transpose();
+  result.information = Eigen::MatrixXd::Zero(columns, columns);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    result.information += shares[i].tried[group];
+    for (std::size_t a = 0; a < held.place[i].size(); ++a) {
+      if (held.place[i][a] >= 0)
+        cross.row(held.place[i][a]) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
+    }
+  }
+  const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
+  result.information -= cross.transpose() * taken;
+  result.scores.resize(static_cast<Eigen::Index>(shares.size()), columns);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const Share& share = shares[i];
+    const Eigen::Index residual = share.held.cols() - 1;
+    // What is left of the residual in this condition's held columns and in the tried ones.
+    Eigen::VectorXd left = share.held.col(residual).head(residual);
+    Eigen::VectorXd score = share.cross[group].row(residual).transpose();
+    for (Eigen::Index a = 0; a < residual; ++a) {
+      const Eigen::Index at = held.place[i][static_cast<std::size_t>(a)];
+      if (at < 0) continue;
+      left -= held.fitted(at) * share.held.col(a).head(residual);
+      score -= held.fitted(at) * share.cross[group].row(a).transpose();
+    }
+    for (Eigen::Index a = 0; a < residual; ++a) {
+      const Eigen::Index at = held.place[i][static_cast<std::size_t>(a)];
+      if (at >= 0) score -= left(a) * taken.row(at).transpose();
+    }
+    result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
   }
   return result;
 }
@@ -71,15 +171,15 @@ struct Whitened {
   double statistic(const Eigen::VectorXd& signs) const { return (scores.transpose() * signs).norm(); }
 };
 
-Whitened whiten(const Projected& projected, Eigen::Index first, Eigen::Index count, Score& score) {
-  const Eigen::MatrixXd information = projected.information.block(first, first, count, count);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
+Whitened whiten(const Projected& projected, Score& score) {
+  score.information = projected.information;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(projected.information);
   const double prior = 1 / (prior_width * prior_width);
   const Eigen::ArrayXd values = solver.eigenvalues().array().max(0);
   score.dimension = (values / (values + prior)).sum();
   score.norm = std::sqrt(values.maxCoeff());
   const Eigen::MatrixXd root = solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
-  Whitened result{projected.scores.middleCols(first, count) * root};
+  Whitened result{projected.scores * root};
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
   score.values = root * total;
@@ -116,33 +216,25 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 
 }  // namespace
 
-Scan scan(const Problem& problem, const Fit& fit, std::span<const Group> groups, std::size_t flips,
-          std::uint64_t seed) {
+Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
+          std::size_t flips, std::uint64_t seed) {
   const auto rows = expected(problem, fit.state);
-  std::vector<Column> columns = own_columns(problem, fit.state, rows);
-  const auto own = static_cast<Eigen::Index>(columns.size()),
-             targets = static_cast<Eigen::Index>(problem.targets.size());
-  for (const Group& group : groups) columns.insert(columns.end(), group.columns.begin(), group.columns.end());
-  std::vector<Gram> grams = grams_of(problem, rows, columns);
-  tbb::parallel_for(std::size_t{0}, grams.size(), [&](std::size_t i) {
-    double determinant = 0;
-    grams[i] = with_targets(marginal(grams[i], fit.state.variances, determinant), problem.target[i], own, targets);
+  std::vector<Share> shares(rows.size());
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    shares[i] = share_of(problem, rows[i], own, groups, fit.state.variances, i);
   });
-  const Projected projected = project(grams, own + targets);
+  const Held held =
+      hold(shares, problem, static_cast<Eigen::Index>(own.size()), static_cast<Eigen::Index>(problem.targets.size()));
   Scan result;
-  result.square = projected.square;
-  result.information = projected.information;
+  result.square = held.square;
   for (const Observations& data : problem.data)
     result.freedom +=
         static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));
-  result.freedom -= fit.dimension + static_cast<double>(targets);
-  std::vector<Whitened> whitened;
-  Eigen::Index first = 0;
-  for (const Group& group : groups) {
-    const auto count = static_cast<Eigen::Index>(group.columns.size());
-    whitened.push_back(whiten(projected, first, count, result.scores.emplace_back()));
-    first += count;
-  }
+  result.freedom -= fit.dimension + static_cast<double>(problem.targets.size());
+  result.scores.resize(groups.size());
+  std::vector<Whitened> whitened(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(),
+                    [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
   if (flips > 0 && !groups.empty()) flip(whitened, result.scores, flips, seed);
   return result;
 }

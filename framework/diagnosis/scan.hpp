@@ -12,31 +12,33 @@
 
 namespace tofgraph::diagnosis {
 
-/// Columns that are tried together.
+/// Columns that are tried together. They may leave out rows: then all have the rows from first_row on.
 struct Group {
   std::string name;
   std::vector<Column> columns;
+  std::size_t first_row = 0;
 };
 
 struct Score {
-  double gain = 0;         ///< of the deviance, linearised, at the variances of the fit
-  double dimension = 0;    ///< columns that the data determine
-  double p_value = 1;      ///< of the largest score of all groups under sign flips of whole conditions
-  double own_p_value = 1;  ///< of this group alone, for tables with control of false discoveries
-  double carriers = 0;     ///< how many conditions carry the gain; where they are few, flips can prove nothing
-  double norm = 0;         ///< of the columns after the nuisances are taken out, in standard deviations
-  Eigen::VectorXd values;  ///< of the columns
+  double gain = 0;              ///< of the deviance, linearised, at the variances of the fit
+  double dimension = 0;         ///< columns that the data determine
+  double p_value = 1;           ///< of the largest score of all groups under sign flips of whole conditions
+  double own_p_value = 1;       ///< of this group alone, for tables with control of false discoveries
+  double carriers = 0;          ///< how many conditions carry the gain; where they are few, flips can prove nothing
+  double norm = 0;              ///< of the columns after the nuisances are taken out, in standard deviations
+  Eigen::VectorXd values;       ///< of the columns
+  Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
 };
 
 struct Scan {
-  std::vector<Score> scores;    ///< one a group
-  Eigen::MatrixXd information;  ///< of all groups' columns, nuisances taken out
-  double square = 0;            ///< what is left of the residuals in C^-1, and
-  double freedom = 0;           ///< how much noise alone would leave
+  std::vector<Score> scores;  ///< one a group
+  double square = 0;          ///< what is left of the residuals in C^-1, and
+  double freedom = 0;         ///< how much noise alone would leave
 };
 
-/// @param flips draws; 0: no p-values
-Scan scan(const Problem& problem, const Fit& fit, std::span<const Group> groups, std::size_t flips, std::uint64_t seed);
+/// @param own own_columns() of the fit, taken out @param flips draws; 0: no p-values
+Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
+          std::size_t flips, std::uint64_t seed);
 
 /// Largest rejected p-value of Benjamini and Hochberg's procedure at the rate q; 0 when nothing is rejected.
 double false_discovery_limit(std::vector<double> p_values, double q);

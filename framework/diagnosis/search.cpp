@@ -3,12 +3,14 @@
 #include "diagnosis/search.hpp"
 
 #include "diagnosis/structure.hpp"
+#include "diagnosis/trials.hpp"
+#include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <optional>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -16,16 +18,14 @@ namespace {
 constexpr double significance = 0.005;  ///< of the largest score of all
 constexpr double worth = 10;            ///< least fall of BIC for an effect more
 constexpr double tie_limit = 10;        ///< of deviance or BIC
-constexpr std::size_t shortlist = 6;    ///< candidates that are fitted
 constexpr double few = 8;               ///< conditions: fewer cannot be judged by sign flips alone,
 constexpr double certain = 60;          ///< but by a gain like this
 constexpr std::size_t most_rounds = 3;  ///< of swapping
-
-/// A candidate with shapes at which its sizes were scored.
-struct Probe {
-  const Candidate* candidate;
-  std::vector<double> values;
-};
+constexpr double promising = 0.3;       ///< of the best linear gain: what bending could still make of a candidate
+constexpr double rival_share = 0.5;     ///< likewise, to take the place of one that is in the model
+/// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
+/// effect in the complete model must reach the second.
+constexpr double hopeless = 0.15, least_capture = 0.8;
 
 class Search {
  public:
@@ -33,25 +33,28 @@ class Search {
          const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options)
       : problem_(problem),
         model_(model),
-        candidates_(candidates),
         options_(options),
-        weight_(problem.data.size(), 1.0) {}
+        weight_(problem.data.size(), 1.0),
+        held_(hold_out(problem.design, options.seed)),
+        finder_(problem_),
+        trials_(problem_, candidates, weight_) {}
 
   SearchResult run() {
     say("fitting the model as it is");
     State start{model_, start_light(), {}};
     if (!model_.empty()) correct(problem_, start);
-    result_.before = fit(problem_, start, weight_);
-    best_ = result_.before;
-    look_where();
-    // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
-      if (best_.state.terms.size() == model_.size() + options_.most_effects || !add()) break;
-      exchange();
+    take(fit(problem_, start, weight_));
+    result_.before = best_.fit;
+    trials_.prepare(best_.fit.state);
+    say("asking where the gap is");
+    result_.where = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1).patterns;
+    grow();
+    while (!confirm()) {
     }
-    describe_found();
+    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
     look_at_rest();
-    result_.after = best_;
+    result_.refused = trials_.refused();
+    result_.after = best_.fit;
     result_.correction = std::move(problem_.correction);
     return std::move(result_);
   }
@@ -60,8 +63,13 @@ class Search {
   void say(const std::string& what) const {
     if (options_.progress) options_.progress(what);
   }
-  double conditions_log() const { return std::log(static_cast<double>(problem_.data.size())); }
   double bic(const Fit& fit) const { return fit.bic(problem_.data.size()); }
+  const std::vector<Term>& terms() const { return best_.fit.state.terms; }
+
+  void take(Fit fit) {
+    best_.columns = own_columns(problem_, fit.state, expected(problem_, fit.state));
+    best_.fit = std::move(fit);
+  }
 
   /// Reflectivities from the mean of ln amplitude, so that effects of the amount of light start at the right amount.
   std::vector<double> start_light() const {
@@ -80,222 +88,178 @@ class Search {
     return sum;
   }
 
-  bool is_in(const State& state, const Candidate* candidate) const {
-    return std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == candidate->name(); });
-  }
-
-  /// Every candidate that is not in the model, with each of its shapes.
-  std::vector<Probe> probes(const State& state, std::vector<Group>& groups) {
-    std::vector<Probe> probes;
-    const auto rows = expected(problem_, state);
-    for (const auto& candidate : candidates_) {
-      if (is_in(state, candidate.get()) || result_.refused.contains(candidate->name())) continue;
-      try {
-        for (std::vector<double>& values : candidate->probes()) {
-          State with = state;
-          with.terms.push_back({candidate.get(), values});
-          Group group{candidate->name(), {}};
-          for (std::size_t k = 0; k < candidate->free().size(); ++k) {
-            if (!candidate->free()[k].shape)
-              group.columns.push_back(derivative(problem_, with, rows, with.terms.size() - 1, k));
-          }
-          if (group.columns.empty()) continue;
-          groups.push_back(std::move(group));
-          probes.push_back({candidate.get(), std::move(values)});
-        }
-      } catch (const simulation::EffectError& error) {
-        result_.refused[candidate->name()] = error.what();
-      }
+  void grow() {
+    // What is dropped may be tried again, so the rounds are counted, not the effects alone.
+    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
+      if (terms().size() == model_.size() + options_.most_effects || !add()) break;
+      exchange();
     }
-    return probes;
   }
 
-  /// A state with a candidate at the sizes that its score suggests.
-  State extended(const State& state, const Probe& probe, const Score& score) const {
-    State result = state;
-    Term term{probe.candidate, probe.values};
-    Eigen::Index column = 0;
-    for (std::size_t k = 0; k < term.values.size(); ++k) {
-      const FreeParameter& p = probe.candidate->free()[k];
-      if (p.shape) continue;
-      term.values[k] = std::clamp(p.off + score.values(column++) * p.typical, p.minimum, p.maximum);
-    }
-    result.terms.push_back(std::move(term));
-    return result;
+  static bool significant(const Score& score) {
+    return score.p_value < significance || (score.carriers < few && score.gain > certain);
   }
-
-  struct Trial {
-    const Candidate* candidate;
-    Fit fit;
-    double p_value, gain;
-    double carriers;
-  };
-
-  /// The best candidates, fitted jointly with what the state has, best first.
-  std::vector<Trial> trials(const Fit& base, std::size_t flips) {
-    std::vector<Group> groups;
-    const std::vector<Probe> tried = probes(base.state, groups);
-    if (groups.empty()) return {};
-    const Scan scanned = scan(problem_, base, groups, flips, options_.seed);
-    std::vector<std::size_t> order(tried.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    const auto merit = [&](std::size_t i) {
-      return scanned.scores[i].gain - scanned.scores[i].dimension * conditions_log();
-    };
-    std::ranges::stable_sort(order, std::greater<>{}, merit);
-    std::vector<Trial> result;
-    std::set<const Candidate*> taken;
-    for (const std::size_t i : order) {
-      if (taken.size() == shortlist) break;
-      if (!taken.insert(tried[i].candidate).second) continue;
-      const Score& score = scanned.scores[i];
-      // Where the linear guess is beyond what the effect can do, the fit begins where it changes nothing.
-      State nothing = base.state;
-      nothing.terms.push_back({tried[i].candidate, tried[i].values});
-      for (const State& start : {extended(base.state, tried[i], score), nothing}) {
-        try {
-          result.push_back(
-              {tried[i].candidate, fit(problem_, start, weight_), score.p_value, score.gain, score.carriers});
-          break;
-        } catch (const simulation::EffectError&) {
-          continue;
-        }
-      }
-    }
-    std::ranges::stable_sort(result, {}, [&](const Trial& t) { return bic(t.fit); });
-    return result;
-  }
-
-  bool significant(const Trial& t) const { return t.p_value < significance || (t.carriers < few && t.gain > certain); }
 
   bool add() {
-    say(fmt::format("looking for effect {}", best_.state.terms.size() - model_.size() + 1));
-    for (Trial& t : trials(best_, options_.flips)) {
-      if (bic(best_) - bic(t.fit) < worth) return false;
-      if (!significant(t)) continue;
-      Fit before = std::exchange(best_, std::move(t.fit));
+    say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
+    for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising)) {
+      if (bic(best_.fit) - bic(t.fit) < worth) return false;
+      if (!significant(t.score) || capture(best_, t.fit.state.terms.back()) < hopeless) continue;
+      const Base before = best_;
       try {
-        refine();
+        refine(std::move(t.fit.state));
+        return true;
       } catch (const simulation::EffectError& error) {
-        result_.refused[t.candidate->name()] = error.what();
-        best_ = std::move(before);
-        continue;
+        trials_.refuse(*t.candidate, error.what());
+        best_ = before;
       }
-      p_values_[t.candidate] = t.p_value;
-      return true;
     }
     return false;
   }
 
-  /// Fits again with what the coarse grid misses of the state as it is now.
-  void refine() {
-    correct(problem_, best_.state);
-    best_ = fit(problem_, best_.state, weight_);
+  /// Fits with what the coarse grid misses of a state.
+  void refine(State state) {
+    correct(problem_, state);
+    take(fit(problem_, std::move(state), weight_));
   }
 
-  Fit without(std::size_t term) {
-    State state = best_.state;
+  /// The model without a term. The derivatives are those of the model with it.
+  Base without(std::size_t term) const {
+    Base less{{}, best_.columns};
+    State state = best_.fit.state;
+    std::size_t first = 0;
+    for (std::size_t t = 0; t < term; ++t) first += state.terms[t].values.size();
+    const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
+    less.columns.erase(at, at + static_cast<std::ptrdiff_t>(state.terms[term].values.size()));
     state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
-    return fit(problem_, std::move(state), weight_);
+    less.fit = fit_last(problem_, std::move(state), weight_, less.columns);
+    return less;
   }
 
   /// Takes each addition out again: drops it where it is not missed, swaps it where another does better.
   void exchange() {
-    for (std::size_t round = 0; round < most_rounds && best_.state.terms.size() > model_.size() + 1; ++round) {
-      bool changed = false;
-      for (std::size_t t = model_.size(); t < best_.state.terms.size() && !changed; ++t) {
-        say(fmt::format("asking whether {} is needed", best_.state.terms[t].candidate->name()));
-        Fit less = without(t);
-        if (bic(less) < bic(best_) + worth) {
-          best_ = std::move(less);
-          changed = true;
-          break;
-        }
-        if (t + 1 == best_.state.terms.size()) continue;  // the last one has just been chosen among all
-        for (Trial& trial : trials(less, 0)) {
-          if (bic(trial.fit) < bic(best_) - 1) {
-            p_values_[trial.candidate] = p_values_[best_.state.terms[t].candidate];
-            best_ = std::move(trial.fit);
-            changed = true;
-          }
-          break;
-        }
-      }
+    for (std::size_t round = 0; round < most_rounds && terms().size() > model_.size() + 1; ++round) {
+      std::optional<State> changed;
+      for (std::size_t t = model_.size(); t < terms().size() && !changed; ++t) changed = better(t);
       if (!changed) break;
-      refine();
-    }
-  }
-
-  void describe_found() {
-    for (std::size_t t = model_.size(); t < best_.state.terms.size(); ++t) {
-      Found found{best_.state.terms[t].candidate, 0, p_values_[best_.state.terms[t].candidate], {}, {}};
-      say(fmt::format("comparing {} with its rivals", found.candidate->name()));
-      const Fit less = without(t);
-      found.gain = less.deviance - best_.deviance;
-      Scan scanned;
-      found.where = patterns(less, scanned);
-      for (const Trial& trial : trials(less, 0)) {
-        if (trial.candidate == found.candidate) continue;
-        Rival rival{trial.candidate, trial.fit.deviance - best_.deviance, bic(trial.fit) - bic(best_), false};
-        rival.tied = std::min(rival.deviance, rival.bic) < tie_limit;
-        found.rivals.push_back(rival);
+      const Base before = best_;
+      try {
+        refine(std::move(*changed));
+      } catch (const simulation::EffectError&) {  // the candidate that came in cannot do its images: as it was
+        best_ = before;
+        break;
       }
-      result_.found.push_back(std::move(found));
     }
   }
 
-  std::vector<Pattern> patterns(const Fit& base, Scan& scanned) {
-    const std::vector<Basis> bases = generic_bases(problem_);
-    std::vector<Group> groups;
-    for (const Basis& basis : bases) groups.push_back(basis.group);
-    scanned = scan(problem_, base, groups, options_.flips, options_.seed + 1);
-    std::vector<double> p_values;
-    for (const Score& score : scanned.scores) p_values.push_back(score.own_p_value);
-    const double limit = false_discovery_limit(p_values, 0.05);
-    std::vector<Pattern> result;
-    for (std::size_t b = 0; b < bases.size(); ++b) {
-      const Score& score = scanned.scores[b];
-      if (score.own_p_value > limit || score.gain < certain / 2) continue;
-      result.push_back({bases[b].observable, bases[b].axis, score.gain, score.p_value,
-                        size_of(bases[b], score.values, problem_),
-                        std::clamp(score.gain / std::max(scanned.square - scanned.freedom, score.gain), 0.0, 1.0)});
-    }
-    std::ranges::stable_sort(result, [](const Pattern& a, const Pattern& b) {
-      return std::pair(a.p_value, -a.gain) < std::pair(b.p_value, -b.gain);
-    });
-    return result;
+  /// A better model without a term of the best one, or with another in its place.
+  std::optional<State> better(std::size_t t) {
+    const Candidate* candidate = terms()[t].candidate;
+    say(fmt::format("asking whether {} is needed", candidate->name()));
+    Base less = without(t);
+    if (bic(less.fit) < bic(best_.fit) + worth) return std::move(less.fit.state);
+    if (t + 1 == terms().size()) return std::nullopt;  // the last one has just been chosen among all
+    std::vector<Trial> others = trials_.best(less, 0, options_.seed, candidate, rival_share);
+    if (!others.empty() && bic(others.front().fit) < bic(best_.fit) - 1) return std::move(others.front().fit.state);
+    return std::nullopt;
   }
 
-  void look_where() {
-    say("asking where the gap is");
-    Scan scanned;
-    result_.where = patterns(best_, scanned);
+  /// Puts the gates to every effect that was found, and drops the one that does worst of those that do not pass.
+  /// @returns whether all passed
+  bool confirm() {
+    std::vector<Found> found;
+    std::size_t worst = 0;
+    const auto rank = [](const Found& f) { return std::pair(f.refutation.empty(), f.capture); };
+    for (std::size_t t = model_.size(); t < terms().size(); ++t) {
+      found.push_back(examined(t));
+      if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
+    }
+    if (found.empty() || found[worst].refutation.empty()) {
+      result_.found = std::move(found);
+      return true;
+    }
+    say(fmt::format("dropping {}", found[worst].candidate->name()));
+    refine(without(model_.size() + worst).fit.state);
+    result_.dropped.push_back(std::move(found[worst]));
+    return false;
+  }
+
+  /// An added effect against the model without it.
+  Found examined(std::size_t t) {
+    const Term& term = terms()[t];
+    Found found;
+    found.candidate = term.candidate;
+    say(fmt::format("checking {}", found.candidate->name()));
+    const Base less = without(t);
+    found.gain = less.fit.deviance - best_.fit.deviance;
+    const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
+    const Group* const only = &group;
+    const Score score =
+        scan(problem_, less.fit, less.columns, std::span(&only, 1), options_.flips, options_.seed).scores[0];
+    found.p_value = score.p_value;
+    found.capture = share_of_best(less, score);
+    if (!significant(score)) {
+      found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
+    } else if (found.capture < least_capture) {
+      found.refutation =
+          fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
+    } else {
+      found.held_out = held_out_fall(problem_, best_.fit.state, less.fit.state, held_, options_.seed);
+      if (refuted(found.held_out)) found.refutation = "the gap does not shrink on conditions that were put aside";
+    }
+    return found;
+  }
+
+  double share_of_best(const Base& less, const Score& score) const {
+    const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
+    return most > 0 ? score.gain / most : std::numeric_limits<double>::infinity();
+  }
+
+  /// Gain of a term over that of the best generic pattern, in a model without it.
+  double capture(const Base& less, const Term& term) const {
+    const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
+    const Group* const only = &group;
+    return share_of_best(less, scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0]);
+  }
+
+  /// What the gap looks like without an effect, and what else could stand in its place.
+  void describe(std::size_t t) {
+    Found& found = result_.found[t - model_.size()];
+    say(fmt::format("comparing {} with its rivals", found.candidate->name()));
+    const Base less = without(t);
+    found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
+    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share)) {
+      Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};
+      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit;
+      found.rivals.push_back(rival);
+    }
   }
 
   void look_at_rest() {
     say("looking at what is left");
-    Scan scanned;
-    for (Pattern& pattern : patterns(best_, scanned)) {
+    PatternScan left = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1);
+    for (Pattern& pattern : left.patterns) {
       if (pattern.p_value < significance) result_.rest.push_back(std::move(pattern));
     }
-    result_.lack_of_fit = scanned.square / scanned.freedom;
-    result_.freedom = scanned.freedom;
-    result_.structure = structure_rank(problem_, best_.state, options_.seed);
+    result_.lack_of_fit = left.square / left.freedom;
+    result_.freedom = left.freedom;
+    result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);
     if (result_.rest.empty() && result_.structure == 0) return;
-    for (const Trial& t : trials(best_, 0)) {
-      const double whole = std::max(scanned.square - scanned.freedom, 1.0);
-      result_.nearest.push_back({t.candidate, t.fit.deviance - best_.deviance,
-                                 std::clamp((best_.deviance - t.fit.deviance) / whole, 0.0, 1.0), false});
+    const double whole = std::max(left.square - left.freedom, 1.0);
+    for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
+      result_.nearest.push_back({t.candidate, t.fit.deviance - best_.fit.deviance,
+                                 std::clamp((best_.fit.deviance - t.fit.deviance) / whole, 0.0, 1.0), false});
     }
   }
 
   Problem problem_;
   const std::vector<Term>& model_;
-  const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::vector<double> weight_;
-  std::map<const Candidate*, double> p_values_;
-  Fit best_;
+  std::vector<bool> held_;
+  PatternFinder finder_;
+  Trials trials_;
+  Base best_;
   SearchResult result_;
 };
 

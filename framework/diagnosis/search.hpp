@@ -3,11 +3,11 @@
 /// @file Looks for the effects that a model is missing: score all, refit the best, add, look again, swap and drop.
 #pragma once
 
-#include "diagnosis/bases.hpp"
-#include "diagnosis/scan.hpp"
+#include "diagnosis/contribution.hpp"
+#include "diagnosis/patterns.hpp"
+#include "diagnosis/probes.hpp"
 
 #include <functional>
-#include <map>
 
 namespace tofgraph::diagnosis {
 
@@ -16,15 +16,6 @@ struct SearchOptions {
   std::uint64_t seed = 1;
   std::size_t flips = 1000;
   std::function<void(const std::string& what)> progress;  ///< may be empty
-};
-
-/// A generic pattern of the gap.
-struct Pattern {
-  std::size_t observable = 0;
-  std::string axis;
-  double gain = 0, p_value = 1;
-  double size = 0;   ///< root mean square, SI
-  double share = 0;  ///< of what is beyond noise
 };
 
 /// Another effect in the place of one that was found.
@@ -39,13 +30,17 @@ struct Found {
   const Candidate* candidate = nullptr;
   double gain = 0;  ///< of the deviance, when it is taken out again
   double p_value = 1;
+  double capture = 0;          ///< its gain over that of the best generic pattern in its place
+  HeldOutFall held_out;        ///< what it brings on conditions that were put aside
   std::vector<Rival> rivals;   ///< best first
   std::vector<Pattern> where;  ///< what the gap looks like without it
+  std::string refutation;      ///< why it is not to be named, or empty
 };
 
 struct SearchResult {
   Fit before, after;                           ///< the model as it was, and with what was found
   std::vector<Found> found;                    ///< in the order of after.state.terms, from the first that was added
+  std::vector<Found> dropped;                  ///< what was tried and did not pass the gates, in that order
   std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
   std::vector<Pattern> where;                  ///< patterns of the gap before the search, by p-value and gain
   std::vector<Pattern> rest;                   ///< significant patterns that no candidate explains

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/contribution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr int draws = 1000;
+constexpr double visible = 25;      ///< chi-square that must be expected where an effect is to prove itself
+constexpr double few = 8;           ///< conditions: fewer cannot be judged by drawing them,
+constexpr double certain = 60;      ///< but by a fall like this
+constexpr double practical = 0.05;  ///< least share of the gap that is worth a name
+
+/// A condition in two models.
+struct Compared {
+  double without = 0, with = 0, expected = 0, freedom = 0;  ///< chi-squares
+  double depth_without = 0, depth_with = 0, depths = 0;     ///< m^2, sums over superpixels
+};
+
+/// Chi-square of some of the Gram's columns in the covariance.
+double square(const Gram& gram, Eigen::Index column, const Variances& variances) {
+  double determinant = 0;
+  const Eigen::Index tail = gram.cols() - gram_tail;
+  const std::vector<Eigen::Index> which = {tail, tail + 1, column};
+  const Gram one = marginal(gram(which, which), variances, determinant);
+  return one(2, 2);
+}
+
+std::vector<Compared> compare(const Problem& problem, const State& with, const State& without,
+                              const std::vector<bool>& held) {
+  const auto rows = expected(problem, with), other = expected(problem, without);
+  Column difference = rows;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t r = 0; r < rows[i].size(); ++r) difference[i][r] -= other[i][r];
+  }
+  const std::vector<Gram> one = grams_of(problem, rows, std::span(&difference, 1)),
+                          two = grams_of(problem, other, std::span(&difference, 1));
+  const std::size_t n = problem.design.superpixels();
+  std::vector<Compared> result;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!held[i]) continue;
+    Compared c;
+    c.with = square(one[i], 3, with.variances);
+    c.without = square(two[i], 3, with.variances);
+    c.expected = square(one[i], 0, with.variances);
+    const Observations& data = problem.data[i];
+    c.freedom = static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));
+    for (std::size_t r = distance * n; r < (distance + 1) * n; ++r) {
+      if (std::isinf(data.variance[r])) continue;
+      const double depth = 1 / problem.design.shift(i)[r];
+      c.depth_with += std::pow(depth * (data.value[r] - rows[i][r]), 2);
+      c.depth_without += std::pow(depth * (data.value[r] - other[i][r]), 2);
+      ++c.depths;
+    }
+    result.push_back(c);
+  }
+  return result;
+}
+
+double depth_rise(const Compared& sum) {
+  return sum.depths > 0 ? std::sqrt(sum.depth_with / sum.depths) - std::sqrt(sum.depth_without / sum.depths) : 0;
+}
+
+void add(Compared& sum, const Compared& c) {
+  sum.without += c.without, sum.with += c.with, sum.expected += c.expected, sum.freedom += c.freedom;
+  sum.depth_without += c.depth_without, sum.depth_with += c.depth_with, sum.depths += c.depths;
+}
+
+}  // namespace
+
+HeldOutFall held_out_fall(const Problem& problem, const State& with, const State& without,
+                          const std::vector<bool>& held, std::uint64_t seed) {
+  std::vector<double> trained;
+  for (const bool aside : held) trained.push_back(aside ? 0 : 1);
+  const std::vector<double> all(held.size(), 1);
+  State full = fit_nuisances(problem, fit(problem, with, trained).state, all).state;
+  const State less = fit_nuisances(problem, fit(problem, without, trained).state, all).state;
+  full.variances = with.variances;
+  const std::vector<Compared> conditions = compare(problem, full, less, held);
+  HeldOutFall result;
+  result.conditions = conditions.size();
+  if (conditions.empty()) return result;
+  Compared sum;
+  double squares = 0;
+  for (const Compared& c : conditions) {
+    add(sum, c);
+    squares += c.expected * c.expected;
+  }
+  result.expected = sum.expected;
+  result.fall = sum.without - sum.with;
+  result.excess = sum.without - sum.freedom;
+  result.carriers = sum.expected * sum.expected / std::max(squares, 1e-300);
+  result.depth_rise = depth_rise(sum);
+  std::mt19937_64 generator(seed);
+  std::vector<double> falls, rises;
+  for (int d = 0; d < draws; ++d) {
+    Compared drawn;
+    for (std::size_t k = 0; k < conditions.size(); ++k) add(drawn, conditions[generator() % conditions.size()]);
+    falls.push_back(drawn.without - drawn.with);
+    rises.push_back(depth_rise(drawn));
+  }
+  std::ranges::sort(falls);
+  std::ranges::sort(rises);
+  result.low = falls[draws / 40];
+  result.depth_rise_low = rises[draws / 40];
+  return result;
+}
+
+bool refuted(const HeldOutFall& fall) {
+  if (fall.expected < visible) return false;
+  if (fall.depth_rise_low > 0) return true;
+  if (fall.low <= 0 && !(fall.carriers < few && fall.fall > certain)) return true;
+  // Chi-squares go with the square of the gap.
+  const double left = std::max(fall.excess - fall.fall, 0.0) / std::max(fall.excess, 1e-300);
+  return fall.excess > 0 && std::sqrt(left) > 1 - practical;
+}
+
+std::vector<Column> signature(const Problem& problem, const State& without, const Term& term) {
+  State with = without;
+  with.terms.push_back(term);
+  const auto rows = expected(problem, with), base = expected(problem, without);
+  std::vector<Column> columns = {rows};
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    for (std::size_t r = 0; r < base[i].size(); ++r) columns[0][i][r] -= base[i][r];
+  }
+  for (std::size_t k = 0; k < term.candidate->free().size(); ++k)
+    columns.push_back(derivative(problem, with, rows, with.terms.size() - 1, k));
+  return columns;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/patterns.hpp"
+
+#include <algorithm>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double false_discoveries = 0.05;
+constexpr double least_gain = 30;  ///< of the deviance: less is not worth a line
+
+}  // namespace
+
+PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(problem)) {
+  for (const Group& group : bases_.groups) groups_.push_back(&group);
+}
+
+PatternScan PatternFinder::find(const Problem& problem, const Fit& fit, std::span<const Column> own, std::size_t flips,
+                                std::uint64_t seed) const {
+  const Scan scanned = scan(problem, fit, own, groups_, flips, seed);
+  PatternScan result{{}, 0, scanned.square, scanned.freedom};
+  std::vector<double> p_values;
+  for (const Score& score : scanned.scores) {
+    p_values.push_back(score.own_p_value);
+    result.most = std::max(result.most, score.gain - score.dimension);
+  }
+  if (flips == 0) return result;
+  const double limit = false_discovery_limit(p_values, false_discoveries);
+  const double beyond = scanned.square - scanned.freedom;
+  for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
+    const Score& score = scanned.scores[b];
+    if (score.own_p_value > limit || score.gain < least_gain) continue;
+    result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.p_value,
+                               size_of(bases_.patterns[b], bases_.groups[b], score.values, problem),
+                               std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});
+  }
+  std::ranges::stable_sort(result.patterns, [](const Pattern& a, const Pattern& b) {
+    return std::pair(a.p_value, -a.gain) < std::pair(b.p_value, -b.gain);
+  });
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Where a gap is: generic patterns of the observables, with false discoveries controlled.
+#pragma once
+
+#include "diagnosis/bases.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// A generic pattern of the gap.
+struct Pattern {
+  std::size_t observable = 0;
+  std::string axis;
+  double gain = 0, p_value = 1;
+  double size = 0;   ///< root mean square, SI
+  double share = 0;  ///< of what is beyond noise
+};
+
+struct PatternScan {
+  std::vector<Pattern> patterns;   ///< beyond chance, by p-value and gain
+  double most = 0;                 ///< gain of the best of all, less what noise gives
+  double square = 0, freedom = 0;  ///< see Scan
+};
+
+class PatternFinder {
+ public:
+  explicit PatternFinder(const Problem& problem);
+  /// @param own own_columns() of the fit @param flips draws; 0: no patterns, only what noise does not explain
+  PatternScan find(const Problem& problem, const Fit& fit, std::span<const Column> own, std::size_t flips,
+                   std::uint64_t seed) const;
+
+ private:
+  Bases bases_;
+  std::vector<const Group*> groups_;
+};
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What each candidate would change, before any is fitted.
+#pragma once
+
+#include "diagnosis/scan.hpp"
+
+#include <map>
+#include <memory>
+
+namespace tofgraph::diagnosis {
+
+/// A candidate with shapes at which its sizes are scored.
+struct Probe {
+  const Candidate* candidate = nullptr;
+  std::vector<double> values;
+  std::vector<std::size_t> sizes;  ///< the free parameters that the columns of its group stand for
+  std::vector<double> steps;       ///< of these, SI: what one column is for
+};
+
+/// Probes and their columns: the change that a typical step of each size makes. A whole step and not a derivative,
+/// for some effects begin with the square of their size.
+struct Probes {
+  std::vector<Probe> list;
+  std::vector<Group> groups;
+  std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
+};
+
+/// @param state what the changes are made to; candidates that are in it are left out
+Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates);
+
+/// Whether a state has an effect of this name.
+bool is_in(const State& state, const Candidate& candidate);
+
+}  // namespace tofgraph::diagnosis

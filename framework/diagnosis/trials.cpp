@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/trials.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr std::size_t shortlist = 6;    ///< candidates that are fitted
+constexpr std::size_t most_starts = 2;  ///< probes of one candidate that a fit begins from
+constexpr double second_start = 0.5;    ///< of the best probe's gain
+constexpr double hardly_moved = 0.02;   ///< in typical steps
+
+}  // namespace
+
+/// Where a fit begins: at the sizes that the score suggests; with those that it says nothing of at half their typical
+/// value, as a size may need another one to show; and where the effect changes nothing.
+std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
+  Term guess{probe.candidate, probe.values}, other = guess;
+  bool unmoved = false;
+  for (std::size_t c = 0; c < probe.sizes.size(); ++c) {
+    const std::size_t k = probe.sizes[c];
+    const FreeParameter& p = probe.candidate->free()[k];
+    const double share = score.values(static_cast<Eigen::Index>(c));
+    guess.values[k] = other.values[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
+    if (std::abs(share) > hardly_moved) continue;
+    other.values[k] = p.off + probe.steps[c] / 2;
+    unmoved = true;
+  }
+  std::vector<State> result;
+  const auto add = [&](const Term& term) {
+    result.push_back(state);
+    result.back().terms.push_back(term);
+  };
+  add(guess);
+  if (unmoved) add(other);
+  add({probe.candidate, probe.values});
+  return result;
+}
+
+Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) const {
+  Trial result{probe.candidate, {}, score};
+  const std::vector<State> all = starts(base.fit.state, probe, score);
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    // The last is for where the others are beyond what the effect can do.
+    if (s + 1 == all.size() && std::isfinite(result.fit.deviance)) break;
+    try {
+      Fit fit = fit_last(problem_, all[s], weight_, base.columns);
+      if (fit.deviance < result.fit.deviance) result.fit = std::move(fit);
+    } catch (const simulation::EffectError&) {
+      continue;
+    }
+  }
+  return result;
+}
+
+std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
+                                double promising) const {
+  std::vector<std::size_t> order;
+  std::vector<const Group*> groups;
+  for (std::size_t p = 0; p < probes_.list.size(); ++p) {
+    if (is_in(base.fit.state, *probes_.list[p].candidate) ||
+        probes_.refused.contains(probes_.list[p].candidate->name()))
+      continue;
+    order.push_back(p);
+    groups.push_back(&probes_.groups[p]);
+  }
+  if (groups.empty()) return {};
+  const Scan scanned = scan(problem_, base.fit, base.columns, groups, flips, seed);
+  std::vector<std::size_t> ranked(order.size());
+  for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
+  const double price = std::log(static_cast<double>(problem_.data.size()));
+  const auto merit = [&](std::size_t i) { return scanned.scores[i].gain - scanned.scores[i].dimension * price; };
+  std::ranges::stable_sort(ranked, std::greater<>{}, merit);
+  const double most = scanned.scores[ranked.front()].gain;
+  std::vector<Trial> result;
+  std::map<const Candidate*, std::pair<std::size_t, double>> tried;  // starts, and the first one's gain
+  for (const std::size_t i : ranked) {
+    const Probe& probe = probes_.list[order[i]];
+    const Score& score = scanned.scores[i];
+    if (probe.candidate == except || score.gain < promising * most) continue;
+    if (!tried.contains(probe.candidate) && tried.size() == shortlist) continue;
+    auto& [starts, first_gain] = tried.try_emplace(probe.candidate, 0, score.gain).first->second;
+    const bool again = starts > 0 && score.gain > 0.999 * first_gain;  // an angle half a turn on, with the other sign
+    if (starts == most_starts || again || score.gain < second_start * first_gain) continue;
+    ++starts;
+    Trial trial = fitted(base, probe, score);
+    if (!std::isfinite(trial.fit.deviance)) continue;
+    const auto before = std::ranges::find(result, probe.candidate, &Trial::candidate);
+    if (before == result.end())
+      result.push_back(std::move(trial));
+    else if (trial.fit.deviance < before->fit.deviance)
+      before->fit = std::move(trial.fit);
+  }
+  std::ranges::stable_sort(result, {}, [&](const Trial& t) { return t.fit.bic(problem_.data.size()); });
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Candidates scored against what a fit leaves, and the most promising fitted jointly with what the fit has.
+#pragma once
+
+#include "diagnosis/probes.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// A fit with own_columns() at it, or nearly there.
+struct Base {
+  Fit fit;
+  std::vector<Column> columns;
+};
+
+/// A candidate in a model, with its score before it was fitted.
+struct Trial {
+  const Candidate* candidate = nullptr;
+  Fit fit;
+  Score score;
+};
+
+class Trials {
+ public:
+  Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates,
+         std::span<const double> weight)
+      : problem_(problem), candidates_(candidates), weight_(weight) {}
+
+  /// Probes the candidates anew. @param state what their changes are made to
+  void prepare(const State& state) { probes_ = probes_of(problem_, state, candidates_); }
+  const std::map<std::string, std::string>& refused() const { return probes_.refused; }
+  void refuse(const Candidate& candidate, const std::string& why) { probes_.refused[candidate.name()] = why; }
+
+  /// The best candidates, fitted, best first by BIC.
+  /// @param except a candidate that is scored and not fitted, or nullptr
+  /// @param promising share of the best score below which none is fitted
+  std::vector<Trial> best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
+                          double promising) const;
+
+ private:
+  std::vector<State> starts(const State& state, const Probe& probe, const Score& score) const;
+  Trial fitted(const Base& base, const Probe& probe, const Score& score) const;
+
+  const Problem& problem_;
+  const std::vector<std::unique_ptr<Candidate>>& candidates_;
+  std::span<const double> weight_;
+  Probes probes_;
+};
+
+}  // namespace tofgraph::diagnosis

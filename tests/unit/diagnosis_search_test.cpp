@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What the search names and what it does not, on campaigns of which the truth is known: observations drawn from the
+// forward model with noise, jitter and light of this test's own. The search by another camera: tests/hidden_effects.
+#include "diagnosis/injection.hpp"
+#include "diagnosis/search.hpp"
+
+#include <gtest/gtest.h>
+
+#include "io/profile.hpp"
+
+namespace tofgraph::diagnosis {
+namespace {
+
+io::Condition condition(double distance, const std::string& target, double integration_time) {
+  io::Condition c;
+  c.id = target + std::to_string(distance) + std::to_string(integration_time);
+  c.board_distance = distance;
+  c.board_tilt_x = c.board_tilt_y = 0;
+  c.target = target;
+  c.integration_time = integration_time;
+  c.time_since_power_on = 3600;
+  c.temperature = 25;
+  return c;
+}
+
+/// A rail to 4.5 m with two targets and two integration times; noise as from some hundred pixels and four frames.
+class Rail : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::vector<io::Condition> conditions;
+    for (int stop = 0; stop < 10; ++stop) {
+      for (const double time : {1e-3, 4e-3})
+        conditions.push_back(condition(0.6 + 0.43 * stop, stop % 2 == 0 ? "white" : "grey", time));
+    }
+    design = std::make_unique<Design>(io::load_profile(io::find_profile("camcube2", {})), true, conditions);
+    for (std::size_t i = 0; i < design->size(); ++i) {
+      Observations o{std::vector<double>(design->rows(), 0), {}};
+      const double amplitude = std::abs(design->ideal(i)[0].phasor), relative = 2 / amplitude;
+      const std::array<double, observables> sd = {1.193 * relative / 20, relative / 20, relative / 30, relative / 40,
+                                                  relative / 40};
+      for (std::size_t k = 0; k < observables; ++k)
+        o.variance.insert(o.variance.end(), design->superpixels(), sd[k] * sd[k]);
+      blank.push_back(std::move(o));
+    }
+    const core::Catalogue catalogue({});
+    for (const core::PluginFile& file : catalogue.files()) {
+      if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
+    }
+  }
+
+  const Candidate& effect(const std::string& name) const {
+    return **std::ranges::find_if(candidates, [&](const auto& c) { return c->name() == name; });
+  }
+
+  /// Searches data with these effects at their typical sizes for all but one.
+  SearchResult search_for(const std::vector<std::string>& truth, const std::string& without, std::uint64_t seed) {
+    const Problem problem = make_problem(*design, blank);
+    State state{{}, std::vector<double>(problem.targets.size(), 0.1), {5e-4, 2e-3}};
+    for (const std::string& name : truth) state.terms.push_back(random_term(effect(name), 1, seed));
+    const std::vector<Observations> data = injected(problem, state, seed + 1);
+    std::erase_if(candidates, [&](const auto& c) { return c->name() == without; });
+    SearchOptions options;
+    options.seed = seed;
+    return search(make_problem(*design, data), {}, candidates, options);
+  }
+
+  static std::vector<std::string> names(const SearchResult& result) {
+    std::vector<std::string> all;
+    for (const Found& found : result.found) all.push_back(found.candidate->name());
+    std::ranges::sort(all);
+    return all;
+  }
+
+  std::unique_ptr<Design> design;
+  std::vector<Observations> blank;
+  std::vector<std::unique_ptr<Candidate>> candidates;
+};
+
+TEST_F(Rail, NothingIsNamedWhereNothingIsHidden) {
+  const SearchResult result = search_for({}, "", 3);
+  EXPECT_TRUE(result.found.empty());
+  EXPECT_TRUE(result.rest.empty());
+  EXPECT_EQ(result.structure, 0u);
+}
+
+TEST_F(Rail, TwoEffectsAreNamed) {
+  EXPECT_EQ(names(search_for({"wiggling", "tap_mismatch"}, "", 4)),
+            (std::vector<std::string>{"tap_mismatch", "wiggling"}));
+}
+
+TEST_F(Rail, AnEffectThatIsNoCandidateIsNotReplacedByOthers) {
+  // A harmonic of four periods in distance and amplitude; several candidates explain a part of it.
+  const SearchResult result = search_for({"wiggling"}, "wiggling", 5);
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  ASSERT_FALSE(result.rest.empty());
+  EXPECT_EQ(result.rest.front().axis, "distance, period 1.87 m");
+}
+
+TEST_F(Rail, TheSameSeedGivesTheSameResult) {
+  const SearchResult first = search_for({"wiggling"}, "", 6), second = search_for({"wiggling"}, "", 6);
+  ASSERT_EQ(names(first), names(second));
+  EXPECT_EQ(first.after.deviance, second.after.deviance);
+  EXPECT_EQ(first.after.state.terms[0].values, second.after.state.terms[0].values);
+  EXPECT_EQ(first.found[0].held_out.low, second.found[0].held_out.low);
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
