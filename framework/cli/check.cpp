@@ -19,6 +19,7 @@ std::string check_profile(const core::Value& document, core::Diagnostics& diagno
 }
 
 std::string check_model(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
+  core::check_version(document, "model", 1, diagnostics);
   const std::size_t effects =
       simulation::read_model(document, core::Catalogue(common.plugin_folders), diagnostics).effects.size();
   return fmt::format("the model is right, {} effect{}", effects, effects == 1 ? "" : "s");

@@ -108,6 +108,13 @@ int write_statistics(const RunArguments& arguments, const core::Graph& graph, co
   }
 }
 
+/// A sink of one file a frame numbers the files where more than one frame comes.
+std::string written_as(const std::string& path) {
+  std::error_code error;
+  const bool there = path.find('{') != std::string::npos || std::filesystem::exists(path, error);
+  return there ? path : io::OutputPattern(path).with_number().text();
+}
+
 /// The output files of a node as its parameters name them, from the current folder.
 std::vector<std::string> outputs_of(const core::Node& node) {
   std::vector<std::string> files;
@@ -115,7 +122,7 @@ std::vector<std::string> outputs_of(const core::Node& node) {
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
     const char* path = node.values().data()[i].text;
     if (stage.parameters[i].kind == TOFGRAPH_OUTPUT_FILE && *path != 0)
-      files.push_back(std::filesystem::proximate(path).string());
+      files.push_back(written_as(std::filesystem::proximate(path).string()));
   }
   return files;
 }
@@ -140,6 +147,7 @@ int report(const core::Graph& graph, const core::RunResult& result, const Common
   }
   if (!common.quiet && result.frames != 0) {
     for (const auto& node : graph.nodes()) {
+      if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
       for (const std::string& file : outputs_of(*node)) say(fmt::format("  {} wrote {}", node->name, file));
     }
   }
@@ -181,7 +189,7 @@ void add_run(CLI::App& app, Common& common) {
       "          tofgraph run \"capture_reader file=a.h5 ! four_phase_decoder ! optimized_bistatic ! point_cloud ! "
       "pcd_writer path=a.pcd\" --camera camcube2");
   arguments->add_to(*command);
-  command->add_option("--frames", arguments->frames, "Stop after so many frames")->check(CLI::PositiveNumber);
+  command->add_option("--frames", arguments->frames, "Stop after so many frames")->check(CLI::Range(1, 1000000000));
   command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")
       ->check(CLI::Range(1, 1024));
   command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file");

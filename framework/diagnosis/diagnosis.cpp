@@ -70,7 +70,7 @@ class Run {
 
   io::Campaign read() {
     core::Diagnostics diagnostics;
-    d_->model = simulation::read_model(core::load_document(options_.model), catalogue_, diagnostics);
+    d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
     io::Campaign campaign = io::read_campaign(options_.data, diagnostics);
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
     if (!d_->model.camera.empty() && d_->model.camera != campaign.camera_name)

@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <sstream>
@@ -50,9 +52,11 @@ Row split(const std::string& line, std::size_t number, const std::shared_ptr<con
 std::vector<Row> read_rows(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
-  text << in.rdbuf();
+  if (!in || !(text << in.rdbuf() || in.peek() == std::ifstream::traits_type::eof()))
+    throw core::ConfigurationError(fmt::format("{}: error: cannot be read: {}", file.string(), std::strerror(errno)));
   std::string content = text.str();
-  std::erase(content, '\r');  // of lines that end as on Windows
+  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // the mark of spreadsheet programs' "CSV UTF-8"
+  std::erase(content, '\r');                                     // of lines that end as on Windows
   const auto source =
       std::make_shared<core::SourceText>(core::SourceText{file.string(), std::move(content), file.parent_path()});
   std::vector<Row> rows;
@@ -81,7 +85,7 @@ class TableReader {
     const std::size_t errors = diagnostics.errors();
     const std::filesystem::path file = reader_.input_file("file", "thesis_offset_tables.csv");
     if (diagnostics.errors() == errors && table.is_map()) rows_ = read_rows(file);
-    if (rows_.empty() && diagnostics.errors() == errors)
+    if (rows_.empty() && table.is_map() && diagnostics.errors() == errors)
       diagnostics.error(table.find("file")->value.at, fmt::format("{} is empty", file.string()));
     for (std::size_t i = 0; !rows_.empty() && i < rows_.front().size(); ++i) names_.push_back(rows_.front()[i].text);
   }

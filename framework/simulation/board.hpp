@@ -22,7 +22,9 @@ inline Tracer board_tracer(double focal_length, const BoardPose& board) {
     const physics::Geometry geometry{focal_length, {}};
     const double distance =
         change.scale * board.distance + change.offset + change.displacement + change.time * board.velocity;
-    physics::Plane plane = physics::board(distance, board.tilt_x + change.tilt_x, board.tilt_y + change.tilt_y);
+    physics::Plane plane = physics::board(distance, board.tilt_x, board.tilt_y);
+    plane.normal = rotation(change.tilt_x, change.tilt_y, 0) * plane.normal;
+    plane.offset = distance * plane.normal.z;
     if (board.roll != 0) plane.normal = rotation(0, 0, -board.roll) * plane.normal;  // seen by the rolled camera
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const double reflected = physics::reflected_path(geometry, rays[i], plane);

@@ -8,8 +8,13 @@
 namespace tofgraph::simulation {
 
 Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-               const physics::TapNoise& noise, NoiseSeed seed)
-    : model_(model), pixels_(pixels), shot_(shot), seed_(seed), noisy_(noise.known()) {
+               const physics::TapNoise& noise, NoiseSeed seed, bool with_taps)
+    : model_(model),
+      pixels_(pixels),
+      shot_(shot),
+      seed_(seed),
+      noisy_(noise.known()),
+      from_taps_(with_taps || model.has_readout()) {
   Expectation expectation = model.expect(tracer, shot, pixels);
   hits_ = std::move(expectation.hits);
   const std::size_t n = pixels.size();
@@ -21,7 +26,7 @@ Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot
       return static_cast<float>(expectation.noise_factor * std::sqrt(read + noise.shot_noise * std::max(counts, 0.0)));
     });
   }
-  if (model.has_readout()) return;
+  if (from_taps_) return;
   sample_mean_.resize(4 * n);
   sample_deviation_.resize(4 * n);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -69,7 +74,7 @@ void Frames::taps(std::uint64_t frame, std::uint16_t* out) const {
 
 void Frames::phases(std::uint64_t frame, float* out) const {
   const std::size_t n = pixels_.size();
-  if (!model_.has_readout()) {
+  if (!from_taps_) {
     if (noisy_)
       draw(frame, sample_mean_, sample_deviation_, false, n, out);
     else

@@ -20,8 +20,10 @@ class Frames {
  public:
   /// @param model, pixels must live as long
   /// @param noise not known(): none
+  /// @param with_taps the frames' taps are given out too, and phases and distance are those of the taps; otherwise the
+  ///        samples' noise is drawn at once, which is faster and has the same distribution
   Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-         const physics::TapNoise& noise, NoiseSeed seed);
+         const physics::TapNoise& noise, NoiseSeed seed, bool with_taps);
 
   /// 4 x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
   void taps(std::uint64_t frame, std::uint16_t* out) const;
@@ -44,9 +46,9 @@ class Frames {
   const Pixels& pixels_;
   Shot shot_;
   NoiseSeed seed_;
-  bool noisy_;
+  bool noisy_, from_taps_;
   std::vector<float> mean_, deviation_;                ///< 4 x (A, B) x pixels
-  std::vector<float> sample_mean_, sample_deviation_;  ///< 4 x pixels, where there is no readout
+  std::vector<float> sample_mean_, sample_deviation_;  ///< 4 x pixels, where they are not made from the taps
   std::vector<Hit> hits_;
 };
 

@@ -24,8 +24,8 @@ struct Hit {
   const Surface* surface = nullptr;  ///< null: as the model's light has it
 };
 
-/// What effects and motion do to the boards of a scene (boards, chessboards, cards): z becomes scale z + offset, tilts
-/// are added, then the board moves along z.
+/// What effects and motion do to the boards of a scene (boards, chessboards, cards): z becomes scale z + offset, the
+/// board turns by R_y(tilt_y) R_x(tilt_x), then it moves along z.
 struct BoardChange {
   double scale = 1, offset = 0;   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad

@@ -45,8 +45,6 @@ void read_effect(const Value& item, const core::Catalogue& catalogue, Diagnostic
 Model read_model(const Value& document, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
   Model model;
   core::Reader reader(document, diagnostics, "the model");
-  core::refuse_other_kind(document, "model");
-  if (document.find("model") != nullptr) core::check_version(document, "model", 1, diagnostics);
   reader.take("model");
   reader.take("name");
   reader.take("comment");
@@ -69,10 +67,16 @@ Model read_model(const Value& document, const core::Catalogue& catalogue, Diagno
   return model;
 }
 
+Model load_model(const std::filesystem::path& file, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
+  const Value document = core::load_document(file);
+  core::check_version(document, "model", 1, diagnostics);
+  return read_model(document, catalogue, diagnostics);
+}
+
 Model model_of_scene(const std::optional<Value>& model, const core::Catalogue& catalogue, Diagnostics& diagnostics) {
   if (!model) return {};
   if (model->is_map()) return read_model(*model, catalogue, diagnostics);
-  return read_model(core::load_document(core::path_at(model->text, model->at)), catalogue, diagnostics);
+  return load_model(core::path_at(model->text, model->at), catalogue, diagnostics);
 }
 
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics) {

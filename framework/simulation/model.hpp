@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,8 +29,11 @@ struct Model {
   std::vector<ModelEffect> effects;
 };
 
-/// Reads a model: a file with `model: 1`, or the part of a scene. Every mistake goes to the diagnostics.
+/// Reads a model: what a file or the part of a scene holds. Every mistake goes to the diagnostics.
 Model read_model(const core::Value& document, const core::Catalogue& catalogue, core::Diagnostics& diagnostics);
+
+/// Reads a model file; its first line must be `model: 1`.
+Model load_model(const std::filesystem::path& file, const core::Catalogue& catalogue, core::Diagnostics& diagnostics);
 
 /// The model of a scene: a map in it, a file that it names, or, where there is none, the ideal camera.
 Model model_of_scene(const std::optional<core::Value>& model, const core::Catalogue& catalogue,

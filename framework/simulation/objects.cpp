@@ -64,13 +64,15 @@ Problem problem_of(const MeshObject&, Vector3) { return {}; }
 
 }  // namespace
 
-Pose Target::pose() const { return {{center_x, center_y, distance}, rotation(tilt_x, tilt_y, 0)}; }
+Pose Target::pose() const {
+  return {{center_x, center_y, distance}, rotation(turned_x, turned_y, 0) * rotation(tilt_x, tilt_y, 0)};
+}
 
 Target Target::changed(const BoardChange& change) const {
   Target result = *this;
   result.distance = change.scale * distance + change.offset + change.displacement;
-  result.tilt_x += change.tilt_x;
-  result.tilt_y += change.tilt_y;
+  result.turned_x += change.tilt_x;
+  result.turned_y += change.tilt_y;
   return result;
 }
 

@@ -24,6 +24,7 @@ inline constexpr double endless = std::numeric_limits<double>::infinity();
 struct Target {
   double distance = 0;                ///< m, sensor plane to centre
   double tilt_x = 0, tilt_y = 0;      ///< rad, R = R_y(tilt_y) R_x(tilt_x)
+  double turned_x = 0, turned_y = 0;  ///< rad, after the tilt: by an effect
   double center_x = 0, center_y = 0;  ///< m
 
   Pose pose() const;

@@ -5,6 +5,7 @@
 
 #include "simulation/hit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <memory>
@@ -51,7 +52,9 @@ struct Points {
     put(normal, hit.normal);
     reflected[i] = there ? hit.reflected : 0;
     inside[i] = focal_length / along.z;
-    reflectivity[i] = there ? hit.reflectivity : 0;
+    // Black is never quite black: a gloss, which does not depend on the reflectivity, is made from what a surface
+    // gives.
+    reflectivity[i] = there ? std::max(hit.reflectivity, 1e-9) : 0;
     surface[i] = hit.surface;
   }
   Vector3 position_of(std::size_t i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }

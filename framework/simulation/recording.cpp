@@ -104,9 +104,11 @@ class Images {
   std::vector<std::vector<std::byte>> buffers_;
 };
 
-/// What a campaign can say by its own keys.
-bool is_one_board(const Condition& condition) {
-  return condition.objects->all.size() == 1 && condition.objects->all.front().type == "board";
+/// What a campaign can say by its own keys: a board that stands still and has no surface of its own.
+bool is_plain_board(const Condition& condition) {
+  const Object& object = condition.objects->all.front();
+  return condition.objects->all.size() == 1 && object.type == "board" && !object.surface.given &&
+         physics::norm(object.velocity) == 0;
 }
 
 io::CaptureHeader header_of(const Simulation& simulation) {
@@ -150,7 +152,7 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
   for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
     io::Condition& condition = campaign.conditions[i];
     condition.capture = folder / "captures" / (condition.id + ".h5");
-    if (is_one_board(condition)) continue;
+    if (is_plain_board(condition)) continue;
     condition.scene = folder / "scenes" / (condition.id + ".yaml");
     io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
   }

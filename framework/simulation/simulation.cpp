@@ -68,7 +68,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
   if (changes.frames) scene.frames = *changes.frames;
   Model model = changes.model.empty() ? model_of_scene(scene.model, catalogue, diagnostics)
-                                      : read_model(core::load_document(changes.model), catalogue, diagnostics);
+                                      : load_model(changes.model, catalogue, diagnostics);
   const tofgraph_camera& camera = scene.camera->view();
   const core::Value& document = scene.document;
   if (!model.camera.empty() && model.camera != camera.name)
@@ -111,8 +111,10 @@ std::unique_ptr<const ConditionFrames> Simulation::prepare(std::size_t index) co
     make_world(scene_, condition, change).trace(rays, hits);
   };
   const Shot shot = shot_of(camera(), condition);
-  return std::unique_ptr<const ConditionFrames>(new ConditionFrames{
-      condition, shot, Frames(forward_, tracer, shot, pixels_, noise_, {seed(), static_cast<std::uint32_t>(index)})});
+  return std::unique_ptr<const ConditionFrames>(
+      new ConditionFrames{condition, shot,
+                          Frames(forward_, tracer, shot, pixels_, noise_, {seed(), static_cast<std::uint32_t>(index)},
+                                 has_output("taps"))});
 }
 
 tofgraph_metadata Simulation::metadata(const Condition& condition, std::uint64_t frame) const {

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Added to the tilts of boards, R = R_y(y) R_x(x).
+/// Turns boards, however they are tilted, by R_y(y) R_x(x).
 struct BoardTilt final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",

@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 #include <tofgraph/stage.hpp>
 
+#include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -67,11 +69,16 @@ struct Median final : Filter {
     for (std::size_t c = 0; c < lengths.columns(); ++c) {
       if (std::isnan(lengths(r, c))) continue;
       gather_window(before.data(), lengths.rows(), lengths.columns(), r, c, radius(), values);
+      const std::size_t used = values.size();
       lengths(r, c) = median_of(values);
       if (!deviations) continue;
       gather_window(noise.data(), lengths.rows(), lengths.columns(), r, c, radius(), values);
       constexpr float q = std::numbers::pi_v<float> / 2;
-      const auto n = static_cast<float>(values.size());
+      if (values.size() != used) {  // one of the pixels does not know its noise
+        deviations(r, c) = std::numeric_limits<float>::quiet_NaN();
+        continue;
+      }
+      const auto n = static_cast<float>(used);
       float variance = 0;
       for (const float s : values) variance += s * s / n;
       deviations(r, c) = std::sqrt(variance * q / (n - 1 + q));

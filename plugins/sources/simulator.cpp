@@ -137,9 +137,9 @@ struct Simulator final : Source {
     pixels_ = simulation::whole_image(camera);
     const auto tracer = simulation::board_tracer(camera.focal_length, {*distance, 0, 0, *reflectivity});
     const auto shot = simulation::shot_of(camera, *integration_time);
-    board_ = std::make_unique<simulation::Frames>(*forward_, tracer, shot, pixels_,
-                                                  *noise == "none" ? physics::TapNoise{} : tap_noise,
-                                                  simulation::NoiseSeed{static_cast<std::uint64_t>(*seed), 0});
+    board_ = std::make_unique<simulation::Frames>(
+        *forward_, tracer, shot, pixels_, *noise == "none" ? physics::TapNoise{} : tap_noise,
+        simulation::NoiseSeed{static_cast<std::uint64_t>(*seed), 0}, hands_out("taps"));
     now_ = board_.get();
     metadata_ = shot.condition;
   }
@@ -150,7 +150,7 @@ struct Simulator final : Source {
     core::Diagnostics diagnostics;
     try {
       const core::Catalogue catalogue({});
-      const auto read = simulation::read_model(core::load_document(std::string(*model)), catalogue, diagnostics);
+      const auto read = simulation::load_model(std::string(*model), catalogue, diagnostics);
       physical_ = read.physical;
       std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics);
       if (diagnostics.ok()) return effects;

@@ -60,6 +60,24 @@ Score run(const Case& what, const Bench& bench) {
 
 void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
 
+std::vector<Score> read(const std::vector<fs::path>& files) {
+  std::vector<Score> scores;
+  for (const fs::path& path : files) {
+    std::ifstream file(path);
+    std::string line;
+    std::getline(file, line);  // the names
+    while (std::getline(file, line)) scores.push_back(parse_score(line));
+  }
+  return scores;
+}
+
+void give(const std::vector<Score>& scores, const Bench& bench) {
+  write(bench.out / "scores.md", table(scores));
+  if (std::ranges::any_of(scores, [](const Score& s) { return s.what.suite == "single"; }))
+    write(bench.out / "confusion.png", confusion_png(scores));
+  fmt::print("{}", table(scores));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -68,6 +86,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> chosen = {"quick"};
   std::size_t draws = 1, limit = SIZE_MAX, every = 1;
   std::uint64_t seed = 1000;
+  std::vector<fs::path> joined;
   std::string known;
   for (const Suite& suite : suites()) known += fmt::format("\n  {:<10}{}", suite.name, suite.text);
   app.add_option("SUITE", chosen, "quick (default), single, nothing, pairs, triples, without, patterns, ties");
@@ -79,11 +98,14 @@ int main(int argc, char** argv) {
   app.add_option("--program", bench.program, "the tofgraph to score")->capture_default_str();
   app.add_option("--scratch", bench.scratch, "where campaigns are made")->capture_default_str();
   app.add_option("-o,--out", bench.out, "folder for scores.csv, scores.md and confusion.png")->capture_default_str();
+  app.add_option("--join", joined, "scores.csv of earlier runs: makes their common table, runs nothing")
+      ->check(CLI::ExistingFile);
   app.add_flag("--keep", bench.keep, "keeps the campaigns and reports");
   app.footer("Suites:" + known);
   CLI11_PARSE(app, argc, argv);
   try {
     fs::create_directories(bench.out);
+    if (!joined.empty()) return give(read(joined), bench), 0;
     std::ofstream csv(bench.out / "scores.csv");
     csv << score_header << std::endl;
     std::vector<Score> scores;
@@ -98,10 +120,7 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "{}/{} {}\n", i + 1, cases.size(), score.line());
       }
     }
-    write(bench.out / "scores.md", table(scores));
-    if (std::ranges::any_of(scores, [](const Score& s) { return s.what.suite == "single"; }))
-      write(bench.out / "confusion.png", confusion_png(scores));
-    fmt::print("{}", table(scores));
+    give(scores, bench);
     return 0;
   } catch (const std::exception& error) {
     fmt::print(stderr, "hidden_effects_score: {}\n", error.what());

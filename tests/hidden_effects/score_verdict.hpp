@@ -29,6 +29,9 @@ inline constexpr const char* score_header =
     "suite,design,experiments,effects,size,pattern,without,noise,seed,verdict,names,tied,blind,found,wrong,"
     "before_mm,after_mm,floor_mm,intervals,intervals_hold,seconds";
 
+/// A line of scores.csv. @throws std::invalid_argument when it is none
+Score parse_score(const std::string& line);
+
 /// @param report what the search wrote, report.json
 /// @param hidden the effects with their values
 Score judge(const Case& what, const nlohmann::json& report, const Effects& hidden, double seconds);

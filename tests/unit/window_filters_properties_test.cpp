@@ -180,8 +180,9 @@ Errors denoised_boxes(const std::string& line, double gap) {
   return result;
 }
 
-/// The reference gives the boxes' size and distance, not how they stand: side by side, its limits hold; with gaps
-/// between them, whose inner walls are slopes of up to 12 mm a pixel, only the order of the filters does.
+/// The reference gives the boxes' size and distance, not how they stand: side by side, its limits hold, but for the
+/// target of 1.6 mm of the last, which leaves 1.64 mm; with gaps between them, whose inner walls are slopes of up to 12
+/// mm a pixel, only the order of the filters does.
 TEST(WindowFilterProperties, DenoiseThePalletOfBoxes) {
   const std::string robust = "non_local_means strength='20 mm' patch_weights=robust guide=amplitude";
   for (const double gap : {0.0, 0.060}) {
@@ -195,6 +196,7 @@ TEST(WindowFilterProperties, DenoiseThePalletOfBoxes) {
     EXPECT_LE(yaroslavsky.all, 3.9);
     EXPECT_LE(bilateral.all, 4.0);
     EXPECT_LE(plain.all, 2.3);
+    EXPECT_LE(best.all, 1.7);
   }
 }
 
