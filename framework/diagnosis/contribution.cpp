@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/contribution.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -110,13 +112,17 @@ HeldOutFall held_out_fall(const Problem& problem, const State& with, const State
   return result;
 }
 
-bool refuted(const HeldOutFall& fall) {
-  if (fall.expected < visible) return false;
-  if (fall.depth_rise_low > 0) return true;
-  if (fall.low <= 0 && !(fall.carriers < few && fall.fall > certain)) return true;
+std::string refuted(const HeldOutFall& fall) {
+  if (fall.expected < visible) return "";
+  if (fall.depth_rise_low > 0)
+    return fmt::format("on conditions that were put aside the gap of depth grows by {:.2f} mm", 1e3 * fall.depth_rise);
   // Chi-squares go with the square of the gap.
-  const double left = std::max(fall.excess - fall.fall, 0.0) / std::max(fall.excess, 1e-300);
-  return fall.excess > 0 && std::sqrt(left) > 1 - practical;
+  const double left = std::sqrt(std::max(fall.excess - fall.fall, 0.0) / std::max(fall.excess, 1e-300));
+  const bool falls = fall.low > 0 || (fall.carriers < few && fall.fall > certain);
+  if (falls && (fall.excess <= 0 || left < 1 - practical)) return "";
+  return fmt::format(
+      "the gap does not shrink on conditions that were put aside (chi-square beyond noise {:.0f}, with it {:.0f})",
+      fall.excess, fall.excess - fall.fall);
 }
 
 std::vector<Column> signature(const Problem& problem, const State& without, const Term& term) {

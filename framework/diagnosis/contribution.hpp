@@ -8,6 +8,7 @@
 #include "diagnosis/fit.hpp"
 
 #include <cstdint>
+#include <string>
 
 namespace tofgraph::diagnosis {
 
@@ -27,8 +28,8 @@ struct HeldOutFall {
 HeldOutFall held_out_fall(const Problem& problem, const State& with, const State& without,
                           const std::vector<bool>& held, std::uint64_t seed);
 
-/// Whether what was put aside speaks against the effect. Where it could not show the effect it does not.
-bool refuted(const HeldOutFall& fall);
+/// How what was put aside speaks against the effect, or nothing: also where it could not show the effect.
+std::string refuted(const HeldOutFall& fall);
 
 /// The change that the last term makes at its values, and its derivatives there: what is scored against generic
 /// patterns. @throws simulation::EffectError

@@ -15,11 +15,12 @@ constexpr double probe = 1e-3;                ///< m, for the derivative by the 
 
 }  // namespace
 
-Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions)
+Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels)
     : camera_(std::move(camera)),
       physical_(physical),
+      grid_(superpixels),
       conditions_(std::move(conditions)),
-      pixels_(simulation::superpixels(camera_->view(), grid, grid)),
+      pixels_(simulation::superpixels(camera_->view(), grid_, grid_)),
       whole_(simulation::whole_image(camera_->view())) {
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
   for (std::size_t i = 0; i < size(); ++i) {
@@ -75,6 +76,7 @@ std::vector<double> Design::predict(const simulation::ForwardModel& model, std::
 }
 
 std::vector<double> Design::predict_whole(const simulation::ForwardModel& model, std::size_t i, double light) const {
+  if (grid_ == single) return predict(model, i, light);
   const std::vector<Signal> seen = signals(model, whole_, i, light, 0);
   const std::vector<Signal> base = signals(simulation::ForwardModel(camera(), physical_, {}), whole_, i, 0, 0);
   struct Sums {
@@ -85,7 +87,7 @@ std::vector<double> Design::predict_whole(const simulation::ForwardModel& model,
   std::vector<Sums> all(n);
   for (std::size_t p = 0; p < base.size(); ++p) {
     if (!std::isfinite(seen[p].intensity) || !(std::abs(base[p].phasor) > 0)) continue;
-    Sums& sums = all[(p / width) * grid / height * grid + (p % width) * grid / width];
+    Sums& sums = all[(p / width) * grid_ / height * grid_ + (p % width) * grid_ / width];
     sums.product += seen[p].phasor * std::conj(base[p].phasor);
     sums.square += std::norm(base[p].phasor);
     sums.amplitude += std::abs(base[p].phasor);

@@ -15,7 +15,8 @@
 
 namespace tofgraph::diagnosis {
 
-inline constexpr std::size_t grid = 12;  ///< superpixels in a row and in a column: 17 x 17 px of 204 x 204
+/// Superpixels in a row and in a column: 17 x 17 px of 204 x 204. One where the data are means over a board.
+inline constexpr std::size_t grid = 12, single = 1;
 
 /// The board of a condition; where its reflectivity is not known it is 0.5.
 simulation::BoardPose pose_of(const io::Condition& condition);
@@ -24,7 +25,8 @@ simulation::BoardPose pose_of(const io::Condition& condition);
 class Design {
  public:
   /// @param conditions each with a board that fills the view and an integration time
-  Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions);
+  /// @param superpixels in a row and in a column
+  Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
 
   const tofgraph_camera& camera() const { return camera_->view(); }
   const core::CameraPtr& camera_pointer() const { return camera_; }
@@ -43,7 +45,7 @@ class Design {
                               double moved = 0) const;
 
   /// The same from all pixels, as measurements are reduced: what the centres of superpixels miss of a curved pattern
-  /// is the difference to predict().
+  /// is the difference to predict(). Of a board's mean its middle stands for it: there is no difference.
   std::vector<double> predict_whole(const simulation::ForwardModel& model, std::size_t condition, double light) const;
 
   /// Change of the observables for each metre that the board is farther away.
@@ -59,6 +61,7 @@ class Design {
 
   core::CameraPtr camera_;
   bool physical_;
+  std::size_t grid_;
   std::vector<io::Condition> conditions_;
   std::vector<simulation::Shot> shots_;
   simulation::Pixels pixels_, whole_;

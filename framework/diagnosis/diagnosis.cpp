@@ -44,7 +44,7 @@ class Run {
     const io::Campaign campaign = read();
     IngestOptions ingest{d_->model.physical, options_.skip_missing, {}};
     ingest.progress = [this](double share) { progress(0.4 * share, "reading captures"); };
-    d_->measurements = measure(campaign, ingest);
+    d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
     note_measurements();
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     progress(0.4, "asking what these data can show");
@@ -73,9 +73,6 @@ class Run {
     d_->model = simulation::read_model(core::load_document(options_.model), catalogue_, diagnostics);
     io::Campaign campaign = io::read_campaign(options_.data, diagnostics);
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
-    if (campaign.from_table)
-      throw core::ConfigurationError(
-          fmt::format("{}: error: tables are not searched yet, only captures", options_.data.string()));
     if (!d_->model.camera.empty() && d_->model.camera != campaign.camera_name)
       d_->notes.push_back(
           fmt::format("The model is for the camera '{}', the campaign was made with '{}': its profile is used.",
@@ -99,7 +96,11 @@ class Run {
           fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));
     if (m.saturated > 0)
       d_->notes.push_back(fmt::format("{:.2f} % of the pixels are saturated and were not used.", 100 * m.saturated));
-    if (!m.taps)
+    if (m.table)
+      d_->notes.push_back(
+          "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
+          "one condition to the next is estimated with the model.");
+    else if (!m.taps)
       d_->notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
                                    : "The captures have distances only: nothing is known of the null channels.");
     std::set<double> distances;

@@ -19,11 +19,15 @@ constexpr double settled = 0.02, roughly_settled = 0.5;  ///< of the deviance
 
 bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
 
+double turned_by(const FreeParameter& p, double value, double angle) {
+  const double next = value + angle;
+  return next - 2 * std::numbers::pi * std::floor((next - p.minimum) / (2 * std::numbers::pi));
+}
+
 /// A step of a parameter in its unit, kept within bounds and, for shapes, short.
 double moved(const FreeParameter& p, double value, double step) {
   if (is_angle(p)) {
-    const double next = value + std::clamp(step, -0.7, 0.7);
-    return next - 2 * std::numbers::pi * std::floor((next - p.minimum) / (2 * std::numbers::pi));
+    return turned_by(p, value, std::clamp(step, -0.7, 0.7));
   }
   if (p.shape) {
     const double most = 0.5 * std::max(std::abs(value), 0.1 * std::abs(p.typical));
@@ -134,6 +138,31 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
 }
 
 }  // namespace
+
+State with_positive_sizes(const Problem& problem, State state) {
+  constexpr double same = 1e-9;  // m, and of what is relative
+  const auto rows = expected(problem, state);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const auto& free = state.terms[t].candidate->free();
+    for (std::size_t size = 0; size < free.size(); ++size) {
+      if (free[size].shape || free[size].minimum >= 0 || state.terms[t].values[size] >= 0) continue;
+      for (std::size_t angle = 0; angle < free.size(); ++angle) {
+        if (!free[angle].shape || !is_angle(free[angle])) continue;
+        State turned = state;
+        std::vector<double>& values = turned.terms[t].values;
+        values[size] = -values[size];
+        values[angle] = turned_by(free[angle], values[angle], std::numbers::pi);
+        const auto other = expected(problem, turned);
+        double most = 0;
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+          for (std::size_t r = 0; r < rows[i].size(); ++r) most = std::max(most, std::abs(rows[i][r] - other[i][r]));
+        }
+        if (most < same) state = std::move(turned);
+      }
+    }
+  }
+  return state;
+}
 
 Problem make_problem(const Design& design, const std::vector<Observations>& data) {
   Problem problem{design, data, {}, {}, {}};

@@ -65,11 +65,14 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
 /// @throws simulation::EffectError
 Fit fit(const Problem& problem, State start, std::span<const double> weight);
 
-/// The same, less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
+/// Where a size below zero means the same as its opposite with an angle half a turn on: that.
+State with_positive_sizes(const Problem& problem, State state);
+
+/// As fit(), less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
 /// a fit of those alone. @param known own_columns() there
 Fit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known);
 
-/// The same with the parameters of effects held, for reflectivities and variances alone.
+/// As fit() with the parameters of effects held, for reflectivities and variances alone.
 Fit fit_nuisances(const Problem& problem, State start, std::span<const double> weight);
 
 }  // namespace tofgraph::diagnosis

@@ -18,8 +18,6 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr std::size_t fewest_conditions = 3;
-
 /// Why this search cannot use a condition, or nothing.
 std::string problem_of(const io::Condition& c) {
   if (!c.has_board() || !c.scene.empty() || c.objects) return "it shows no single board that fills the view";
@@ -166,6 +164,15 @@ class Reader {
 
 }  // namespace
 
+void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
+  constexpr std::size_t fewest = 3;
+  if (conditions >= fewest) return;
+  throw std::invalid_argument(fmt::format(
+      "{} condition{} can be used, and a search needs {} at least: what is a model's error and what is a "
+      "condition's own cannot be told apart{}",
+      conditions, conditions == 1 ? "" : "s", fewest, left_out.empty() ? "" : "; left out: " + left_out[0]));
+}
+
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   Measurements result;
   const Reader reader(campaign, options);
@@ -207,12 +214,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     result.taps |= r.kind == FrameSums::Kind::taps;
     result.phases |= r.kind == FrameSums::Kind::phases;
   }
-  if (used.size() < fewest_conditions)
-    throw std::invalid_argument(
-        fmt::format("{} condition{} can be used, and a search needs {} at least: what is a model's error and what is "
-                    "a condition's own cannot be told apart{}",
-                    used.size(), used.size() == 1 ? "" : "s", fewest_conditions,
-                    result.left_out.empty() ? "" : "; left out: " + result.left_out.front()));
+  require_enough(used.size(), result.left_out);
   result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.replicates = single == 0;

@@ -19,6 +19,7 @@ struct Measurements {
   double saturated = 0;               ///< share
   bool replicates = false;            ///< noise from the frames; otherwise from the camera's profile
   bool taps = false, phases = false;  ///< some condition has them
+  bool table = false;                 ///< one mean a condition in place of captures
 };
 
 struct IngestOptions {
@@ -27,9 +28,17 @@ struct IngestOptions {
   std::function<void(double share)> progress;
 };
 
+/// @throws std::invalid_argument when conditions are too few for a search
+void require_enough(std::size_t conditions, const std::vector<std::string>& left_out);
+
 /// Reads all captures, one condition at a time.
 /// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
 /// @throws std::invalid_argument when too little is left to search in
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
+
+/// The means of a table: distance from the depth or else from the half path, and the amplitude where it is there. Their
+/// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.
+/// @throws std::invalid_argument when too little is left to search in
+Measurements measure_table(const io::Campaign& campaign, bool physical);
 
 }  // namespace tofgraph::diagnosis

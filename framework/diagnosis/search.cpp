@@ -26,6 +26,9 @@ constexpr double rival_share = 0.5;     ///< likewise, to take the place of one 
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
 /// effect in the complete model must reach the second.
 constexpr double hopeless = 0.15, least_capture = 0.8;
+/// What an effect must change in one condition at least, root mean square of an observable: less is within what a
+/// simulation on a grid and a camera's repeatability leave open, however sure it is.
+constexpr std::array<double, observables> practical = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};  // m, others relative
 
 class Search {
  public:
@@ -51,6 +54,7 @@ class Search {
     grow();
     while (!confirm()) {
     }
+    if (!result_.found.empty()) take(fit(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
     look_at_rest();
     result_.refused = trials_.refused();
@@ -104,7 +108,9 @@ class Search {
     say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
     for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising)) {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
-      if (!significant(t.score) || capture(best_, t.fit.state.terms.back()) < hopeless) continue;
+      if (!significant(t.score)) continue;
+      const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
+      if (!worth_a_name(group.columns[0]) || capture(best_, group) < hopeless) continue;
       const Base before = best_;
       try {
         refine(std::move(t.fit.state));
@@ -200,12 +206,14 @@ class Search {
     found.capture = share_of_best(less, score);
     if (!significant(score)) {
       found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
+    } else if (!worth_a_name(group.columns[0])) {
+      found.refutation = "what it changes is too small to matter";
     } else if (found.capture < least_capture) {
       found.refutation =
           fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
     } else {
       found.held_out = held_out_fall(problem_, best_.fit.state, less.fit.state, held_, options_.seed);
-      if (refuted(found.held_out)) found.refutation = "the gap does not shrink on conditions that were put aside";
+      found.refutation = refuted(found.held_out);
     }
     return found;
   }
@@ -215,11 +223,26 @@ class Search {
     return most > 0 ? score.gain / most : std::numeric_limits<double>::infinity();
   }
 
-  /// Gain of a term over that of the best generic pattern, in a model without it.
-  double capture(const Base& less, const Term& term) const {
-    const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
+  /// Gain of a signature over that of the best generic pattern, in a model without it.
+  double capture(const Base& less, const Group& group) const {
     const Group* const only = &group;
     return share_of_best(less, scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0]);
+  }
+
+  bool worth_a_name(const Column& change) const {
+    const std::size_t n = problem_.design.superpixels();
+    for (std::size_t i = 0; i < change.size(); ++i) {
+      for (std::size_t o = 0; o < observables; ++o) {
+        double sum = 0, count = 0;
+        for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
+          if (std::isinf(problem_.data[i].variance[row])) continue;
+          sum += change[i][row] * change[i][row];
+          ++count;
+        }
+        if (count > 0 && std::sqrt(sum / count) > practical[o]) return true;
+      }
+    }
+    return false;
   }
 
   /// What the gap looks like without an effect, and what else could stand in its place.

@@ -48,6 +48,7 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
 }
 
 std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed) {
+  if (problem.design.superpixels() < 2) return 0;  // there is nothing across a condition
   std::mt19937_64 generator(seed);
   std::size_t rank = 0;
   for (Eigen::MatrixXd& matrix : whitened_residuals(problem, state)) {
