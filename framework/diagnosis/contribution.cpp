@@ -12,10 +12,11 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
-constexpr double visible = 25;      ///< chi-square that must be expected where an effect is to prove itself
-constexpr double few = 8;           ///< conditions: fewer cannot be judged by drawing them,
-constexpr double certain = 60;      ///< but by a fall like this
-constexpr double practical = 0.05;  ///< least share of the gap that is worth a name
+constexpr double visible = 25;           ///< chi-square that must be expected where an effect is to prove itself
+constexpr double few = 8;                ///< conditions: fewer cannot be judged by drawing them,
+constexpr double certain = 60;           ///< but by a fall like this
+constexpr double practical_rise = 1e-4;  ///< m
+constexpr double practical = 0.05;       ///< least share of the gap that is worth a name
 
 /// A condition in two models.
 struct Compared {
@@ -114,7 +115,7 @@ HeldOutFall held_out_fall(const Problem& problem, const State& with, const State
 
 std::string refuted(const HeldOutFall& fall) {
   if (fall.expected < visible) return "";
-  if (fall.depth_rise_low > 0)
+  if (fall.depth_rise_low > practical_rise)
     return fmt::format("on conditions that were put aside the gap of depth grows by {:.2f} mm", 1e3 * fall.depth_rise);
   // Chi-squares go with the square of the gap.
   const double left = std::sqrt(std::max(fall.excess - fall.fall, 0.0) / std::max(fall.excess, 1e-300));

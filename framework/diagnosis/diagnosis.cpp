@@ -53,6 +53,7 @@ class Run {
     search_options.progress = [this](const std::string& what) { progress(share_ += 0.04, what); };
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
     problem_->correction = d_->search.correction;
+    problem_->brightening = d_->search.brightening;
     progress(0.95, "checking on conditions that were put aside");
     validate();
     describe();

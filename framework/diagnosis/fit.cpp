@@ -203,7 +203,8 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
 void correct(Problem& problem, const State& state) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
-  std::vector<std::vector<double>> correction(design.size());
+  constexpr double step = 0.01;
+  std::vector<std::vector<double>> correction(design.size()), brightening(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
     const int target = problem.target[i];
     const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
@@ -213,8 +214,14 @@ void correct(Problem& problem, const State& state) {
       const double difference = correction[i][row] - coarse[row];
       correction[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
     }
+    brightening[i] = design.predict(model, i, light + step);
+    for (std::size_t row = 0; row < coarse.size(); ++row) {
+      const double change = (brightening[i][row] - coarse[row]) / step;
+      brightening[i][row] = std::isfinite(change) ? change : 0;
+    }
   });
   problem.correction = std::move(correction);
+  problem.brightening = std::move(brightening);
 }
 
 Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
@@ -249,7 +256,7 @@ std::vector<Column> own_columns(const Problem& problem, const State& state,
 
 std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
                            std::span<const Column> columns) {
-  const std::size_t n = problem.design.rows(), each = problem.design.superpixels();
+  const std::size_t n = problem.design.rows();
   std::vector<Gram> grams(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
     const Observations& data = problem.data[i];
@@ -262,10 +269,9 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
         all.row(r).setZero();
         continue;
       }
-      const bool bright = row / each == amplitude || row / each == intensity;
       for (Eigen::Index c = 0; c < last; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
       all(r, last) = weight * problem.design.shift(i)[row];
-      all(r, last + 1) = bright ? weight : 0;
+      all(r, last + 1) = weight * problem.light_response(i, row);
       all(r, last + 2) = weight * (data.value[row] - rows[i][row]);
     }
     Gram gram = Gram::Zero(all.cols(), all.cols());

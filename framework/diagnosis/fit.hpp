@@ -19,6 +19,16 @@ struct Problem {
   std::vector<int> target;                ///< of each condition, among those; -1: known
   /// What is added to the coarse grid's expectation, one a condition, or nothing: see correct().
   std::vector<std::vector<double>> correction = {};
+  /// Change of the observables for a factor e of light, one a condition, or nothing: that of the ideal camera. Where
+  /// light comes from elsewhere than the board, more light from the board changes them less. See correct().
+  std::vector<std::vector<double>> brightening = {};
+
+  /// Of a row of observables x superpixels.
+  double light_response(std::size_t condition, std::size_t row) const {
+    if (!brightening.empty()) return brightening[condition][row];
+    const std::size_t observable = row / design.superpixels();
+    return observable == amplitude || observable == intensity ? 1 : 0;
+  }
 };
 
 /// Finds the targets whose reflectivity is not known.
@@ -31,7 +41,7 @@ struct State {
   Variances variances;
 };
 
-/// Sets the correction to what the whole images of a state differ from its coarse grid.
+/// Sets the correction to what the whole images of a state differ from its coarse grid, and how it answers to light.
 void correct(Problem& problem, const State& state);
 
 struct Fit {

@@ -14,14 +14,13 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   Problem whole = problem;
   correct(whole, state);  // as captures are reduced: from all pixels
   const auto rows = expected(whole, state);
-  const std::size_t n = problem.design.superpixels();
   std::vector<Observations> result = problem.data;
   for (std::size_t i = 0; i < result.size(); ++i) {
     const double jitter = state.variances.jitter * normal(generator), light = state.variances.light * normal(generator);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(result[i].variance[row])) continue;
-      const bool bright = row / n == amplitude || row / n == intensity;
-      result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] + (bright ? light : 0) +
+      result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] +
+                             light * whole.light_response(i, row) +
                              std::sqrt(result[i].variance[row]) * normal(generator);
     }
   }

@@ -41,13 +41,11 @@ Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& 
   const auto count = static_cast<Eigen::Index>(own.size()), size = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd result(size, count + gram_tail);
   if (count > 0) result.leftCols(count) = weighted(data, own, condition, 0);
-  const std::size_t each = problem.design.superpixels();
   for (std::size_t row = 0; row < rows.size(); ++row) {
     const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
-    const bool bright = row / each == amplitude || row / each == intensity;
     const auto r = static_cast<Eigen::Index>(row);
     result(r, count) = weight * problem.design.shift(condition)[row];
-    result(r, count + 1) = bright ? weight : 0;
+    result(r, count + 1) = weight * problem.light_response(condition, row);
     result(r, count + 2) = weight == 0 ? 0 : weight * (data.value[row] - rows[row]);
   }
   return result;

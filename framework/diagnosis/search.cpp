@@ -60,6 +60,7 @@ class Search {
     result_.refused = trials_.refused();
     result_.after = best_.fit;
     result_.correction = std::move(problem_.correction);
+    result_.brightening = std::move(problem_.brightening);
     return std::move(result_);
   }
 

@@ -46,9 +46,9 @@ struct SearchResult {
   std::vector<Pattern> rest;                   ///< significant patterns that no candidate explains
   double lack_of_fit = 1;                      ///< chi-square over freedom after the search
   double freedom = 0;
-  std::size_t structure = 0;                    ///< patterns in the rest that follow no axis (parallel analysis)
-  std::vector<std::vector<double>> correction;  ///< of the problem, at the end
-  std::vector<Rival> nearest;                   ///< candidates that come nearest to the rest; bic: share of its gain
+  std::size_t structure = 0;  ///< patterns in the rest that follow no axis (parallel analysis)
+  std::vector<std::vector<double>> correction, brightening;  ///< of the problem, at the end
+  std::vector<Rival> nearest;  ///< candidates that come nearest to the rest; bic: share of its gain
 };
 
 /// @param model terms of the model as it is; these are refitted

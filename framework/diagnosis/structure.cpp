@@ -37,9 +37,8 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
         const std::size_t row = o * n + s;
         const double variance = problem.data[i].variance[row];
         if (std::isinf(variance)) continue;
-        const bool bright = o == amplitude || o == intensity;
         const double left = problem.data[i].value[row] - rows[i][row] - taken(0) * problem.design.shift(i)[row] -
-                            (bright ? taken(1) : 0);
+                            taken(1) * problem.light_response(i, row);
         result[o](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(s)) = left / std::sqrt(variance);
       }
     }

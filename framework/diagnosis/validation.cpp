@@ -72,11 +72,10 @@ double gap(const Problem& problem, const State& state, std::size_t observable, c
 double noise_floor(const Problem& problem, const State& state, std::size_t observable,
                    const std::vector<bool>& chosen) {
   double sum = 0, count = 0;
-  const bool bright = observable == amplitude || observable == intensity;
   for_each_known(problem, observable, chosen, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
     const double jitter = state.variances.jitter * problem.design.shift(i)[row];
-    const double light = bright ? state.variances.light : 0;
+    const double light = state.variances.light * problem.light_response(i, row);
     sum += scale * scale * (problem.data[i].variance[row] + jitter * jitter + light * light);
     ++count;
   });
