@@ -200,11 +200,13 @@ class Search {
     const Base less = without(t);
     found.gain = less.fit.deviance - best_.fit.deviance;
     const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
-    const Group* const only = &group;
+    // The one direction that was fitted; among all directions of all candidates it has been chosen in add().
+    const Group direction{group.name, {group.columns[0]}};
+    const Group* const only = &direction;
     const Score score =
         scan(problem_, less.fit, less.columns, std::span(&only, 1), options_.flips, options_.seed).scores[0];
     found.p_value = score.p_value;
-    found.capture = share_of_best(less, score);
+    found.capture = capture(less, group);
     if (!significant(score)) {
       found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
     } else if (!worth_a_name(group.columns[0])) {
@@ -219,15 +221,12 @@ class Search {
     return found;
   }
 
-  double share_of_best(const Base& less, const Score& score) const {
-    const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
-    return most > 0 ? score.gain / most : std::numeric_limits<double>::infinity();
-  }
-
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const {
     const Group* const only = &group;
-    return share_of_best(less, scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0]);
+    const double gain = scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0].gain;
+    const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
+    return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
   }
 
   bool worth_a_name(const Column& change) const {
@@ -269,10 +268,10 @@ class Search {
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);
     if (result_.rest.empty() && result_.structure == 0) return;
-    const double whole = std::max(left.square - left.freedom, 1.0);
     for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
-      result_.nearest.push_back({t.candidate, t.fit.deviance - best_.fit.deviance,
-                                 std::clamp((best_.fit.deviance - t.fit.deviance) / whole, 0.0, 1.0), false});
+      const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
+      result_.nearest.push_back(
+          {t.candidate, t.fit.deviance - best_.fit.deviance, std::min(capture(best_, group), 1.0), false});
     }
   }
 

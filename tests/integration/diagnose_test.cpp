@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// `tofgraph diagnose` as a user runs it: what it refuses and how it says so, what it goes on with and notes.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/program.hpp"
+
+using tofgraph::tests::Outcome;
+using tofgraph::tests::read_text;
+using tofgraph::tests::shell;
+using tofgraph::tests::TemporaryFolder;
+using tofgraph::tests::write_text;
+
+namespace {
+
+const std::string ideal = "model: 1\ncamera: camcube2\neffects: []\n";
+
+/// A board at these distances, simulated with these effects.
+void simulate(const TemporaryFolder& folder, const std::string& distances, const std::string& effects, int frames,
+              const std::string& more = "") {
+  write_text(folder.path() / "model.yaml", ideal);
+  write_text(folder.path() / "truth.yaml", "model: 1\ncamera: camcube2\neffects: [" + effects + "]\n");
+  write_text(folder.path() / "scene.yaml",
+             "scene: 1\ncamera: camcube2\nframes: " + std::to_string(frames) +
+                 "\noutput: taps\nseed: 3\ntime_since_power_on: 3600 s\nintegration_time: 2 ms\n"
+                 "objects:\n  - {name: board, type: board, distance: 1 m, reflectivity: 0.6}\n"
+                 "sequence:\n  - {key: board.distance, values: [" +
+                 distances + "]}\n" + more);
+  const Outcome made = shell("$TOFGRAPH simulate scene.yaml --model truth.yaml -o data", folder.path());
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+}
+
+Outcome diagnose(const TemporaryFolder& folder, const std::string& options = "", const std::string& out = "found") {
+  return shell("$TOFGRAPH diagnose --quiet --model model.yaml --data data/campaign.yaml --out " + out + " " + options,
+               folder.path());
+}
+
+nlohmann::json report(const TemporaryFolder& folder, const std::string& out = "found") {
+  return nlohmann::json::parse(read_text(folder.path() / out / "report.json"));
+}
+
+bool notes(const nlohmann::json& report, const std::string& text) {
+  for (const auto& note : report.at("notes")) {
+    if (note.get<std::string>().find(text) != std::string::npos) return true;
+  }
+  return false;
+}
+
+const std::string rail = "0.7 m, 1.1 m, 1.6 m, 2 m, 2.3 m, 2.9 m, 3.3 m, 3.8 m";
+
+TEST(Diagnose, ExtendsTheModelSoThatSimulateTakesIt) {
+  const TemporaryFolder folder;
+  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
+  const Outcome first = diagnose(folder);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const auto found = report(folder);
+  ASSERT_EQ(found.at("effects").size(), 1u) << found.dump(1);
+  EXPECT_EQ(found["effects"][0]["name"], "wiggling");
+  EXPECT_NEAR(found["effects"][0]["parameters"]["amplitude"]["value"].get<double>(), 6e-3, 1e-4);
+  EXPECT_LT(found["gap"]["held_out_after"].get<double>(), 0.5 * found["gap"]["held_out_before"].get<double>());
+  // The extended model is one that simulate takes, and a search that starts from it finds nothing more.
+  const Outcome again = shell(
+      "$TOFGRAPH simulate scene.yaml --model found/model.yaml -o twin && "
+      "$TOFGRAPH diagnose --quiet --model found/model.yaml --data data/campaign.yaml --out rest",
+      folder.path());
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(report(folder, "rest").at("verdict"), "nothing_found");
+  // The same seed gives the same report.
+  ASSERT_EQ(diagnose(folder, "", "repeated").exit_code, 0);
+  EXPECT_EQ(read_text(folder.path() / "found/report.json"), read_text(folder.path() / "repeated/report.json"));
+}
+
+TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
+  const TemporaryFolder folder;
+  simulate(folder, rail, "", 2);
+  std::filesystem::path missing;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path() / "data")) {
+    if (entry.path().extension() == ".h5" && (missing.empty() || entry.path() < missing)) missing = entry.path();
+  }
+  write_text(missing, "no capture");
+  const Outcome refused = diagnose(folder);
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.err.find(missing.filename().string()), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--skip-missing"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "found/report.json"));
+  const Outcome skipped = diagnose(folder, "--skip-missing");
+  ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
+  EXPECT_TRUE(notes(report(folder), missing.filename().string())) << report(folder).at("notes");
+}
+
+TEST(Diagnose, TwoConditionsAreTooFew) {
+  const TemporaryFolder folder;
+  simulate(folder, "1 m, 2 m", "", 2);
+  const Outcome refused = diagnose(folder);
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.err.find("2 conditions can be used, and a search needs 3 at least"), std::string::npos)
+      << refused.err;
+}
+
+TEST(Diagnose, OneDistanceAndOneFrameAreNoted) {
+  const TemporaryFolder folder;
+  simulate(folder, "1.5 m", "", 1, "  - {key: integration_time, values: [0.5 ms, 1 ms, 2 ms, 4 ms]}\n");
+  const Outcome found = diagnose(folder);
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_TRUE(notes(report(folder), "one distance"));
+  EXPECT_TRUE(notes(report(folder), "one frame only"));
+  EXPECT_EQ(report(folder).at("verdict"), "nothing_found");
+}
+
+TEST(Diagnose, AnEffectThatIsNoneIsRefusedWithTheNameThatWasMeant) {
+  const TemporaryFolder folder;
+  simulate(folder, "1 m, 2 m, 3 m", "", 2);
+  const Outcome refused = diagnose(folder, "--without wigling");
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.err.find("wiggling"), std::string::npos) << refused.err;
+}
+
+}  // namespace
