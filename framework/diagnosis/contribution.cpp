@@ -81,7 +81,9 @@ HeldOutFall held_out_fall(const Problem& problem, const State& with, const State
   for (const bool aside : held) trained.push_back(aside ? 0 : 1);
   const std::vector<double> all(held.size(), 1);
   State full = fit_nuisances(problem, fit(problem, with, trained).state, all).state;
-  const State less = fit_nuisances(problem, fit(problem, without, trained).state, all).state;
+  Problem dimmed = problem;
+  brighten(dimmed, without);
+  const State less = fit_nuisances(dimmed, fit(dimmed, without, trained).state, all).state;
   full.variances = with.variances;
   const std::vector<Compared> conditions = compare(problem, full, less, held);
   HeldOutFall result;

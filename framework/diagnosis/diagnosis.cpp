@@ -165,7 +165,9 @@ class Run {
           effect.where = fmt::format("{} along {}", observable_names[found.where[0].observable], found.where[0].axis);
         State without = trained_;
         without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(t));
-        without = fit_nuisances(*problem_, without, std::vector<double>(d_->held_out.size(), 1)).state;
+        Problem dimmed = *problem_;
+        brighten(dimmed, without);
+        without = fit_nuisances(dimmed, without, std::vector<double>(d_->held_out.size(), 1)).state;
         effect.held_out_before = gap(*problem_, without, distance, d_->held_out);
         effect.held_out_after = d_->gaps[distance].held_out_after;
       }

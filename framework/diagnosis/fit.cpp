@@ -203,8 +203,7 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
 void correct(Problem& problem, const State& state) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
-  constexpr double step = 0.01;
-  std::vector<std::vector<double>> correction(design.size()), brightening(design.size());
+  std::vector<std::vector<double>> correction(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
     const int target = problem.target[i];
     const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
@@ -214,13 +213,28 @@ void correct(Problem& problem, const State& state) {
       const double difference = correction[i][row] - coarse[row];
       correction[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
     }
+  });
+  problem.correction = std::move(correction);
+  brighten(problem, state);
+}
+
+void brighten(Problem& problem, const State& state) {
+  constexpr double step = 0.01;
+  problem.brightening.clear();
+  if (state.terms.empty()) return;  // the ideal camera's
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> brightening(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const int target = problem.target[i];
+    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
     brightening[i] = design.predict(model, i, light + step);
+    const std::vector<double> coarse = design.predict(model, i, light);
     for (std::size_t row = 0; row < coarse.size(); ++row) {
       const double change = (brightening[i][row] - coarse[row]) / step;
       brightening[i][row] = std::isfinite(change) ? change : 0;
     }
   });
-  problem.correction = std::move(correction);
   problem.brightening = std::move(brightening);
 }
 

@@ -20,7 +20,7 @@ struct Problem {
   /// What is added to the coarse grid's expectation, one a condition, or nothing: see correct().
   std::vector<std::vector<double>> correction = {};
   /// Change of the observables for a factor e of light, one a condition, or nothing: that of the ideal camera. Where
-  /// light comes from elsewhere than the board, more light from the board changes them less. See correct().
+  /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
 
   /// Of a row of observables x superpixels.
@@ -43,6 +43,8 @@ struct State {
 
 /// Sets the correction to what the whole images of a state differ from its coarse grid, and how it answers to light.
 void correct(Problem& problem, const State& state);
+/// The latter alone.
+void brighten(Problem& problem, const State& state);
 
 struct Fit {
   State state;

@@ -12,7 +12,7 @@ namespace {
 struct Bounds {
   double least, most;
 };
-constexpr Bounds jitter_bounds{1e-6, 1}, light_bounds{1e-6, 1};
+constexpr Bounds jitter_bounds{1e-6, 1}, light_bounds{1e-6, 0.1};
 
 /// The least value of f over ln x by golden sections.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -29,6 +30,20 @@ constexpr double hopeless = 0.15, least_capture = 0.8;
 /// What an effect must change in one condition at least, root mean square of an observable: less is within what a
 /// simulation on a grid and a camera's repeatability leave open, however sure it is.
 constexpr std::array<double, observables> practical = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};  // m, others relative
+
+/// As long as it lives the problem answers to light as a base does.
+class InLightOf {
+ public:
+  InLightOf(Problem& problem, const Base& base)
+      : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
+  ~InLightOf() { problem_.brightening = std::move(before_); }
+  InLightOf(const InLightOf&) = delete;
+  InLightOf& operator=(const InLightOf&) = delete;
+
+ private:
+  Problem& problem_;
+  std::vector<std::vector<double>> before_;
+};
 
 class Search {
  public:
@@ -132,14 +147,17 @@ class Search {
 
   /// The model without a term. The derivatives are those of the model with it.
   Base without(std::size_t term) const {
-    Base less{{}, best_.columns};
+    Base less{{}, best_.columns, {}};
     State state = best_.fit.state;
     std::size_t first = 0;
     for (std::size_t t = 0; t < term; ++t) first += state.terms[t].values.size();
     const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
     less.columns.erase(at, at + static_cast<std::ptrdiff_t>(state.terms[term].values.size()));
     state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
-    less.fit = fit_last(problem_, std::move(state), weight_, less.columns);
+    Problem dimmed = problem_;
+    brighten(dimmed, state);
+    less.fit = fit_last(dimmed, std::move(state), weight_, less.columns);
+    less.brightening = std::move(dimmed.brightening);
     return less;
   }
 
@@ -166,6 +184,7 @@ class Search {
     Base less = without(t);
     if (bic(less.fit) < bic(best_.fit) + worth) return std::move(less.fit.state);
     if (t + 1 == terms().size()) return std::nullopt;  // the last one has just been chosen among all
+    const InLightOf there(problem_, less);
     std::vector<Trial> others = trials_.best(less, 0, options_.seed, candidate, rival_share);
     if (!others.empty() && bic(others.front().fit) < bic(best_.fit) - 1) return std::move(others.front().fit.state);
     return std::nullopt;
@@ -198,6 +217,8 @@ class Search {
     found.candidate = term.candidate;
     say(fmt::format("checking {}", found.candidate->name()));
     const Base less = without(t);
+    found.held_out = held_out_fall(problem_, best_.fit.state, less.fit.state, held_, options_.seed);
+    const InLightOf there(problem_, less);
     found.gain = less.fit.deviance - best_.fit.deviance;
     const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
     // The one direction that was fitted; among all directions of all candidates it has been chosen in add().
@@ -215,7 +236,6 @@ class Search {
       found.refutation =
           fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
     } else {
-      found.held_out = held_out_fall(problem_, best_.fit.state, less.fit.state, held_, options_.seed);
       found.refutation = refuted(found.held_out);
     }
     return found;
@@ -250,6 +270,7 @@ class Search {
     Found& found = result_.found[t - model_.size()];
     say(fmt::format("comparing {} with its rivals", found.candidate->name()));
     const Base less = without(t);
+    const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
     for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share)) {
       Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};

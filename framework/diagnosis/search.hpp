@@ -48,7 +48,7 @@ struct SearchResult {
   double freedom = 0;
   std::size_t structure = 0;  ///< patterns in the rest that follow no axis (parallel analysis)
   std::vector<std::vector<double>> correction, brightening;  ///< of the problem, at the end
-  std::vector<Rival> nearest;  ///< candidates that come nearest to the rest; bic: capture
+  std::vector<Rival> nearest;                                ///< candidates that come nearest to the rest; bic: capture
 };
 
 /// @param model terms of the model as it is; these are refitted

@@ -45,8 +45,8 @@ Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) c
   Trial result{probe.candidate, {}, score};
   const std::vector<State> all = starts(base.fit.state, probe, score);
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // The last is for where the others are beyond what the effect can do.
-    if (s + 1 == all.size() && std::isfinite(result.fit.deviance)) break;
+    // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
+    if (s + 1 == all.size() && result.fit.deviance < base.fit.deviance) break;
     try {
       Fit fit = fit_last(problem_, all[s], weight_, base.columns);
       if (fit.deviance < result.fit.deviance) result.fit = std::move(fit);

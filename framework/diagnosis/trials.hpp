@@ -11,6 +11,7 @@ namespace tofgraph::diagnosis {
 struct Base {
   Fit fit;
   std::vector<Column> columns;
+  std::vector<std::vector<double>> brightening = {};  ///< of the problem, see brighten()
 };
 
 /// A candidate in a model, with its score before it was fitted.
