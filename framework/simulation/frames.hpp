@@ -23,7 +23,7 @@ class Frames {
   /// @param with_taps the frames' taps are given out too, and phases and distance are those of the taps; otherwise the
   ///        samples' noise is drawn at once, which is faster and has the same distribution
   Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-         const physics::TapNoise& noise, NoiseSeed seed, bool with_taps);
+         const physics::TapNoise& noise, NoiseSeed seed, bool with_taps = false);
 
   /// 4 x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
   void taps(std::uint64_t frame, std::uint16_t* out) const;

@@ -259,6 +259,22 @@ TEST(Noise, IsStandardNormalAndIndependent) {
   }
 }
 
+TEST(Frames, PhasesAreThoseOfTheTapsWhereBothAreGivenOut) {
+  const ForwardModel model(camcube2(), false, {});
+  const Pixels pixels = superpixels(camcube2(), 6, 6);
+  const Frames frames(model, board_tracer(camcube2().focal_length, {1, 0, 0, 0.85}), shot_of(camcube2(), 1e-3), pixels,
+                      {3, 0.012}, {7, 2}, true);
+  std::vector<std::uint16_t> taps(8 * 36);
+  std::vector<float> phases(4 * 36);
+  frames.taps(4, taps.data());
+  frames.phases(4, phases.data());
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t i = 0; i < 36; ++i) {
+      const double difference = double{taps[2 * k * 36 + i]} - double{taps[(2 * k + 1) * 36 + i]};
+      EXPECT_NEAR(phases[k * 36 + i], difference, 1.001);  // each tap is rounded
+    }
+}
+
 TEST(Frames, TapsAreWholeCountsAndRepeatByNumber) {
   const ForwardModel model(camcube2(), false, {});
   const Pixels pixels = superpixels(camcube2(), 6, 6);
