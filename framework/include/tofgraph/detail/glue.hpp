@@ -10,7 +10,7 @@
 #include <type_traits>
 
 #if !defined(TOFGRAPH_PLUGIN_NAME) || !defined(TOFGRAPH_PLUGIN_VERSION)
-#error "TOFGRAPH_PLUGIN_NAME or _VERSION is not defined: -DTOFGRAPH_PLUGIN_NAME=\"depth_gain\" -DTOFGRAPH_PLUGIN_VERSION=\"1.0\", see README.md beside plugin.h"
+#error "TOFGRAPH_PLUGIN_NAME or TOFGRAPH_PLUGIN_VERSION is not defined: README.md beside plugin.h shows how"
 #endif
 
 namespace tofgraph::detail {
