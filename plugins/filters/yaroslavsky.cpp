@@ -32,8 +32,10 @@ struct Yaroslavsky final : WindowFilter {
   void process(Frame& frame) const {
     filter(
         frame, 0, [](WindowFrame&, double, double) {},
-        [](const WindowFrame& f, const Tile& tile) { HWY_DYNAMIC_DISPATCH(FilterPixels)
-                                                     (f, tile); });
+        [](const WindowFrame& f, const Tile& tile) {
+          HWY_DYNAMIC_DISPATCH(FilterPixels)
+          (f, tile);
+        });
   }
 };
 

@@ -111,8 +111,13 @@ TEST(Rail, MovesTheBoardUnlessALaserReadIt) {
     const auto real = seen(list, view);
     View there = view;
     if (!laser) there.board.distance = 1.002 * there.board.distance + 0.005;
-    there.board.tilt_x += 0.005;
-    there.board.tilt_y -= 0.003;
+    // The effect turns the board as it stands: R_y(-0.003) R_x(0.005) n.
+    const Vector3 n = physics::board(1, there.board.tilt_x, there.board.tilt_y).normal;
+    const double y = std::cos(0.005) * n.y - std::sin(0.005) * n.z, z = std::sin(0.005) * n.y + std::cos(0.005) * n.z;
+    const Vector3 turned{std::cos(-0.003) * n.x + std::sin(-0.003) * z, y,
+                         -std::sin(-0.003) * n.x + std::cos(-0.003) * z};
+    there.board.tilt_x = -std::asin(turned.y);
+    there.board.tilt_y = std::atan2(turned.x, turned.z);
     const auto expected = seen("", there);
     for (std::size_t i = 0; i < real.size(); ++i)
       EXPECT_LT(std::abs(real[i].phasor() - expected[i].phasor()), 1e-9 * expected[i].amplitude());

@@ -158,6 +158,7 @@ TEST(SceneFiles, ThoseThatComeWithTheProjectMakeTheirWorlds) {
   for (const char* sub : {"scenes", "campaigns"}) {
     for (const auto& entry : std::filesystem::directory_iterator(folder / sub)) {
       if (entry.path().extension() != ".yaml") continue;
+      if (core::load_document(entry.path()).entries.front().key != "scene") continue;  // tables and their model
       core::Diagnostics diagnostics;
       const SceneFile scene = read_scene(entry.path(), diagnostics);
       ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();

@@ -59,9 +59,9 @@ typedef struct tofgraph_view {
 typedef struct tofgraph_channel {
   const char* name;
   uint32_t type, rank;
-  uint64_t extent[4];  /* 0: known only with the frame */
-  const char *unit, *of;       /* SI: "m", "counts", ""; of: for sigma, the channel whose standard deviation it is */
-  const char *applied, *from;  /* stages so far, oldest first, and channels it was computed from; blank-separated */
+  uint64_t extent[4];         /* 0: known only with the frame */
+  const char *unit, *of;      /* SI: "m", "counts", ""; of: for sigma, the channel whose standard deviation it is */
+  const char *applied, *from; /* stages so far, oldest first, and channels it was computed from; blank-separated */
 } tofgraph_channel;
 
 typedef struct tofgraph_light {
@@ -74,22 +74,22 @@ typedef struct tofgraph_light {
 typedef struct tofgraph_camera {
   uint32_t size, light_size;
   const char* name;
-  uint32_t width, height;      /* px */
+  uint32_t width, height;        /* px */
   double focal_length, pitch[2]; /* m, pitch in x and y; NaN when only known in pixels */
-  double focal_px[2];          /* px */
-  double principal_point[2];   /* px, 0-based */
-  double distortion[5];        /* k1 k2 p1 p2 k3 */
-  double modulation_frequency; /* Hz, nominal */
-  double integration_time[2];  /* s, valid range */
-  double frame_rate;           /* Hz */
-  double gain, contrast;       /* amplitude = gain reflectivity t_int / D_t^2, in counts m^2/s; contrast of the taps */
-  double read_noise;           /* counts, standard deviation of a tap */
-  double shot_noise;           /* variance per count */
-  double full_well;            /* counts of a tap */
+  double focal_px[2];            /* px */
+  double principal_point[2];     /* px, 0-based */
+  double distortion[5];          /* k1 k2 p1 p2 k3 */
+  double modulation_frequency;   /* Hz, nominal */
+  double integration_time[2];    /* s, valid range */
+  double frame_rate;             /* Hz */
+  double gain, contrast; /* amplitude = gain reflectivity t_int / D_t^2, in counts m^2/s; contrast of the taps */
+  double read_noise;     /* counts, standard deviation of a tap */
+  double shot_noise;     /* variance per count */
+  double full_well;      /* counts of a tap */
   const tofgraph_light* lights;
   uint64_t light_count;
-  const float* rays;           /* height x width x 3 unit vectors in the optical frame; NaN outside the lens model */
-  const char* profile;         /* text of the profile */
+  const float* rays;   /* height x width x 3 unit vectors in the optical frame; NaN outside the lens model */
+  const char* profile; /* text of the profile */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. */
@@ -107,9 +107,9 @@ typedef struct tofgraph_stream {
 /** Metadata of one frame. */
 typedef struct tofgraph_metadata {
   uint32_t size, reserved;
-  uint64_t number;             /* place in the run, from 0; set by the host */
-  uint64_t device_number;      /* the device's own counter: gaps are lost frames */
-  int64_t timestamp_ns;        /* start of the exposure, since 1970 */
+  uint64_t number;                               /* place in the run, from 0; set by the host */
+  uint64_t device_number;                        /* the device's own counter: gaps are lost frames */
+  int64_t timestamp_ns;                          /* start of the exposure, since 1970 */
   double integration_time, modulation_frequency; /* s, Hz */
   double temperature, time_since_power_on;       /* K, s */
 } tofgraph_metadata;
@@ -154,7 +154,7 @@ typedef struct tofgraph_port {
                                  one named by a parameter called `channel` */
   const char *shape, *unit;   /* "H W", "4 H W", "H W 3", ..; "" any */
   uint32_t type, direction, flags;
-  const char *needs, *refuses; /* stages one of which must have been applied to it; that must not have been */
+  const char *needs, *refuses;  /* stages one of which must have been applied to it; that must not have been */
   const char *from, *adds, *of; /* outputs: channels it is computed from; words added to `applied` besides the stage's
                                    name (a class of corrections); for sigma the channel it belongs to */
   const char* text;
@@ -199,7 +199,7 @@ enum { TOFGRAPH_LASER = 1, TOFGRAPH_LENS_CAPPED = 2, TOFGRAPH_RAIL_COVERED = 4 }
 /** What is set and known while some frames are taken; unknown: NaN. */
 typedef struct tofgraph_condition {
   uint32_t size, flags;
-  const char *target, *ambient; /* labels; ambient: "dark" or another */
+  const char *target, *ambient;                  /* labels; ambient: "dark" or another */
   double integration_time, modulation_frequency; /* s, Hz */
   double temperature, time_since_power_on;       /* K, s */
   double distance, tilt[2], roll; /* m from the sensor plane along the axis; rad; the camera about its axis, rad */
@@ -209,11 +209,11 @@ typedef struct tofgraph_condition {
 /** The light of one source, or, where path is null, light from inside the camera. Per point. */
 typedef struct tofgraph_source_light {
   const char* name;
-  double position[3];     /* m, sensor frame; geometry may change it */
-  double on;              /* 1, 0: switched off */
-  const double* path;     /* m, source to surface */
-  double* phasor;         /* real, imaginary: amplitude e^(j phase), counts */
-  double* strength;       /* counts: the amplitude that counts in the intensity, sum / (2 contrast) */
+  double position[3]; /* m, sensor frame; geometry may change it */
+  double on;          /* 1, 0: switched off */
+  const double* path; /* m, source to surface */
+  double* phasor;     /* real, imaginary: amplitude e^(j phase), counts */
+  double* strength;   /* counts: the amplitude that counts in the intensity, sum / (2 contrast) */
 } tofgraph_source_light;
 
 /** The light of one condition at the effect's level; what a level does not have yet is null or 0. */
@@ -228,16 +228,16 @@ typedef struct tofgraph_light_state {
   double scale, offset, tilt[2];            /* z -> (1 + scale) z + offset, m, rad */
   /* phasor: points on surfaces; rows x columns of them where they are the pixels */
   uint64_t points, rows, columns;
-  double spacing;                    /* px between neighbours in a row and a column */
-  const double *pixel, *ray;         /* 2: column and row, px; 3: unit, optical frame */
-  const double *position, *normal;   /* 3: m, sensor frame; 3: unit, towards the camera's side */
-  const double *reflected, *inside;  /* m: surface to lens centre, lens centre to pixel */
+  double spacing;                   /* px between neighbours in a row and a column */
+  const double *pixel, *ray;        /* 2: column and row, px; 3: unit, optical frame */
+  const double *position, *normal;  /* 3: m, sensor frame; 3: unit, towards the camera's side */
+  const double *reflected, *inside; /* m: surface to lens centre, lens centre to pixel */
   const double* reflectivity;
   const double *distance, *amplitude; /* late: half of the mean path, not wrapped, m; of all light, counts */
   double* turn;                       /* rad, added to the phase at the end of the level */
   /* samples: four exposures; sample k is Re(phasor e^(j step)) + extra */
   double *exposure, *intensity, *extra; /* 4 x points: phasor (real, imaginary); mean of the taps, counts; counts */
-  double step[4];                      /* rad: k pi/2 */
+  double step[4];                       /* rad: k pi/2 */
   int (*displace)(struct tofgraph_light_state* state, uint32_t exposure, double displacement); /* m, boards, along z */
   /* taps: 4 x (A, B) x points, counts */
   double* taps;
