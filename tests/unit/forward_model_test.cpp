@@ -270,7 +270,8 @@ TEST(Frames, PhasesAreThoseOfTheTapsWhereBothAreGivenOut) {
   frames.phases(4, phases.data());
   for (std::size_t k = 0; k < 4; ++k)
     for (std::size_t i = 0; i < 36; ++i) {
-      const double difference = double{taps[2 * k * 36 + i]} - double{taps[(2 * k + 1) * 36 + i]};
+      const auto difference =
+          static_cast<double>(taps[2 * k * 36 + i]) - static_cast<double>(taps[(2 * k + 1) * 36 + i]);
       EXPECT_NEAR(phases[k * 36 + i], difference, 1.001);  // each tap is rounded
     }
 }
