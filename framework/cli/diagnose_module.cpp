@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_outputs(const DiagnoseArguments& arguments) {
-  for (const char* name : {"report.html", "report.json", "model.yaml"}) {
+  for (const char* name : {"report.html", "report.json", "model.yaml", diagnosis::map_file_name}) {
     const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
     if (!problem.empty()) throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
@@ -46,6 +46,7 @@ int diagnose(const DiagnoseArguments& arguments) {
     throw core::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
   const fs::path out(arguments.out);
+  diagnosis::write_maps(*result, out);
   io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
   io::write_file(out / "report.json", diagnosis::report_json(*result).dump(2) + "\n");
   diagnosis::gap_report(*result).write(out / "report.html");

@@ -4,8 +4,13 @@
 
 #include <fmt/format.h>
 
+#include "io/capture_map.hpp"
+
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 namespace tofgraph::diagnosis {
@@ -36,11 +41,46 @@ std::vector<double> tried(const FreeParameter& shape) {
   return values;
 }
 
+std::size_t parameter_at(const tofgraph_descriptor& descriptor, const std::string& name) {
+  const std::span all(descriptor.parameters, descriptor.parameter_count);
+  return static_cast<std::size_t>(std::ranges::find(all, name, &tofgraph_parameter::name) - all.begin());
+}
+
 }  // namespace
+
+EstimatedMaps::EstimatedMaps(std::vector<Map> maps, std::size_t grid, const tofgraph_camera& camera)
+    : maps_(std::move(maps)), grid_(grid), width_(camera.width), height_(camera.height) {
+  file_ = (std::filesystem::temp_directory_path() / "tofgraph-maps-XXXXXX").string();
+  const int descriptor = mkstemp(file_.data());
+  if (descriptor < 0) throw std::runtime_error(file_ + ": cannot be made");
+  close(descriptor);
+  std::vector<io::PixelMapData> data;
+  for (const Map& map : maps_) data.push_back({map.parameter.name, of_pixels(map)});
+  io::write_pixel_maps(file_, data, height_, width_);
+}
+
+EstimatedMaps::~EstimatedMaps() {
+  std::error_code ignored;
+  std::filesystem::remove(file_, ignored);
+}
+
+double EstimatedMaps::dimension() const {
+  double count = 0;
+  for (const Map& map : maps_) count += static_cast<double>(map.values.size());
+  return count;
+}
+
+std::vector<double> EstimatedMaps::of_pixels(const Map& map) const {
+  std::vector<double> values(width_ * height_);
+  for (std::size_t p = 0; p < values.size(); ++p)
+    values[p] = map.values[(p / width_) * grid_ / height_ * grid_ + (p % width_) * grid_ / width_];
+  return values;
+}
 
 Candidate::Candidate(const tofgraph_descriptor& descriptor)
     : descriptor_(&descriptor), owned_(defaults_of(descriptor)), written_(owned_.get()) {
   find_free();
+  find_maps();
 }
 
 Candidate::Candidate(const simulation::ModelEffect& effect) : descriptor_(effect.descriptor), written_(&effect.values) {
@@ -59,6 +99,16 @@ void Candidate::find_free() {
   }
   // Without a size nothing can be searched: shapes alone change nothing.
   if (sizes() == 0) free_.clear();
+}
+
+void Candidate::find_maps() {
+  if (free_.size() != 1 || free_.front().shape) return;
+  for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
+    const tofgraph_parameter& p = descriptor_->parameters[i];
+    const std::size_t dataset = parameter_at(*descriptor_, std::string(p.name) + "_dataset");
+    if (p.kind == TOFGRAPH_INPUT_FILE && written_->data()[i].given == 0 && dataset < descriptor_->parameter_count)
+      maps_.push_back({i, dataset, p.name});
+  }
 }
 
 std::size_t Candidate::sizes() const {
@@ -87,16 +137,24 @@ std::vector<std::vector<double>> Candidate::probes() const {
   return all;
 }
 
-simulation::EffectPtr Candidate::make(std::span<const double> free_values, const tofgraph_camera& camera) const {
+simulation::EffectPtr Candidate::make(std::span<const double> free_values, const tofgraph_camera& camera,
+                                      const EstimatedMaps* maps) const {
   std::vector<tofgraph_value> values(written_->data(), written_->data() + descriptor_->parameter_count);
   for (std::size_t i = 0; i < free_.size(); ++i) {
     values[free_[i].index].number = free_values[i];
     values[free_[i].index].given = 1;
   }
+  for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {
+    const MapParameter& map = maps->maps()[m].parameter;
+    values[map.index].text = maps->file().c_str();
+    values[map.dataset].text = map.name.c_str();
+    values[map.index].given = values[map.dataset].given = 1;
+  }
   return std::make_shared<const simulation::Effect>(*descriptor_, values.data(), camera);
 }
 
-std::string Candidate::yaml(std::span<const double> free_values) const {
+std::string Candidate::yaml(std::span<const double> free_values, const EstimatedMaps* maps,
+                            const std::string& map_file) const {
   std::string text = "{effect: " + name();
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
@@ -110,12 +168,16 @@ std::string Candidate::yaml(std::span<const double> free_values) const {
           fmt::format(", {}: {}", p.name, core::yaml_word(shown.empty() ? written_->shown()[p.name].dump() : shown));
     }
   }
+  for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {
+    const MapParameter& map = maps->maps()[m].parameter;
+    text += fmt::format(", {}: {{file: {}, dataset: {}}}", map.name, map_file, map_dataset(map));
+  }
   return text + "}";
 }
 
 simulation::ForwardModel forward_model(std::span<const Term> terms, const tofgraph_camera& camera, bool physical) {
   std::vector<simulation::EffectPtr> effects;
-  for (const Term& term : terms) effects.push_back(term.candidate->make(term.values, camera));
+  for (const Term& term : terms) effects.push_back(term.candidate->make(term.values, camera, term.maps.get()));
   return {camera, physical, std::move(effects)};
 }
 

@@ -23,6 +23,38 @@ struct FreeParameter {
   double off = 0, typical = 0, minimum = 0, maximum = 0;  ///< SI; off only of a size
 };
 
+/// A parameter that names a file with a number for every pixel.
+struct MapParameter {
+  std::size_t index = 0, dataset = 0;  ///< among the descriptor's parameters: the file, and its dataset's name
+  std::string name;
+};
+
+/// Maps that were estimated where no model names a file: constant within a superpixel.
+class EstimatedMaps {
+ public:
+  struct Map {
+    MapParameter parameter;
+    std::vector<double> values;  ///< grid x grid, SI
+  };
+  /// Writes the maps where effects can read them, for as long as this lives. @throws std::runtime_error
+  EstimatedMaps(std::vector<Map> maps, std::size_t grid, const tofgraph_camera& camera);
+  ~EstimatedMaps();
+  EstimatedMaps(const EstimatedMaps&) = delete;
+  EstimatedMaps& operator=(const EstimatedMaps&) = delete;
+
+  const std::vector<Map>& maps() const { return maps_; }
+  const std::string& file() const { return file_; }
+  /// How many numbers were estimated.
+  double dimension() const;
+  /// height x width
+  std::vector<double> of_pixels(const Map& map) const;
+
+ private:
+  std::vector<Map> maps_;
+  std::size_t grid_, width_, height_;
+  std::string file_;
+};
+
 class Candidate {
  public:
   /// With the defaults of its parameters. @throws core::ConfigurationError when one has none
@@ -36,28 +68,38 @@ class Candidate {
   const std::vector<FreeParameter>& free() const { return free_; }
   std::size_t sizes() const;
 
+  /// What can be estimated where it is not given: the maps of an effect that has a size to scale them and nothing else.
+  const std::vector<MapParameter>& maps() const { return maps_; }
+
   /// Values of the free parameters as they are in the model or by default.
   std::vector<double> start() const;
   /// Everything that changes nothing, with shapes at which a search begins: the product of a few of each shape.
   std::vector<std::vector<double>> probes() const;
   /// @throws simulation::EffectError
-  simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera) const;
+  simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera,
+                             const EstimatedMaps* maps = nullptr) const;
   /// The parameters as a model file has them: those that are free from the argument, the others as they are.
-  std::string yaml(std::span<const double> free_values) const;
+  /// @param map_file where estimated maps will be, under map_dataset()
+  std::string yaml(std::span<const double> free_values, const EstimatedMaps* maps = nullptr,
+                   const std::string& map_file = "") const;
+  std::string map_dataset(const MapParameter& map) const { return name() + "_" + map.name; }
 
  private:
   void find_free();
+  void find_maps();
 
   const tofgraph_descriptor* descriptor_;
   std::shared_ptr<const core::ParameterValues> owned_;  ///< of defaults
   const core::ParameterValues* written_;
   std::vector<FreeParameter> free_;
+  std::vector<MapParameter> maps_;
 };
 
 /// An effect of a model with the values of its free parameters.
 struct Term {
   const Candidate* candidate = nullptr;
   std::vector<double> values;
+  std::shared_ptr<const EstimatedMaps> maps = nullptr;
 };
 
 /// The forward model with some effects. @throws simulation::EffectError

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/contribution.hpp"
 
+#include "diagnosis/maps.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -80,10 +82,11 @@ HeldOutFall held_out_fall(const Problem& problem, const State& with, const State
   std::vector<double> trained;
   for (const bool aside : held) trained.push_back(aside ? 0 : 1);
   const std::vector<double> all(held.size(), 1);
-  State full = fit_nuisances(problem, fit(problem, with, trained).state, all).state;
+  State full = fit_nuisances(problem, fit(problem, with_maps_of(problem, with, trained), trained).state, all).state;
   Problem dimmed = problem;
   brighten(dimmed, without);
-  const State less = fit_nuisances(dimmed, fit(dimmed, without, trained).state, all).state;
+  const State less =
+      fit_nuisances(dimmed, fit(dimmed, with_maps_of(dimmed, without, trained), trained).state, all).state;
   full.variances = with.variances;
   const std::vector<Compared> conditions = compare(problem, full, less, held);
   HeldOutFall result;

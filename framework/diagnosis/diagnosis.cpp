@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis.hpp"
 
+#include "diagnosis/maps.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -128,7 +130,8 @@ class Run {
     Problem original{problem_->design, problem_->data, problem_->targets, problem_->target};
     if (!d_->model_terms.empty()) correct(original, as_it_was);
     before_ = fit_nuisances(original, as_it_was, all).state;
-    trained_ = some ? fit(*problem_, d_->search.after.state, weight).state : d_->search.after.state;
+    const State& after = d_->search.after.state;
+    trained_ = some ? fit(*problem_, with_maps_of(*problem_, after, weight), weight).state : after;
     State effects_held = fit_nuisances(*problem_, trained_, all).state;
     effects_held.variances = d_->search.after.state.variances;
     for (std::size_t o = 0; o < observables; ++o) {

@@ -76,5 +76,8 @@ std::string summary(const Diagnosis& diagnosis);
 /// formats: report.json and the extended model.
 nlohmann::json report_json(const Diagnosis& diagnosis);
 std::string model_yaml(const Diagnosis& diagnosis);
+/// The maps that the extended model names, beside it; nothing where none were estimated. @throws std::runtime_error
+inline constexpr const char* map_file_name = "maps.h5";
+void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder);
 
 }  // namespace tofgraph::diagnosis

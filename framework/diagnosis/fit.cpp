@@ -17,6 +17,12 @@ constexpr double derivative_step = 0.02;  ///< in typical steps: small enough fo
 constexpr int most_iterations = 30;
 constexpr double settled = 0.02, roughly_settled = 0.5;  ///< of the deviance
 
+double of_maps(const State& state) {
+  double dimension = 0;
+  for (const Term& term : state.terms) dimension += term.maps ? term.maps->dimension() : 0;
+  return dimension;
+}
+
 bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
 
 double turned_by(const FreeParameter& p, double value, double angle) {
@@ -94,6 +100,31 @@ Fit settled_at(const Problem& problem, State state, std::span<const double> weig
   return {std::move(state), after.solution.deviance, 0, {}};
 }
 
+/// A state with its sizes halfway to where they change nothing.
+State faded(State state) {
+  for (Term& term : state.terms) {
+    for (std::size_t k = 0; k < term.values.size(); ++k) {
+      const FreeParameter& p = term.candidate->free()[k];
+      if (!p.shape) term.values[k] = p.off + (term.values[k] - p.off) / 2;
+    }
+  }
+  return state;
+}
+
+/// Where effects give no number at the start, as when one that made up for another has been taken away, the start is
+/// moved to where they do less. @throws simulation::EffectError when that does not help
+Fit begun_at(const Problem& problem, State state, std::span<const double> weight, const Variances& variances) {
+  constexpr int most_halvings = 6;
+  for (int halving = 0; halving < most_halvings; ++halving) {
+    try {
+      return settled_at(problem, state, weight, variances);
+    } catch (const simulation::EffectError&) {
+      state = faded(std::move(state));
+    }
+  }
+  return settled_at(problem, std::move(state), weight, variances);
+}
+
 /// The first step along a direction that lowers the deviance, halved while it does not; nothing where none does.
 std::optional<Fit> line_search(const Problem& problem, const Fit& from, const Eigen::VectorXd& step, bool effects,
                                std::span<const double> weight, const Variances& variances) {
@@ -114,7 +145,7 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
   const int targets = static_cast<int>(problem.targets.size());
   start.light.resize(problem.targets.size(), 0);
   const Variances variances = start.variances;
-  Fit best = settled_at(problem, std::move(start), weight, variances);
+  Fit best = begun_at(problem, std::move(start), weight, variances);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const auto rows = expected(problem, best.state);
     std::vector<Column> columns(known.begin(), known.end());
@@ -122,7 +153,7 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
     const Profile now =
         profile(grams_of(problem, rows, columns), problem.target, targets, weight, best.state.variances);
     best.covariance = now.solution.covariance;
-    best.dimension = now.solution.dimension;
+    best.dimension = now.solution.dimension + of_maps(best.state);
     if (best.deviance - now.solution.deviance < enough) break;
     const Eigen::VectorXd step =
         effects ? within_bounds(problem, best.state, columns, rows, weight, now) : now.solution.values;
@@ -135,6 +166,20 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
     if (gain < enough) break;
   }
   return best;
+}
+
+/// Of the effects that give no number for a condition together: the first that does so alone, else the last.
+std::string guilty(const Problem& problem, const State& state, std::size_t condition, double light) {
+  const Design& design = problem.design;
+  for (const Term& term : state.terms) {
+    const std::vector<double> alone =
+        design.predict(forward_model(std::span(&term, 1), design.camera(), design.physical()), condition, light);
+    for (std::size_t row = 0; row < alone.size(); ++row) {
+      if (!std::isfinite(alone[row]) && !std::isinf(problem.data[condition].variance[row]))
+        return term.candidate->name();
+    }
+  }
+  return state.terms.empty() ? "none" : state.terms.back().candidate->name();
 }
 
 }  // namespace
@@ -193,7 +238,7 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
       if (std::isinf(variance[row]))
         rows[i][row] = 0;
       else if (!std::isfinite(rows[i][row]))
-        throw simulation::EffectError(state.terms.empty() ? "none" : state.terms.back().candidate->name(), "",
+        throw simulation::EffectError(guilty(problem, state, i, light), "",
                                       fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
     }
   });
@@ -246,13 +291,15 @@ Column derivative(const Problem& problem, const State& state, const std::vector<
   const double here = value, size = derivative_step * p.typical;
   double step = here + size > p.maximum ? -size : size;
   Column column;
-  value = here + step;
-  try {
-    column = expected(problem, other);
-  } catch (const simulation::EffectError&) {  // at the edge of what the effect can do: to the other side
-    step = -step;
+  for (int attempt = 0; column.empty(); ++attempt) {
+    constexpr int most_attempts = 4;
     value = here + step;
-    column = expected(problem, other);
+    try {
+      column = expected(problem, other);
+    } catch (const simulation::EffectError&) {  // at the edge of what the effect can do: to the other side, and less
+      if (attempt == most_attempts) throw;
+      step *= attempt % 2 == 0 ? -1 : 0.1;
+    }
   }
   for (std::size_t i = 0; i < column.size(); ++i) {
     for (std::size_t row = 0; row < column[i].size(); ++row)

@@ -67,7 +67,7 @@ Probes probes_of(const Problem& problem, const State& state,
   Probes probes;
   const auto rows = expected(problem, state);
   for (const auto& candidate : candidates) {
-    if (is_in(state, *candidate)) continue;
+    if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
     const std::size_t before = probes.list.size();
     try {
       probe(problem, state, rows, *candidate, probes);

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis.hpp"
+#include "io/capture_map.hpp"
+#include "io/output_file.hpp"
 
 #include <fmt/format.h>
 
@@ -145,11 +147,28 @@ json report_json(const Diagnosis& d) {
   return report;
 }
 
+void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
+  std::vector<io::PixelMapData> data;
+  for (const Term& term : d.search.after.state.terms) {
+    for (std::size_t m = 0; term.maps && m < term.maps->maps().size(); ++m) {
+      const EstimatedMaps::Map& map = term.maps->maps()[m];
+      data.push_back({term.candidate->map_dataset(map.parameter), term.maps->of_pixels(map)});
+    }
+  }
+  if (data.empty()) return;
+  io::OutputFile file(folder / map_file_name);
+  const tofgraph_camera& camera = d.measurements.design->camera();
+  io::write_pixel_maps(file.temporary_path().string(), data, camera.height, camera.width);
+  file.sync();
+  file.commit();
+}
+
 std::string model_yaml(const Diagnosis& d) {
   std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", core::yaml_word(d.model.camera),
                                  d.model.physical ? "physical" : "reference");
   text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
-  for (const Term& term : d.search.after.state.terms) text += "  - " + term.candidate->yaml(term.values) + "\n";
+  for (const Term& term : d.search.after.state.terms)
+    text += "  - " + term.candidate->yaml(term.values, term.maps.get(), map_file_name) + "\n";
   return text;
 }
 

@@ -11,11 +11,34 @@
 namespace tofgraph::diagnosis {
 namespace {
 
+/// Columns x columns of a group in C^-1. Of columns by superpixel it is kept as what it is made of: diagonals in D^-1,
+/// one for each pair of columns, less what the two random directions take out.
+struct Tried {
+  Eigen::MatrixXd whole;
+  std::vector<Eigen::VectorXd> diagonals;
+  Eigen::MatrixXd random;  ///< 2 x columns
+  Eigen::Matrix2d middle;
+
+  Eigen::Index columns() const { return whole.size() > 0 ? whole.cols() : random.cols(); }
+  void add_to(Eigen::MatrixXd& sum) const {
+    if (whole.size() > 0) {
+      sum += whole;
+      return;
+    }
+    const Eigen::Index n = diagonals.front().size(), count = random.cols() / n;
+    for (Eigen::Index a = 0; a < count; ++a) {
+      for (Eigen::Index b = 0; b < count; ++b)
+        sum.block(a * n, b * n, n, n).diagonal() += diagonals[static_cast<std::size_t>(a * count + b)];
+    }
+    sum.noalias() -= random.transpose() * (middle * random);
+  }
+};
+
 /// What a condition says of the columns that are tried, in C^-1. Held are [own, its target's light, residual].
 struct Share {
   Eigen::MatrixXd held;                ///< held x held
   std::vector<Eigen::MatrixXd> cross;  ///< one a group: held x columns
-  std::vector<Eigen::MatrixXd> tried;  ///< one a group: columns x columns
+  std::vector<Tried> tried;            ///< one a group
 };
 
 /// Columns of one condition over their standard deviations, from a row on.
@@ -51,6 +74,30 @@ Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& 
   return result;
 }
 
+/// Sums of a row of weighted values over observables, for each superpixel.
+Eigen::VectorXd by_superpixel(const Eigen::VectorXd& rows, Eigen::Index superpixels) {
+  return rows.reshaped(superpixels, rows.size() / superpixels).rowwise().sum();
+}
+
+/// Held x columns in D^-1 of columns that stand for one a superpixel.
+Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& held, const Eigen::MatrixXd& columns, Eigen::Index n) {
+  Eigen::MatrixXd cross(held.cols(), columns.cols() * n);
+  for (Eigen::Index h = 0; h < held.cols(); ++h) {
+    for (Eigen::Index c = 0; c < columns.cols(); ++c)
+      cross.row(h).segment(c * n, n) = by_superpixel(held.col(h).cwiseProduct(columns.col(c)), n).transpose();
+  }
+  return cross;
+}
+
+std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Eigen::Index n) {
+  std::vector<Eigen::VectorXd> diagonals;
+  for (Eigen::Index a = 0; a < columns.cols(); ++a) {
+    for (Eigen::Index b = 0; b < columns.cols(); ++b)
+      diagonals.push_back(by_superpixel(columns.col(a).cwiseProduct(columns.col(b)), n));
+  }
+  return diagonals;
+}
+
 Share share_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
                std::span<const Group* const> groups, const Variances& variances, std::size_t condition) {
   const Eigen::MatrixXd held = held_columns(problem, rows, own, condition);
@@ -70,11 +117,17 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
   share.held = Eigen::MatrixXd(gram - random * middle * random.transpose())(kept, kept);
   for (const Group* group : groups) {
     const Eigen::MatrixXd columns = weighted(problem.data[condition], group->columns, condition, group->first_row);
+    const auto superpixels = static_cast<Eigen::Index>(problem.design.superpixels());
+    const Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
     const Eigen::MatrixXd cross =
-        held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows()).transpose() * columns;
+        group->by_superpixel ? spread_cross(there, columns, superpixels) : Eigen::MatrixXd(there.transpose() * columns);
     const Eigen::MatrixXd shared = middle * cross.middleRows(count, 2);
     share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
-    share.tried.emplace_back(columns.transpose() * columns - cross.middleRows(count, 2).transpose() * shared);
+    if (group->by_superpixel)
+      share.tried.push_back({{}, spread_diagonals(columns, superpixels), cross.middleRows(count, 2), middle});
+    else
+      share.tried.push_back(
+          {columns.transpose() * columns - cross.middleRows(count, 2).transpose() * shared, {}, {}, {}});
   }
   return share;
 }
@@ -128,12 +181,12 @@ struct Projected {
 };
 
 Projected project(const std::vector<Share>& shares, const Held& held, std::size_t group) {
-  const Eigen::Index columns = shares.front().tried[group].cols(), unknowns = held.fitted.size();
+  const Eigen::Index columns = shares.front().tried[group].columns(), unknowns = held.fitted.size();
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
   Projected result;
   result.information = Eigen::MatrixXd::Zero(columns, columns);
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    result.information += shares[i].tried[group];
+    shares[i].tried[group].add_to(result.information);
     for (std::size_t a = 0; a < held.place[i].size(); ++a) {
       if (held.place[i][a] >= 0)
         cross.row(held.place[i][a]) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));

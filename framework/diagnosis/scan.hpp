@@ -17,6 +17,9 @@ struct Group {
   std::string name;
   std::vector<Column> columns;
   std::size_t first_row = 0;
+  /// Each column stands for as many as there are superpixels: what it changes there, and nothing elsewhere. In scores
+  /// they come one column after the other, its superpixels in their order.
+  bool by_superpixel = false;
 };
 
 struct Score {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search.hpp"
 
+#include "diagnosis/maps.hpp"
 #include "diagnosis/structure.hpp"
 #include "diagnosis/trials.hpp"
 #include "diagnosis/validation.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -27,9 +29,10 @@ constexpr double rival_share = 0.5;     ///< likewise, to take the place of one 
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
 /// effect in the complete model must reach the second.
 constexpr double hopeless = 0.15, least_capture = 0.8;
+constexpr double explained = 1.05;  ///< chi-square over its expectation where nothing is left to explain
 /// What an effect must change in one condition at least, root mean square of an observable: less is within what a
 /// simulation on a grid and a camera's repeatability leave open, however sure it is.
-constexpr std::array<double, observables> practical = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};  // m, others relative
+constexpr std::array<double, observables> practical = {3e-4, 2e-3, 2e-3, 3e-4, 3e-4};  // m, others relative
 
 /// As long as it lives the problem answers to light as a base does.
 class InLightOf {
@@ -51,19 +54,24 @@ class Search {
          const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options)
       : problem_(problem),
         model_(model),
+        candidates_(candidates),
         options_(options),
         weight_(problem.data.size(), 1.0),
         held_(hold_out(problem.design, options.seed)),
         finder_(problem_),
         trials_(problem_, candidates, weight_) {}
 
-  SearchResult run() {
+  /// @param refused effects that are not tried, and why
+  SearchResult run(const std::map<std::string, std::string>& refused) {
     say("fitting the model as it is");
     State start{model_, start_light(), {}};
     if (!model_.empty()) correct(problem_, start);
     take(fit(problem_, start, weight_));
     result_.before = best_.fit;
+    original_ = best_;
+    original_.brightening = problem_.brightening;
     trials_.prepare(best_.fit.state);
+    for (const auto& [name, why] : refused) trials_.refuse(name, why);
     say("asking where the gap is");
     result_.where = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1).patterns;
     grow();
@@ -111,7 +119,8 @@ class Search {
   void grow() {
     // What is dropped may be tried again, so the rounds are counted, not the effects alone.
     for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
-      if (terms().size() == model_.size() + options_.most_effects || !add()) break;
+      if (terms().size() == model_.size() + options_.most_effects || !(add() || add_maps())) break;
+      if (round == 0) prefer_maps();
       exchange();
     }
   }
@@ -132,11 +141,54 @@ class Search {
         refine(std::move(t.fit.state));
         return true;
       } catch (const simulation::EffectError& error) {
-        trials_.refuse(*t.candidate, error.what());
+        trials_.refuse(t.candidate->name(), error.what());
         best_ = before;
       }
     }
     return false;
+  }
+
+  bool beats(const MapTrial& maps) const {
+    return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
+  }
+
+  std::optional<MapTrial> maps_on(const Base& base) const {
+    return best_maps(problem_, base, candidates_, trials_.refused(), weight_, options_.flips, options_.seed);
+  }
+
+  bool take_maps(State state) {
+    const Base before = best_;
+    try {
+      refine(std::move(state));
+      return true;
+    } catch (const simulation::EffectError&) {
+      best_ = before;
+      return false;
+    }
+  }
+
+  /// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or
+  /// in its place.
+  bool add_maps() {
+    say("looking for what each pixel does");
+    std::optional<MapTrial> maps = maps_on(best_);
+    if (terms().size() > model_.size()) {
+      const InLightOf there(problem_, original_);
+      std::optional<MapTrial> alone = maps_on(original_);
+      if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
+    }
+    return maps && beats(*maps) && take_maps(std::move(maps->trial.fit.state));
+  }
+
+  /// Where maps alone explain all there is, what was added first stood for a part of them.
+  void prefer_maps() {
+    if (terms().size() == model_.size() || terms().back().maps) return;
+    std::optional<MapTrial> alone;
+    {
+      const InLightOf there(problem_, original_);
+      alone = maps_on(original_);
+    }
+    if (alone && alone->left < explained && beats(*alone)) take_maps(std::move(alone->trial.fit.state));
   }
 
   /// Fits with what the coarse grid misses of a state.
@@ -225,7 +277,9 @@ class Search {
     const Group direction{group.name, {group.columns[0]}};
     const Group* const only = &direction;
     const Score score =
-        scan(problem_, less.fit, less.columns, std::span(&only, 1), options_.flips, options_.seed).scores[0];
+        term.maps
+            ? score_of_maps(problem_, less, term, options_.flips, options_.seed)
+            : scan(problem_, less.fit, less.columns, std::span(&only, 1), options_.flips, options_.seed).scores[0];
     found.p_value = score.p_value;
     found.capture = capture(less, group);
     if (!significant(score)) {
@@ -298,12 +352,13 @@ class Search {
 
   Problem problem_;
   const std::vector<Term>& model_;
+  const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::vector<double> weight_;
   std::vector<bool> held_;
   PatternFinder finder_;
   Trials trials_;
-  Base best_;
+  Base original_, best_;  ///< the model as it is; with what was found
   SearchResult result_;
 };
 
@@ -311,7 +366,17 @@ class Search {
 
 SearchResult search(const Problem& problem, const std::vector<Term>& model,
                     const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {
-  return Search(problem, model, candidates, options).run();
+  // A candidate that fails where no fit can do without it is left out, and the search begins anew.
+  std::map<std::string, std::string> refused;
+  for (;;) {
+    try {
+      return Search(problem, model, candidates, options).run(refused);
+    } catch (const simulation::EffectError& error) {
+      const bool one_of_them =
+          std::ranges::any_of(candidates, [&](const auto& candidate) { return candidate->name() == error.effect; });
+      if (!one_of_them || !refused.emplace(error.effect, error.what()).second) throw;
+    }
+  }
 }
 
 }  // namespace tofgraph::diagnosis

@@ -30,7 +30,7 @@ class Trials {
   /// Probes the candidates anew. @param state what their changes are made to
   void prepare(const State& state) { probes_ = probes_of(problem_, state, candidates_); }
   const std::map<std::string, std::string>& refused() const { return probes_.refused; }
-  void refuse(const Candidate& candidate, const std::string& why) { probes_.refused[candidate.name()] = why; }
+  void refuse(const std::string& candidate, const std::string& why) { probes_.refused[candidate] = why; }
 
   /// The best candidates, fitted, best first by BIC.
   /// @param except a candidate that is scored and not fitted, or nullptr

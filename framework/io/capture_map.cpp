@@ -59,4 +59,20 @@ std::shared_ptr<const std::vector<double>> read_pixel_map(const std::string& fil
   return map;
 }
 
+void write_pixel_maps(const std::string& file, const std::vector<PixelMapData>& maps, std::size_t rows,
+                      std::size_t columns) {
+  const h5::Lock lock;
+  const h5::Handle created(h5::check(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), file), H5Fclose);
+  const hsize_t extent[2] = {rows, columns};
+  const h5::Handle space(h5::check(H5Screate_simple(2, extent, nullptr), file), H5Sclose);
+  for (const PixelMapData& map : maps) {
+    const h5::Handle data(h5::check(H5Dcreate2(created, map.dataset.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT,
+                                               H5P_DEFAULT, H5P_DEFAULT),
+                                    file + ": " + map.dataset),
+                          H5Dclose);
+    h5::check(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, map.values.data()), file);
+  }
+  h5::check(H5Fflush(created, H5F_SCOPE_LOCAL), file);
+}
+
 }  // namespace tofgraph::io

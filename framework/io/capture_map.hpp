@@ -15,4 +15,14 @@ namespace tofgraph::io {
 std::shared_ptr<const std::vector<double>> read_pixel_map(const std::string& file, const std::string& dataset,
                                                           std::size_t rows, std::size_t columns);
 
+/// A map on its way into a file.
+struct PixelMapData {
+  std::string dataset;
+  std::vector<double> values;  ///< rows x columns
+};
+
+/// Writes a new file with these datasets. @throws std::runtime_error
+void write_pixel_maps(const std::string& file, const std::vector<PixelMapData>& maps, std::size_t rows,
+                      std::size_t columns);
+
 }  // namespace tofgraph::io

@@ -120,7 +120,7 @@ std::vector<Case> ties(std::uint64_t seed, std::size_t draws) {
 std::vector<Case> quick(std::uint64_t seed, std::size_t) {
   std::vector<Case> cases;
   for (const char* effect : {"wiggling", "tap_mismatch", "crosstalk", "amplitude_walk", "integration_time_offset",
-                             "source_amplitude", "modulation_frequency"})
+                             "source_amplitude", "modulation_frequency", "fixed_pattern"})
     cases.push_back({.suite = "quick", .design = "small", .effects = {effect}, .seed = ++seed});
   for (const NoiseKind noise : noises)
     cases.push_back({.suite = "quick", .design = "small", .noise = noise, .seed = ++seed});
@@ -170,12 +170,13 @@ bool is_hidden_from_boards(const std::string& effect) {
 }
 
 bool are_alike(const std::string& a, const std::string& b) {
-  constexpr std::array<std::array<const char*, 2>, 6> ties = {{{"modulation_frequency", "rail_scale"},
+  constexpr std::array<std::array<const char*, 2>, 7> ties = {{{"modulation_frequency", "rail_scale"},
                                                                {"principal_point", "board_tilt"},
                                                                {"phase_step_error", "motion"},
                                                                {"source_amplitude", "source_position"},
                                                                {"lens_distortion", "stray_light"},
-                                                               {"amplitude_walk", "rail_scale"}}};
+                                                               {"amplitude_walk", "rail_scale"},
+                                                               {"vignetting", "pixel_response"}}};
   return std::ranges::any_of(
       ties, [&](const auto& tie) { return (a == tie[0] && b == tie[1]) || (a == tie[1] && b == tie[0]); });
 }

@@ -36,6 +36,9 @@ Score parse_score(const std::string& line);
 /// @param hidden the effects with their values
 Score judge(const Case& what, const nlohmann::json& report, const Effects& hidden, double seconds);
 
+/// Every hidden effect named, or in a documented tie with what is named, and nothing else.
+bool is_right(const Score& score);
+
 /// The share of what can be closed of the held-out gap that was closed; NaN where the gap does not rise above the
 /// noise.
 double closed(const Score& score);

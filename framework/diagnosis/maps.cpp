@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/maps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double probe = 1e-3;    ///< of a map, whatever its unit: effects are linear in their maps, or nearly
+constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
+constexpr int corrections = 2;    ///< for what is not quite linear
+
+/// Maps that are estimated together.
+struct Response {
+  std::vector<MapParameter> parameters;
+  std::vector<double> steps;  ///< of the values, SI
+  Group group;
+};
+
+Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps) {
+  const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
+  Term term{&candidate, {candidate.free().front().typical}};
+  term.maps = std::make_shared<const EstimatedMaps>(std::move(maps), grid, problem.design.camera());
+  return term;
+}
+
+/// Median over superpixels of how many standard deviations a column makes there in all conditions.
+double norm_of(const Problem& problem, const Column& column) {
+  const std::size_t n = problem.design.superpixels();
+  std::vector<double> squares(n, 0);
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row) {
+      const double variance = problem.data[i].variance[row];
+      if (std::isfinite(variance)) squares[row % n] += column[i][row] * column[i][row] / variance;
+    }
+  }
+  std::ranges::nth_element(squares, squares.begin() + static_cast<std::ptrdiff_t>(n / 2));
+  return std::sqrt(squares[n / 2]);
+}
+
+/// What maps change for one step of theirs. Those that change nothing are not there.
+/// @throws simulation::EffectError
+Response response(const Problem& problem, const State& state, const Candidate& candidate,
+                  std::span<const MapParameter> parameters) {
+  const auto rows = expected(problem, state);
+  Response result;
+  result.group.name = candidate.name();
+  result.group.by_superpixel = true;
+  for (const MapParameter& parameter : parameters) {
+    State with = state;
+    with.terms.push_back(
+        term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), probe)}}));
+    Column column = expected(problem, with);
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] -= rows[i][row];
+    }
+    const double norm = norm_of(problem, column);
+    if (!(norm > 0)) continue;
+    const double factor = step_norm / norm;
+    for (std::vector<double>& condition : column) {
+      for (double& value : condition) value *= factor;
+    }
+    result.parameters.push_back(parameter);
+    result.steps.push_back(factor * probe);
+    result.group.columns.push_back(std::move(column));
+  }
+  return result;
+}
+
+Score score(const Problem& problem, const Base& base, const Group& group, std::size_t flips, std::uint64_t seed) {
+  const Group* const only = &group;
+  return scan(problem, base.fit, base.columns, std::span(&only, 1), flips, seed).scores[0];
+}
+
+std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response& response, const Score& score) {
+  const std::size_t n = problem.design.superpixels();
+  std::vector<EstimatedMaps::Map> maps;
+  for (std::size_t m = 0; m < response.parameters.size(); ++m) {
+    maps.push_back({response.parameters[m], {}});
+    for (std::size_t s = 0; s < n; ++s)
+      maps.back().values.push_back(response.steps[m] * score.values(static_cast<Eigen::Index>(m * n + s)));
+  }
+  return maps;
+}
+
+Response subset(const Response& all, const std::vector<std::size_t>& chosen) {
+  Response result;
+  result.group.name = all.group.name;
+  result.group.by_superpixel = true;
+  for (const std::size_t m : chosen) {
+    result.parameters.push_back(all.parameters[m]);
+    result.steps.push_back(all.steps[m]);
+    result.group.columns.push_back(all.group.columns[m]);
+  }
+  return result;
+}
+
+/// Of a candidate's maps those that are worth their parameters, taken one by one.
+Response chosen_maps(const Problem& problem, const Base& base, const Response& all) {
+  const double price = std::log(static_cast<double>(problem.data.size()));
+  std::vector<std::size_t> chosen;
+  double merit = 0;
+  for (;;) {
+    std::optional<std::size_t> best;
+    for (std::size_t m = 0; m < all.parameters.size(); ++m) {
+      if (std::ranges::find(chosen, m) != chosen.end()) continue;
+      std::vector<std::size_t> more = chosen;
+      more.push_back(m);
+      const Score now = score(problem, base, subset(all, more).group, 0, 0);
+      if (now.gain - price * now.dimension <= merit) continue;
+      merit = now.gain - price * now.dimension;
+      best = m;
+    }
+    if (!best) return subset(all, chosen);
+    chosen.push_back(*best);
+  }
+}
+
+/// The same values, and what a scan adds to them.
+State corrected(const Problem& problem, State state, std::size_t term) {
+  const Term before = state.terms[term];
+  Fit fit;
+  fit.state = state;
+  const auto rows = expected(problem, state);
+  std::vector<Column> own = own_columns(problem, state, rows);
+  std::size_t scale = 0;
+  for (std::size_t t = 0; t < term; ++t) scale += state.terms[t].values.size();
+  own.erase(own.begin() + static_cast<std::ptrdiff_t>(scale));  // it is the maps' own
+  State without = state;
+  without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(term));
+  std::vector<MapParameter> parameters;
+  for (const EstimatedMaps::Map& map : before.maps->maps()) parameters.push_back(map.parameter);
+  const Response answer = response(problem, without, *before.candidate, parameters);
+  const Score now = score(problem, {fit, own}, answer.group, 0, 0);
+  const double factor = before.values.front() / before.candidate->free().front().typical;
+  std::vector<EstimatedMaps::Map> maps = values_of(problem, answer, now);
+  for (EstimatedMaps::Map& map : maps) {
+    const auto old = std::ranges::find(before.maps->maps(), map.parameter.index,
+                                       [](const EstimatedMaps::Map& m) { return m.parameter.index; });
+    for (std::size_t s = 0; s < map.values.size(); ++s) map.values[s] += factor * old->values[s];
+  }
+  state.terms[term] = term_of(problem, *before.candidate, std::move(maps));
+  return state;
+}
+
+MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candidate, const Response& maps,
+                std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
+  MapTrial result{{&candidate, {}, score(problem, base, maps.group, flips, seed)}};
+  State state = base.fit.state;
+  state.terms.push_back(term_of(problem, candidate, values_of(problem, maps, result.trial.score)));
+  result.trial.fit = fit_last(problem, std::move(state), weight, base.columns);
+  for (int correction = 0; correction < corrections; ++correction)
+    result.trial.fit =
+        fit_last(problem, corrected(problem, result.trial.fit.state, result.trial.fit.state.terms.size() - 1), weight,
+                 base.columns);
+  const State& last = result.trial.fit.state;
+  const std::vector<Column> own = own_columns(problem, last, expected(problem, last));
+  const Scan left = scan(problem, result.trial.fit, own, {}, 0, 0);
+  result.left = left.square / left.freedom;
+  return result;
+}
+
+}  // namespace
+
+std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
+                                  const std::vector<std::unique_ptr<Candidate>>& candidates,
+                                  const std::map<std::string, std::string>& refused, std::span<const double> weight,
+                                  std::size_t flips, std::uint64_t seed) {
+  std::optional<MapTrial> best;
+  if (problem.design.superpixels() < 2) return best;
+  for (const auto& candidate : candidates) {
+    if (candidate->maps().empty() || is_in(base.fit.state, *candidate) || refused.contains(candidate->name())) continue;
+    try {
+      const Response all = response(problem, base.fit.state, *candidate, candidate->maps());
+      const Response chosen = chosen_maps(problem, base, all);
+      if (chosen.parameters.empty()) continue;
+      MapTrial trial = fitted(problem, base, *candidate, chosen, weight, flips, seed);
+      const std::size_t n = problem.data.size();
+      if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
+    } catch (const simulation::EffectError&) {
+      continue;
+    }
+  }
+  return best;
+}
+
+Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
+                    std::uint64_t seed) {
+  std::vector<MapParameter> parameters;
+  for (const EstimatedMaps::Map& map : term.maps->maps()) parameters.push_back(map.parameter);
+  return score(problem, without, response(problem, without.fit.state, *term.candidate, parameters).group, flips, seed);
+}
+
+State with_maps_of(const Problem& problem, State state, std::span<const double> weight) {
+  if (std::ranges::none_of(state.terms, [](const Term& t) { return t.maps != nullptr; })) return state;
+  std::vector<Observations> data = problem.data;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
+  }
+  const Problem aside{problem.design, data, problem.targets, problem.target, problem.correction, problem.brightening};
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
+  }
+  return state;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Effects with a number for every pixel (offsets, sensitivities) of which the model names no file: their maps are
+/// estimated from what a fit leaves, one value a superpixel, jointly with all else. They cost as many parameters.
+#pragma once
+
+#include "diagnosis/trials.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// An effect whose maps were estimated, in a model.
+struct MapTrial {
+  Trial trial;
+  double left = 0;  ///< chi-square over its expectation that the fit leaves
+};
+
+/// The best of those candidates that have maps, fitted; nothing where there is none or none is worth its parameters.
+/// @param refused names that are not tried
+std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
+                                  const std::vector<std::unique_ptr<Candidate>>& candidates,
+                                  const std::map<std::string, std::string>& refused, std::span<const double> weight,
+                                  std::size_t flips, std::uint64_t seed);
+
+/// The score of a term's maps in a model without it.
+Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
+                    std::uint64_t seed);
+
+/// A state whose maps are estimated anew, from the conditions that have a weight alone.
+State with_maps_of(const Problem& problem, State state, std::span<const double> weight);
+
+}  // namespace tofgraph::diagnosis

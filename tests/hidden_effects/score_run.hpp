@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file One case from a campaign to a score.
+#pragma once
+
+#include "tests/hidden_effects/score_verdict.hpp"
+
+#include <filesystem>
+
+namespace tofgraph::hidden {
+
+struct Bench {
+  std::string program = TOFGRAPH_PROGRAM;
+  std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
+  bool keep = false;  ///< the campaign and the report
+};
+
+/// Makes the campaign, has it searched, compares. @throws std::runtime_error when the search fails
+Score run(const Case& what, const Bench& bench);
+
+}  // namespace tofgraph::hidden
