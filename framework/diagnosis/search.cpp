@@ -23,7 +23,7 @@ constexpr double worth = 10;            ///< least fall of BIC for an effect mor
 constexpr double tie_limit = 10;        ///< of deviance or BIC
 constexpr double few = 8;               ///< conditions: fewer cannot be judged by sign flips alone,
 constexpr double certain = 60;          ///< but by a gain like this
-constexpr std::size_t most_rounds = 3;  ///< of swapping
+constexpr std::size_t most_rounds = 3;  ///< of swapping at the end; one after each addition
 constexpr double promising = 0.3;       ///< of the best linear gain: what bending could still make of a candidate
 constexpr double rival_share = 0.5;     ///< likewise, to take the place of one that is in the model
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
@@ -121,8 +121,9 @@ class Search {
     for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
       if (terms().size() == model_.size() + options_.most_effects || !(add() || add_maps())) break;
       if (round == 0) prefer_maps();
-      exchange();
+      exchange(1);
     }
+    exchange(most_rounds);
   }
 
   static bool significant(const Score& score) {
@@ -214,8 +215,8 @@ class Search {
   }
 
   /// Takes each addition out again: drops it where it is not missed, swaps it where another does better.
-  void exchange() {
-    for (std::size_t round = 0; round < most_rounds && terms().size() > model_.size() + 1; ++round) {
+  void exchange(std::size_t rounds) {
+    for (std::size_t round = 0; round < rounds && terms().size() > model_.size() + 1; ++round) {
       std::optional<State> changed;
       for (std::size_t t = model_.size(); t < terms().size() && !changed; ++t) changed = better(t);
       if (!changed) break;

@@ -11,23 +11,26 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double held_out_share = 0.12;  ///< of the levels of each setting: with three of them about a quarter
+constexpr double held_out_share =
+    0.25;  ///< of the conditions, about: fewer levels of each setting, where there are several
 constexpr std::size_t fewest_levels = 4;
 constexpr int draws = 500;
 
-template <class Key> void hold_levels(const Design& design, std::mt19937_64& generator, std::vector<bool>& held,
-                                      const std::function<Key(const io::Condition&)>& level_of) {
+/// Conditions by the level of a setting, and those levels that may be held out: the first and the last stay.
+struct Setting {
+  std::vector<std::vector<std::size_t>> inner;
+  std::size_t levels = 0;
+};
+
+template <class Key> void add_setting(const Design& design, const std::function<Key(const io::Condition&)>& level_of,
+                                      std::vector<Setting>& settings) {
   std::map<Key, std::vector<std::size_t>> levels;
   for (std::size_t i = 0; i < design.size(); ++i) levels[level_of(design.conditions()[i])].push_back(i);
   if (levels.size() < fewest_levels) return;
-  std::vector<Key> inner;  // the first and the last stay: what is held out lies between
-  for (auto it = std::next(levels.begin()); it != std::prev(levels.end()); ++it) inner.push_back(it->first);
-  const auto wanted = static_cast<std::size_t>(std::lround(held_out_share * static_cast<double>(levels.size())));
-  for (std::size_t k = 0; k < std::max<std::size_t>(wanted, 1) && !inner.empty(); ++k) {
-    const std::size_t pick = generator() % inner.size();
-    for (const std::size_t i : levels[inner[pick]]) held[i] = true;
-    inner.erase(inner.begin() + static_cast<std::ptrdiff_t>(pick));
-  }
+  Setting setting{{}, levels.size()};
+  for (auto it = std::next(levels.begin()); it != std::prev(levels.end()); ++it)
+    setting.inner.push_back(std::move(it->second));
+  settings.push_back(std::move(setting));
 }
 
 /// Calls f(condition, superpixel, row) where the observable is known.
@@ -50,11 +53,24 @@ double scale_of(const Problem& problem, std::size_t observable, std::size_t i, s
 }  // namespace
 
 std::vector<bool> hold_out(const Design& design, std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
+  std::vector<Setting> settings;
+  add_setting<double>(
+      design, [](const io::Condition& c) { return c.board_distance; }, settings);
+  add_setting<double>(
+      design, [](const io::Condition& c) { return c.integration_time; }, settings);
+  add_setting<std::string>(
+      design, [](const io::Condition& c) { return c.target; }, settings);
   std::vector<bool> held(design.size(), false);
-  hold_levels<double>(design, generator, held, [](const io::Condition& c) { return c.board_distance; });
-  hold_levels<double>(design, generator, held, [](const io::Condition& c) { return c.integration_time; });
-  hold_levels<std::string>(design, generator, held, [](const io::Condition& c) { return c.target; });
+  std::mt19937_64 generator(seed);
+  const double share = 1 - std::pow(1 - held_out_share, 1 / std::max(static_cast<double>(settings.size()), 1.0));
+  for (Setting& setting : settings) {
+    const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(setting.levels)));
+    for (std::size_t k = 0; k < std::max<std::size_t>(wanted, 1) && !setting.inner.empty(); ++k) {
+      const auto pick = static_cast<std::ptrdiff_t>(generator() % setting.inner.size());
+      for (const std::size_t i : setting.inner[static_cast<std::size_t>(pick)]) held[i] = true;
+      setting.inner.erase(setting.inner.begin() + pick);
+    }
+  }
   return held;
 }
 

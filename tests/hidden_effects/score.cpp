@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
   Bench bench;
   fs::path out = "hidden_effects_scores";
   std::vector<std::string> chosen = {"quick"};
-  std::size_t draws = 1, limit = SIZE_MAX, every = 1;
+  std::size_t draws = 1, limit = SIZE_MAX, every = 1, from = 0;
   std::uint64_t seed = 1000;
   std::vector<fs::path> joined;
   std::string known;
@@ -51,6 +51,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", seed, "of all that is drawn; choose another one for tuning than for reporting")
       ->capture_default_str();
   app.add_option("--first", limit, "only so many cases of each suite");
+  app.add_option("--from", from, "leaves out so many cases of each suite");
   app.add_option("--every", every, "only each n-th case")->check(CLI::PositiveNumber);
   app.add_option("--program", bench.program, "the tofgraph to score")->capture_default_str();
   app.add_option("--scratch", bench.scratch, "where campaigns are made")->capture_default_str();
@@ -70,7 +71,7 @@ int main(int argc, char** argv) {
       const auto suite = std::ranges::find(suites(), name, &Suite::name);
       if (suite == suites().end()) throw std::invalid_argument("there is no suite '" + name + "'");
       const std::vector<Case> cases = suite->make(seed, draws);
-      for (std::size_t i = 0; i < cases.size() && i / every < limit; i += every) {
+      for (std::size_t i = from; i < cases.size() && (i - from) / every < limit; i += every) {
         const Score score = run(cases[i], bench);
         scores.push_back(score);
         csv << score.line() << std::endl;  // what is scored stays when the rest is interrupted
