@@ -79,6 +79,10 @@ std::string Channel::described() const {
   return unit.empty() ? text : text + ", " + unit;
 }
 
+bool Stream::is_from_source(const Channel& channel) const {
+  return !history.empty() && channel.made_by == history.front();
+}
+
 const Channel* Stream::find(std::string_view name) const {
   const auto found = std::ranges::find(channels, name, &Channel::name);
   return found == channels.end() ? nullptr : &*found;

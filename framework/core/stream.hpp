@@ -46,6 +46,8 @@ struct Stream {
   std::uint64_t known = 0;
   std::vector<std::size_t> history;  ///< nodes that the frames went through, in order
 
+  /// True when no node has written the channel since the source gave it.
+  bool is_from_source(const Channel& channel) const;
   Channel* find(std::string_view name);
   const Channel* find(std::string_view name) const;
 };

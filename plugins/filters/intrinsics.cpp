@@ -113,8 +113,11 @@ struct Intrinsics final : Filter {
 
   /// Makes the map, says which images go through it, and takes the distortion away.
   void use_rectification(const Setup& setup, tofgraph_camera& camera) {
-    if (setup.find("points") != nullptr)
-      throw ConfigError("rectify", "comes too late: there are points already; put the node before point_cloud");
+    if (const tofgraph_channel* points = setup.find("points"))
+      throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
+                                       ? "comes too late: there are points already; put the node before point_cloud"
+                                       : "the points that were recorded are no image: read the recording without "
+                                         "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);
     const std::size_t inside = rectification_.inside(), pixels = rectification_.pixels();
     if (inside == 0)
