@@ -124,7 +124,7 @@ bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>&
     const Channel* existing = input.find(port.channel);
     const bool read_too = std::ranges::any_of(bound, [&](const Channel* c) { return c != nullptr && c == existing; });
     if (existing == nullptr || read_too) continue;
-    const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", joined(existing->applied, ", "));
+    const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", applied_text(existing->applied));
     diagnostics.error(
         at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage_.name, port.channel, how),
         input.is_from_source(*existing)

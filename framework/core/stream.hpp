@@ -52,6 +52,9 @@ struct Stream {
   const Channel* find(std::string_view name) const;
 };
 
+/// What was applied to a channel, for people: "optimized_bistatic (the bent light path corrected)".
+std::string applied_text(const std::vector<std::string>& applied);
+
 /// A port's shape word by word: a number, or H, W, N. @returns false when the channel has another one.
 bool fits_shape(const Channel& channel, std::string_view shape);
 
