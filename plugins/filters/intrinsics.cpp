@@ -51,6 +51,10 @@ struct Intrinsics final : Filter {
     }
     update_focal_length(setup, camera);
     if (*rectify) use_rectification(setup, camera);
+    if (setup.find("points") != nullptr)
+      warn(
+          "the points that are there already keep the lens they were made with; to make them anew, read the recording "
+          "without them (channels of capture_reader) and put point_cloud behind");
     std::vector<float> table(std::size_t{camera.width} * camera.height * 3);
     physics::pixel_rays(camera, table.data());
     camera.rays = table.data();
