@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+
 namespace tofgraph::cli {
 namespace {
 
@@ -76,15 +78,53 @@ void print(const json& plugin) {
   for (const json& parameter : plugin["parameters"]) print_parameter(parameter);
 }
 
+/// A camera profile as it is written, each key with where its value is from.
+json profile(const std::filesystem::path& file) {
+  const auto camera = io::load_profile(file);
+  json values = json::array();
+  for (const core::Entry& entry : core::load_document(file).entries) {
+    if (entry.key == "profile" || entry.key == "name" || entry.key == "measured" || entry.key == "source") continue;
+    const bool measured = std::ranges::find(camera->measured, entry.key) != camera->measured.end();
+    values.push_back({{"key", entry.key}, {"value", core::yaml_text(entry.value)}, {"measured", measured}});
+  }
+  const core::Value document = core::load_document(file);
+  const core::Entry* source = document.find("source");
+  return {{"kind", "camera"},
+          {"name", camera->view().name},
+          {"file", file.string()},
+          {"values", values},
+          {"source", source != nullptr ? source->value.text : ""}};
+}
+
+void print_profile(const json& camera) {
+  fmt::print("camera {}: {}\n\n", text_of(camera, "name"), text_of(camera, "file"));
+  for (const json& value : camera["values"])
+    fmt::print("  {:24} {:9} {}\n", text_of(value, "key"), value["measured"].get<bool>() ? "measured" : "nominal",
+               text_of(value, "value"));
+  if (!text_of(camera, "source").empty()) fmt::print("\nsource: {}\n", text_of(camera, "source"));
+}
+
+int describe_profile(const std::filesystem::path& file, bool as_json) {
+  const json camera = profile(file);
+  if (as_json)
+    fmt::print("{}\n", camera.dump(2));
+  else
+    print_profile(camera);
+  return done;
+}
+
 int describe(const std::string& name, bool as_json, const Common& common) {
   const core::Catalogue catalogue(common.plugin_folders);
   const core::PluginFile* file = catalogue.find(name);
+  const std::filesystem::path camera = io::find_profile(name, std::filesystem::current_path());
+  if (file == nullptr && !camera.empty()) return describe_profile(camera, as_json);
   if (file == nullptr) {
     std::vector<std::string> names = catalogue.names();
     for (const core::PluginFile& other : catalogue.files()) {
       if (other.kind == "effect") names.push_back(other.name);
     }
-    throw core::ConfigurationError(fmt::format("error: there is no stage or effect '{}'\n         {}", name,
+    for (std::string& other : io::profile_names()) names.push_back(std::move(other));
+    throw core::ConfigurationError(fmt::format("error: there is no stage, effect or camera '{}'\n         {}", name,
                                                core::suggestion(name, names, "there are")));
   }
   const json plugin = catalogue.describe({*file}).at(file->path.string());
@@ -101,9 +141,10 @@ int describe(const std::string& name, bool as_json, const Common& common) {
 void add_describe(CLI::App& app, Common& common) {
   auto name = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand("describe", "Say what a stage reads, makes and can be set to");
+  CLI::App* command = app.add_subcommand(
+      "describe", "Say what a stage or effect reads, makes and can be set to, or what is known of a camera");
   command->footer("Example: tofgraph describe non_local_means");
-  command->add_option("NAME", *name, "A stage or effect")->required();
+  command->add_option("NAME", *name, "A stage, an effect, or a camera profile by name or path")->required();
   command->add_flag("--json", *as_json, "As JSON");
   command->callback([=, &common] { common.command = [=, &common] { return describe(*name, *as_json, common); }; });
 }

@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
+#include "core/paths.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
+
+#include <algorithm>
 
 namespace tofgraph::cli {
 namespace {
@@ -45,6 +49,25 @@ json cameras() {
   return list;
 }
 
+/// Files in the folders of plugins that no plugin is called like, one remark a folder.
+void tell_strays() {
+  std::vector<std::filesystem::path> folders = core::plugin_path_from_environment();  // --plugin-path is in front of it
+  folders.push_back(core::plugin_folder());
+  for (const auto& folder : folders) {
+    std::vector<std::string> strays;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+      if (core::plugin_file(entry.path()).kind.empty()) strays.push_back(entry.path().filename().string());
+    }
+    std::ranges::sort(strays);
+    if (strays.empty()) continue;
+    say(
+        fmt::format("warning: {}: left out, as a plugin is called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
+                    "effect): {}",
+                    folder.string(), fmt::join(strays, ", ")));
+  }
+}
+
 void print(const json& list, bool with_files) {
   std::string kind;
   for (const char* wanted : {"source", "filter", "sink", "effect", "camera"}) {
@@ -71,6 +94,7 @@ int list(const std::string& what, bool as_json, const Common& common) {
   if (what == "plugins") {
     for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
   }
+  if (what != "cameras" && !common.quiet) tell_strays();
   if (as_json)
     fmt::print("{}\n", entries.dump(2));
   else

@@ -32,6 +32,7 @@ void look_at_plugin_path(const Common& common) {
     if (!common.quiet && !std::filesystem::is_directory(folder))
       say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
   }
+  if (!common.plugin_folders.empty()) const core::Catalogue given(common.plugin_folders);  // refuses what is no folder
   // Plugins that load plugins themselves, as the simulator its effects, look there too.
   std::string path;
   for (const auto& folder : common.plugin_folders) path += std::filesystem::absolute(folder).string() + ":";

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
+#include "cli/progress.hpp"
 
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
@@ -13,6 +14,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <map>
 #include <stop_token>
 #include <thread>
 
@@ -63,19 +65,12 @@ class Watch {
 
   void draw(double seconds) const {
     const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
-    std::string text = expected != 0 ? bar(static_cast<double>(frames) / static_cast<double>(expected)) +
-                                           fmt::format(" {} of {} frames", frames, expected)
+    std::string text = expected != 0 ? progress_bar(static_cast<double>(frames) / static_cast<double>(expected),
+                                                    fmt::format("{} of {} frames", frames, expected))
                                      : fmt::format("{} frames", frames);
     text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / seconds);
     if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
     fmt::print(stderr, "\r\033[K{}", text);
-  }
-
-  static std::string bar(double fraction) {
-    constexpr int width = 30;
-    const int full = std::min(static_cast<int>(fraction * width), width);
-    return fmt::format("[{}{}] {:3.0f} %", std::string(static_cast<std::size_t>(full), '='),
-                       std::string(static_cast<std::size_t>(width - full), ' '), fraction * 100);
   }
 
   core::Runner& runner_;
@@ -115,6 +110,31 @@ std::string written_as(const std::string& path) {
   return there ? path : io::OutputPattern(path).with_number().text();
 }
 
+/// When the members of the numbered series at an output's path were written, those that are there.
+using Series = std::map<std::filesystem::path, std::filesystem::file_time_type>;
+
+Series series_at(const std::string& path) {
+  Series series;
+  const io::OutputPattern pattern(path);
+  std::error_code error;
+  for (const auto& file : (pattern.numbered() ? pattern : pattern.with_number()).members())
+    series[file] = std::filesystem::last_write_time(file, error);
+  return series;
+}
+
+/// What a former run left of a series and this one did not replace, in one line; empty: nothing.
+std::string older_files(const std::string& path, const Series& before) {
+  std::vector<std::string> older;
+  if (path.find('{') == std::string::npos) return {};
+  for (const auto& [file, time] : series_at(path)) {
+    const auto there = before.find(file);
+    if (there != before.end() && there->second == time) older.push_back(file.filename().string());
+  }
+  if (older.empty()) return {};
+  const std::string last = older.size() == 1 ? "" : fmt::format(" to {} ({} files)", older.back(), older.size());
+  return fmt::format("older files of this series stay: {}{}", older.front(), last);
+}
+
 /// The output files of a node as its parameters name them, from the current folder.
 std::vector<std::string> outputs_of(const core::Node& node) {
   std::vector<std::string> files;
@@ -122,13 +142,35 @@ std::vector<std::string> outputs_of(const core::Node& node) {
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
     const char* path = node.values().data()[i].text;
     if (stage.parameters[i].kind == TOFGRAPH_OUTPUT_FILE && *path != 0)
-      files.push_back(written_as(std::filesystem::proximate(path).string()));
+      files.push_back(std::filesystem::proximate(path).string());
   }
   return files;
 }
 
+/// The series that are there before a run.
+Series series_of(const core::Graph& graph) {
+  Series all;
+  for (const auto& node : graph.nodes()) {
+    for (const std::string& file : outputs_of(*node)) all.merge(series_at(file));
+  }
+  return all;
+}
+
+/// The files that nodes wrote, and what a former run left among them.
+void report_outputs(const core::Graph& graph, const core::RunResult& result, const Series& before) {
+  for (const auto& node : graph.nodes()) {
+    if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
+    for (const std::string& file : outputs_of(*node)) {
+      const std::string written = written_as(file);
+      say(fmt::format("  {} wrote {}", node->name, written));
+      if (const std::string older = older_files(written, before); !older.empty())
+        say(fmt::format("  {}: {}", node->name, older));
+    }
+  }
+}
+
 /// What came of a run, in words on standard error. @returns the exit code
-int report(const core::Graph& graph, const core::RunResult& result, const Common& common) {
+int report(const core::Graph& graph, const core::RunResult& result, const Series& before, const Common& common) {
   if (!common.quiet) {
     say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, core::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
@@ -145,12 +187,7 @@ int report(const core::Graph& graph, const core::RunResult& result, const Common
     say("error: " + result.error);
     return failed;
   }
-  if (!common.quiet && result.frames != 0) {
-    for (const auto& node : graph.nodes()) {
-      if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
-      for (const std::string& file : outputs_of(*node)) say(fmt::format("  {} wrote {}", node->name, file));
-    }
-  }
+  if (!common.quiet && result.frames != 0) report_outputs(graph, result, before);
   if (result.interrupted) {
     say("interrupted: the frames up to here are complete");
     return interrupted;
@@ -163,6 +200,7 @@ int run(const RunArguments& arguments, const Common& common) {
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
     throw core::ConfigurationError(problem);
   const auto graph = build(arguments.document(), arguments, common, arguments.force);
+  const Series before = series_of(*graph);
   core::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
   options.threads = arguments.threads;
@@ -176,7 +214,7 @@ int run(const RunArguments& arguments, const Common& common) {
     const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
     result = runner.run();
   }
-  return write_statistics(arguments, *graph, result, report(*graph, result, common));
+  return write_statistics(arguments, *graph, result, report(*graph, result, before, common));
 }
 
 }  // namespace

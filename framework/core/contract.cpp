@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 namespace tofgraph::core {
 namespace {
@@ -48,10 +49,12 @@ bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, Diagno
       right = check_input(stream, port, *bound.back(), diagnostics) && right;
     } else if ((port.flags & TOFGRAPH_OPTIONAL) == 0) {
       const bool rays = names.front() == "rays";
-      diagnostics.error(at,
-                        fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage_.name,
-                                    chosen ? wanted : joined(names, " or "), names_of(stream)),
-                        rays ? "the rays are those of the camera: write camera: NAME at the top of the pipeline" : "");
+      diagnostics.error(
+          at,
+          fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage_.name,
+                      chosen ? wanted : joined(names, " or "), names_of(stream)),
+          rays ? "the rays are those of the camera: --camera NAME, or camera: NAME at the top of the pipeline file"
+               : "");
       right = false;
     }
   }
@@ -86,9 +89,30 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
   for (const Channel& other : stream.channels) {
     if (!other.is_from(channel.name)) continue;
     return error(fmt::format("changes '{}', but '{}' was already computed from it", channel.name, other.name),
-                 fmt::format("put '{}' before the node that makes '{}'", name, other.name));
+                 stream.is_from_source(other)
+                     ? without_recorded(stream, {other.name})
+                     : fmt::format("put '{}' before the node that makes '{}'", name, other.name));
   }
   return true;
+}
+
+std::vector<std::string> Node::names_made() const {
+  std::vector<std::string> names;
+  for (const tofgraph_port& port : std::span(stage_.ports, stage_.port_count)) {
+    if (port.direction == TOFGRAPH_OUT) names.emplace_back(port.channel);
+  }
+  return names;
+}
+
+/// What the source gives stands in the way: how a recording is read without it.
+std::string Node::without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const {
+  std::vector<std::string> others;
+  for (const Channel& channel : stream.channels) {
+    const bool recorded = stream.is_from_source(channel) && channel.name != "rays";
+    if (recorded && std::ranges::find(unwanted, channel.name) == unwanted.end()) others.push_back(channel.name);
+  }
+  return fmt::format("the source gives it: leave it out there, as capture_reader does with {}, or take '{}' out",
+                     assignment(at, "channels", fmt::format("[{}]", joined(others, ", "))), name);
 }
 
 bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
@@ -100,10 +124,13 @@ bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>&
     const Channel* existing = input.find(port.channel);
     const bool read_too = std::ranges::any_of(bound, [&](const Channel* c) { return c != nullptr && c == existing; });
     if (existing == nullptr || read_too) continue;
-    const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", joined(existing->applied, ", "));
+    const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", applied_text(existing->applied));
     diagnostics.error(
         at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage_.name, port.channel, how),
-        "a correction is applied once: take one out, or let each read its own node with inputs: [...]");
+        input.is_from_source(*existing)
+            ? without_recorded(input, names_made())
+            : "a correction is applied once: take one out, or let each read its own node with " +
+                  assignment(at, "inputs", "[...]"));
     right = false;
   }
   return right;

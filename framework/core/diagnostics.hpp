@@ -18,6 +18,7 @@ struct SourceText {
   std::string name;
   std::string text;
   std::filesystem::path base = {};  ///< what relative paths in it are relative to; empty: the working folder
+  bool one_line = false;            ///< parameters are written key=value, not as YAML
 };
 
 /// A place in a text; line and column count from 1, 0 is "the whole".
@@ -26,6 +27,8 @@ struct Position {
   std::size_t line = 0;
   std::size_t column = 0;
   std::size_t length = 1;  ///< characters that the marks under the line cover
+
+  bool one_line() const { return source && source->one_line; }
 };
 
 enum class Severity { error, warning };

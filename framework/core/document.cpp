@@ -147,6 +147,12 @@ std::string yaml_word(const std::string& text) {
   return harmless ? text : nlohmann::json(text).dump();
 }
 
+std::string assignment(const Position& at, std::string_view key, std::string_view value) {
+  if (!at.one_line()) return fmt::format("{}: {}", key, value);
+  const bool one_word = value.find(' ') == std::string_view::npos || value.front() == '[';
+  return one_word ? fmt::format("{}={}", key, value) : fmt::format("{}='{}'", key, value);
+}
+
 namespace {
 
 /// "-5 mm", "7.0e6 counts m^2/s": nothing in it means anything to YAML.

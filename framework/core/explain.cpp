@@ -34,7 +34,7 @@ std::string channel_text(const Channel& channel) {
   std::string text = fmt::format("{} ({})", channel.name, channel.described());
   if (known != nullptr) text += fmt::format(": {}", known->text);
   if (!channel.of.empty()) text += fmt::format(", of {}", channel.of);
-  if (!channel.applied.empty()) text += fmt::format("; applied so far: {}", fmt::join(channel.applied, ", "));
+  if (!channel.applied.empty()) text += "; applied so far: " + applied_text(channel.applied);
   return text;
 }
 

@@ -37,7 +37,8 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
   const WrittenNodes written(pipeline, catalogue, diagnostics);
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   make_nodes(written, diagnostics);
-  prepare(diagnostics);
+  // Without the camera that was named, every stage that needs one would complain.
+  if (!pipeline.camera || camera_) prepare(diagnostics);
   check_outputs(nodes_, diagnostics);
 }
 

@@ -75,6 +75,8 @@ class Node {
                    Diagnostics& diagnostics) const;
   void announce_outputs(const std::vector<const Channel*>& bound);
   bool check_outputs(const Stream& input, const std::vector<const Channel*>& bound, Diagnostics& diagnostics) const;
+  std::vector<std::string> names_made() const;
+  std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
   Channel output_channel(const tofgraph_port& port) const;
   void announce_rays();
   void verify(const tofgraph_frame& frame) const;

@@ -17,8 +17,8 @@ namespace tofgraph::core {
 namespace {
 
 /// What to write instead: the default where there is one, else something of the right kind.
-std::string example(const tofgraph_parameter& p) {
-  const auto of = [&p](std::string_view value) { return fmt::format("example: {}: {}", p.name, value); };
+std::string example(const tofgraph_parameter& p, const Position& at) {
+  const auto of = [&](std::string_view value) { return "example: " + assignment(at, p.name, value); };
   if (p.fallback != nullptr && *p.fallback != 0) return of(p.fallback);
   const std::vector<std::string> choices = split_words(p.choices);
   if (!choices.empty() && p.kind != TOFGRAPH_OUTPUT_FILE) return of(choices.front());
@@ -119,7 +119,7 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
       parse(p, parse_value(p.fallback, at), values_[i], diagnostics);
     } else if (p.required != 0) {
       diagnostics.error(at, fmt::format("the {} {} needs the parameter '{}': {}", what, stage.name, p.name, p.text),
-                        example(p));
+                        example(p, at));
     }
   }
 }
@@ -156,7 +156,7 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
     for (const Value& item : value.items) text += (text.empty() ? "" : " ") + item.text;
   }
   if (value.kind == Value::Kind::null && out.given != 0) {
-    diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p));
+    diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p, value.at));
     return;
   }
   const std::vector<std::string> choices = split_words(p.choices);
@@ -216,7 +216,8 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
         out.text = keep(text);
     }
   if (!problem.empty()) {
-    diagnostics.error(value.at, fmt::format("'{}' is {}: it {}", p.name, value.described(), problem), example(p));
+    diagnostics.error(value.at, fmt::format("'{}' is {}: it {}", p.name, value.described(), problem),
+                      example(p, value.at));
   }
   shown_[p.name] = value.is_list() && !list_of_words ? list_text(value) : text;
 }

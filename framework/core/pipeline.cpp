@@ -180,9 +180,9 @@ PipelineSpec parse_pipeline(const Value& document, Diagnostics& diagnostics) {
     NodeSpec node = parse_node(item, diagnostics);
     const auto twin = std::ranges::find(pipeline.nodes, node.name, &NodeSpec::name);
     if (twin != pipeline.nodes.end() && !node.name.empty()) {
-      diagnostics.error(
-          node.at, fmt::format("two nodes are called '{}'", node.name),
-          fmt::format("the first is in line {}; give one of them another name: name: {}_2", twin->at.line, node.name));
+      diagnostics.error(node.at, fmt::format("two nodes are called '{}'", node.name),
+                        fmt::format("the first is in line {}, column {}; give one of them another name: {}",
+                                    twin->at.line, twin->at.column, assignment(node.at, "name", node.name + "_2")));
     }
     pipeline.nodes.push_back(std::move(node));
   }
@@ -190,7 +190,8 @@ PipelineSpec parse_pipeline(const Value& document, Diagnostics& diagnostics) {
 }
 
 Value pipeline_from_line(const std::string& line, const std::string& camera) {
-  const auto source = std::make_shared<SourceText>(SourceText{"command line", line, std::filesystem::current_path()});
+  const auto source =
+      std::make_shared<SourceText>(SourceText{"command line", line, std::filesystem::current_path(), true});
   const auto place = [&](std::size_t column, std::size_t length) { return Position{source, 1, column, length}; };
   const Position start = place(1, line.size());
   Diagnostics diagnostics;
@@ -253,7 +254,7 @@ Value document_of(const std::string& file_or_line, const std::string& camera) {
 }
 
 void apply_setting(PipelineSpec& pipeline, const std::string& setting, Diagnostics& diagnostics) {
-  const auto source = std::make_shared<SourceText>(SourceText{"--set", setting, std::filesystem::current_path()});
+  const auto source = std::make_shared<SourceText>(SourceText{"--set", setting, std::filesystem::current_path(), true});
   const Position at{source, 1, 1, setting.size()};
   const auto equals = setting.find('=');
   const auto dot = setting.substr(0, equals).find('.');

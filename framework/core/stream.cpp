@@ -79,6 +79,24 @@ std::string Channel::described() const {
   return unit.empty() ? text : text + ", " + unit;
 }
 
+std::string applied_text(const std::vector<std::string>& applied) {
+  static constexpr std::pair<std::string_view, std::string_view> meanings[] = {
+      {"non_linearity", "the bent light path corrected"}, {"T_world_camera", "moved into the world's frame"}};
+  std::string text;
+  for (const std::string& word : applied) {
+    const auto* meaning = std::ranges::find(meanings, word, &std::pair<std::string_view, std::string_view>::first);
+    if (meaning == std::end(meanings))
+      text += (text.empty() ? "" : ", ") + word;
+    else
+      text += text.empty() ? std::string(meaning->second) : fmt::format(" ({})", meaning->second);
+  }
+  return text;
+}
+
+bool Stream::is_from_source(const Channel& channel) const {
+  return !history.empty() && channel.made_by == history.front();
+}
+
 const Channel* Stream::find(std::string_view name) const {
   const auto found = std::ranges::find(channels, name, &Channel::name);
   return found == channels.end() ? nullptr : &*found;

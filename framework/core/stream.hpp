@@ -46,9 +46,14 @@ struct Stream {
   std::uint64_t known = 0;
   std::vector<std::size_t> history;  ///< nodes that the frames went through, in order
 
+  /// True when no node has written the channel since the source gave it.
+  bool is_from_source(const Channel& channel) const;
   Channel* find(std::string_view name);
   const Channel* find(std::string_view name) const;
 };
+
+/// What was applied to a channel, for people: "optimized_bistatic (the bent light path corrected)".
+std::string applied_text(const std::vector<std::string>& applied);
 
 /// A port's shape word by word: a number, or H, W, N. @returns false when the channel has another one.
 bool fits_shape(const Channel& channel, std::string_view shape);

@@ -65,7 +65,9 @@ void WrittenNodes::check_sources(Diagnostics& diagnostics) const {
   const bool all_known = std::ranges::all_of(stages_, [](auto* stage) { return stage != nullptr; });
   if (sources == 0 && all_known && !specs_.empty()) {
     diagnostics.error(specs_.front().at, "the pipeline has no source",
-                      "example: - {name: grab, stage: capture_reader, file: recording.h5}");
+                      specs_.front().at.one_line()
+                          ? "example: capture_reader file=recording.h5 ! ..."
+                          : "example: - {name: grab, stage: capture_reader, file: recording.h5}");
   }
 }
 
@@ -80,7 +82,9 @@ std::vector<InputSpec> WrittenNodes::resolved_inputs(std::size_t i, Diagnostics&
     }
     if (inputs.empty() && stages_[i] != nullptr) {
       diagnostics.error(node.at, fmt::format("node '{}' has nothing to read: no node above it gives frames", node.name),
-                        "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");
+                        node.at.one_line()
+                            ? "the first stage is a source, e.g. capture_reader file=recording.h5 ! ..."
+                            : "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");
     }
   }
   for (const InputSpec& input : inputs) {

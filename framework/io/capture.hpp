@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Captures: recordings of a camera, frame by frame, in HDF5. The layout is the published one (root attributes, group
-/// /frames, one chunk a frame); NaN is "unknown". Thread-safe: captures of one process take turns.
+/// Captures: recordings of a camera, frame by frame, in HDF5. The layout is that of docs/formats/capture.md; NaN is
+/// "unknown". Thread-safe: captures of one process take turns.
 #pragma once
 
 #include <tofgraph/plugin.h>

@@ -160,15 +160,24 @@ bool OutputPattern::overlaps(const OutputPattern& other) const {
   return digits_apart(before_, other.before_, false) && digits_apart(after_, other.after_, true);
 }
 
-fs::path OutputPattern::existing() const {
+std::vector<fs::path> OutputPattern::members() const {
   std::error_code error;
-  if (!numbered_) return fs::exists(folder_ / before_, error) ? folder_ / before_ : fs::path();
   std::vector<fs::path> found;
+  if (!numbered_) {
+    if (fs::exists(folder_ / before_, error)) found.push_back(folder_ / before_);
+    return found;
+  }
   for (const auto& entry : fs::directory_iterator(folder_.empty() ? fs::path(".") : folder_, error)) {
     const std::string name = entry.path().filename().string();
     if (produces(name)) found.push_back(folder_ / name);
   }
-  return found.empty() ? fs::path() : *std::ranges::min_element(found);
+  std::ranges::sort(found);
+  return found;
+}
+
+fs::path OutputPattern::existing() const {
+  const std::vector<fs::path> found = members();
+  return found.empty() ? fs::path() : found.front();
 }
 
 std::string why_not_writable(const fs::path& path) {

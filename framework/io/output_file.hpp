@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tofgraph::io {
 
@@ -64,7 +65,9 @@ class OutputPattern {
   std::filesystem::path companion(std::string_view extension) const;
   /// Whether some name can come from both.
   bool overlaps(const OutputPattern& other) const;
-  /// A file that is there and that the pattern can produce, or an empty path.
+  /// The files that are there and that the pattern can produce, by name.
+  std::vector<std::filesystem::path> members() const;
+  /// The first of them, or an empty path.
   std::filesystem::path existing() const;
 
  private:

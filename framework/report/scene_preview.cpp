@@ -25,15 +25,17 @@ std::string panel(const PreviewFrame& frame, std::span<const float> image, const
   }
   const double usual = usual_limit(values), limit = usual > 0 ? usual : 1;  // a dark image has a scale too
   const std::string range = around_zero ? fmt::format("set cbrange [{}:{}]\n", -limit, limit) : "set cbrange [*:*]\n";
-  return fmt::format("set title {}\nset cblabel {}\n{}{}set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", quoted(title),
-                     quoted(unit), around_zero ? signed_palette : rising_palette, range,
-                     static_cast<double>(columns) - 0.5, static_cast<double>(rows) - 0.5) +
+  return fmt::format(
+             "set title {}\nset cblabel {}\nset size ratio -1\n{}{}set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n",
+             quoted(title), quoted(unit), around_zero ? signed_palette : rising_palette, range,
+             static_cast<double>(columns) - 0.5, static_cast<double>(rows) - 0.5) +
          matrix_block("image", rows, columns, values) + "plot $image matrix using 1:2:3 with image\n";
 }
 
 std::string cloud(const PreviewFrame& frame) {
   std::string script =
-      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.1, 1\n"
+      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.4, 1\n"
+      "set colorbox user origin 0.93, 0.08 size 0.01, 0.3\n"
       "set view equal xyz\nset autoscale\nset border 0\nunset xlabel\nunset ylabel\nunset ztics\n";
   script += rising_palette;
   script += "set cbrange [*:*]\n$points << END\n";
@@ -62,7 +64,7 @@ std::string scene_preview(const PreviewFrame& frame) {
     script += panel(frame, frame.phases.subspan(k * n, n), fmt::format("phase image {}", k), "counts", true);
   script += panel(frame, frame.amplitude, "amplitude", "counts", false);
   script += panel(frame, frame.distance, "distance", "m", false);
-  script += "set size 0.52, 0.6\nset origin 0.48, -0.06\n" + cloud(frame) + "unset multiplot\n";
+  script += "set size noratio 0.52, 0.6\nset origin 0.48, -0.06\n" + cloud(frame) + "unset multiplot\n";
   return gnuplot_png(script, 1500, 720);
 }
 

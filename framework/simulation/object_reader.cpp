@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The keys of each type of object; the table of them is in README.md.
+// The keys of each type of object; the table of them is in docs/formats/scene.md.
 #include "simulation/objects.hpp"
 
 #include <fmt/format.h>

@@ -51,6 +51,10 @@ struct Intrinsics final : Filter {
     }
     update_focal_length(setup, camera);
     if (*rectify) use_rectification(setup, camera);
+    if (setup.find("points") != nullptr)
+      warn(
+          "the points that are there already keep the lens they were made with; to make them anew, read the recording "
+          "without them (channels of capture_reader) and put point_cloud behind");
     std::vector<float> table(std::size_t{camera.width} * camera.height * 3);
     physics::pixel_rays(camera, table.data());
     camera.rays = table.data();
@@ -113,8 +117,11 @@ struct Intrinsics final : Filter {
 
   /// Makes the map, says which images go through it, and takes the distortion away.
   void use_rectification(const Setup& setup, tofgraph_camera& camera) {
-    if (setup.find("points") != nullptr)
-      throw ConfigError("rectify", "comes too late: there are points already; put the node before point_cloud");
+    if (const tofgraph_channel* points = setup.find("points"))
+      throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
+                                       ? "comes too late: there are points already; put the node before point_cloud"
+                                       : "the points that were recorded are no image: read the recording without "
+                                         "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);
     const std::size_t inside = rectification_.inside(), pixels = rectification_.pixels();
     if (inside == 0)

@@ -38,6 +38,8 @@ struct Statistics final : Sink {
                       .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
                               "neighbours in the reference; flat, the others; each, all of them beside one another"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
+  Param<bool> show{
+      this, "show", {.fallback = "false", .text = "the table on standard output, too, where path names a file"}};
   Param<Choice> format{this,
                        "format",
                        {.fallback = "auto",
@@ -72,16 +74,18 @@ struct Statistics final : Sink {
 
   void finish() {
     const std::string text = format_ == "json" ? json() : format_ == "csv" ? csv() : table();
-    if (path->empty()) {
-      if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-        throw std::runtime_error(
-            fmt::format("standard output cannot be written: {}", std::generic_category().message(errno)));
-      return;
-    }
+    if (path->empty()) return print(text);
     io::write_file(std::string(*path), text);
+    if (*show) print(table());
   }
 
  private:
+  static void print(const std::string& text) {
+    if (std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0) return;
+    throw std::runtime_error(
+        fmt::format("standard output cannot be written: {}", std::generic_category().message(errno)));
+  }
+
   struct Region {
     std::size_t first_column, last_column, first_row, last_row;
   };

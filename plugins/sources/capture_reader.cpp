@@ -153,8 +153,9 @@ struct CaptureReader final : Source {
   void check_profile(const tofgraph_camera& camera) const {
     const io::CaptureHeader& header = reader_->header();
     if (camera.width == header.width && camera.height == header.height) return;
-    throw ConfigError("file", fmt::format("the capture is {} x {} px, the {} '{}' is of {} x {} px: write the profile "
-                                          "of the right size at the top of the pipeline, e.g. camera: ./cropped.yaml",
+    throw ConfigError("file", fmt::format("the capture is {} x {} px, the {} '{}' is of {} x {} px: give the profile "
+                                          "of the right size, e.g. --camera ./cropped.yaml, or camera: ./cropped.yaml "
+                                          "at the top of the pipeline file",
                                           header.width, header.height,
                                           header.profile.empty() ? "profile of its camera" : "profile in it",
                                           camera.name, camera.width, camera.height));

@@ -47,6 +47,7 @@ BENCHMARK_CAPTURE(run, simple_bistatic_estimated, "simple_bistatic", "distance")
 BENCHMARK_CAPTURE(run, crop_region, "crop columns=[10, 180] rows=[3, 190]", "depth")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, crop_range, "crop minimum='990 mm' minimum_amplitude='900 counts'", "depth")
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, intrinsics_rectified, "intrinsics rectify=true k1=-0.3", "depth")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, average_of_10, "average frames=10", "depth")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, average_running_10, "average frames=10 running=true", "depth")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(points, transform, "transform angles=['1 deg', '2 deg', '3 deg']")->Unit(benchmark::kMillisecond);

@@ -109,6 +109,20 @@ TEST(Diagnose, OneDistanceAndOneFrameAreNoted) {
   EXPECT_EQ(report(folder).at("verdict"), "nothing_found");
 }
 
+TEST(Diagnose, FaultyEffectPluginsAreNamedAndLeftOut) {
+  const TemporaryFolder folder;
+  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
+  const Outcome found = diagnose(folder, "--plugin-path " TOFGRAPH_BINARY_DIR "/tests/broken_effects");
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const auto said = report(folder);
+  EXPECT_TRUE(notes(said, "The effect gives_up was left out: ")) << said.at("notes");
+  EXPECT_TRUE(notes(said, "there is no table for this camera")) << said.at("notes");
+  EXPECT_TRUE(notes(said, "The effect gives_nan was left out: ")) << said.at("notes");
+  // They keep the search from nothing that it finds without them.
+  ASSERT_EQ(said.at("effects").size(), 1U) << said.at("effects");
+  EXPECT_EQ(said["effects"][0]["name"], "wiggling");
+}
+
 TEST(Diagnose, AnEffectThatIsNoneIsRefusedWithTheNameThatWasMeant) {
   const TemporaryFolder folder;
   simulate(folder, "1 m, 2 m, 3 m", "", 2);

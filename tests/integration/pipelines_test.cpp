@@ -157,7 +157,9 @@ std::vector<std::string> cells_of(const std::string& line) {
 }
 
 TEST_F(Pipelines, CompareDenoisersShowsThatEachDenoiserDenoises) {
-  ASSERT_EQ(run("compare_denoisers.yaml").exit_code, 0);
+  const Outcome outcome = run("compare_denoisers.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("\nguided "), std::string::npos) << "no table is shown: " << outcome.out;
   for (const std::string column : {"rms_m", "rms_flat_m", "rms_edge_m"}) {
     std::istringstream table(read_text(folder.path() / "out/denoisers.csv"));
     std::string line;
@@ -170,8 +172,8 @@ TEST_F(Pipelines, CompareDenoisersShowsThatEachDenoiserDenoises) {
       const std::vector<std::string> cells = cells_of(line);
       if (cells.at(2) == "all") rms[cells.at(0)] = std::stod(cells.at(place));
     }
-    ASSERT_EQ(rms.size(), 8U);
-    for (const char* name : {"median", "yaroslavsky", "bilateral", "non_local_means", "adaptive", "robust"})
+    ASSERT_EQ(rms.size(), 9U);
+    for (const char* name : {"median", "yaroslavsky", "bilateral", "non_local_means", "adaptive", "robust", "guided"})
       EXPECT_LT(rms.at(name), rms.at("cleaned")) << name << ", " << column;
     EXPECT_LT(rms.at("non_local_means"), rms.at("yaroslavsky")) << column;
     EXPECT_LT(rms.at("robust"), rms.at("non_local_means")) << column;
@@ -237,6 +239,26 @@ TEST_F(Pipelines, ExistingOutputsAreNotTouched) {
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_NE(again.err.find("--force"), std::string::npos) << again.err;
   EXPECT_EQ(run("ideal_board.yaml --frames 1 --force").exit_code, 0);
+}
+
+TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
+  const Outcome first = run("ideal_board.yaml --frames 4");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(first.err.find("older files"), std::string::npos) << first.err;
+  std::set<std::string> clouds;
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "out")) {
+    if (entry.path().extension() == ".pcd") clouds.insert(entry.path().filename());
+  }
+  ASSERT_EQ(clouds.size(), 4U);
+  const Outcome shorter = run("ideal_board.yaml --frames 1 --force");
+  ASSERT_EQ(shorter.exit_code, 0) << shorter.err;
+  EXPECT_NE(shorter.err.find("older files of this series stay: " + *std::next(clouds.begin()) + " to " +
+                             *clouds.rbegin() + " (3 files)\n"),
+            std::string::npos)
+      << shorter.err;
+  const Outcome replaced = run("ideal_board.yaml --frames 4 --force");
+  EXPECT_EQ(replaced.exit_code, 0) << replaced.err;
+  EXPECT_EQ(replaced.err.find("older files"), std::string::npos) << replaced.err;
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {

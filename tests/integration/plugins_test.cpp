@@ -101,8 +101,8 @@ TEST(BrokenPlugin, DoesNotKeepTheOthersFromBeingListed) {
 TEST(PluginPath, ThatIsNoFolderIsAMistake) {
   const TemporaryFolder folder;
   write_text(folder.path() / "file", "");
-  for (const std::string& command :
-       {std::string("list"), std::string("describe scale"), std::string("check 'ramp ! null'")}) {
+  for (const std::string& command : {std::string("list"), std::string("list cameras"), std::string("describe scale"),
+                                     std::string("check 'ramp ! null'")}) {
     for (const char* path : {"absent", "file"}) {
       const Outcome outcome = shell(std::string("\"$TOFGRAPH\" --plugin-path ") + path + " " + command, folder.path());
       EXPECT_EQ(outcome.exit_code, 2) << command;
@@ -112,6 +112,21 @@ TEST(PluginPath, ThatIsNoFolderIsAMistake) {
   }
 }
 
+TEST(PluginPath, FilesThatAreNoPluginsAreToldOnceByList) {
+  const TemporaryFolder folder;
+  for (const char* name : {"tofgraph_filtre_mine.so", "mine.so", "notes.txt"}) write_text(folder.path() / name, "");
+  const std::string program = "\"$TOFGRAPH\" --plugin-path " + folder.path().string();
+  for (const char* what : {" list", " list effects", " list plugins", " list --json"}) {
+    const Outcome outcome = shell(program + what, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << what;
+    EXPECT_EQ(outcome.err, "warning: " + folder.path().string() +
+                               ": left out, as a plugin is called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
+                               "effect): mine.so, notes.txt, tofgraph_filtre_mine.so\n")
+        << what;
+  }
+  EXPECT_EQ(shell(program + " list --quiet", folder.path()).err, "");
+}
+
 TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
   const TemporaryFolder folder;
   const std::string command = "TOFGRAPH_PLUGIN_PATH=$TOFGRAPH_PLUGIN_PATH:absent \"$TOFGRAPH\" ";
@@ -119,6 +134,30 @@ TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err.find("warning: TOFGRAPH_PLUGIN_PATH: absent is no folder\n"), 0U) << outcome.err;
   EXPECT_EQ(shell(command + "--quiet run 'ramp ! null'", folder.path()).err, "");
+}
+
+TEST(Describe, OfACameraSaysWhatWasMeasured) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "mine.yaml",
+             "profile: 1\nname: mine\nwidth: 8\nheight: 6\npixel_pitch: 40 um\nfocal_length: 12.8 mm\n"
+             "principal_point: [3.5, 2.5]\nmodulation_frequency: 20 MHz\nmeasured: [principal_point]\n"
+             "source: a first try\n");
+  const Outcome outcome = shell("\"$TOFGRAPH\" describe ./mine.yaml --json", folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto camera = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(camera["kind"], "camera");
+  EXPECT_EQ(camera["name"], "mine");
+  EXPECT_EQ(camera["source"], "a first try");
+  EXPECT_EQ(camera["values"].size(), 6U) << camera;
+  for (const auto& value : camera["values"]) EXPECT_EQ(value["measured"], value["key"] == "principal_point") << value;
+  EXPECT_EQ(camera["values"][3], (nlohmann::json{{"key", "focal_length"}, {"value", "12.8 mm"}, {"measured", false}}));
+  const Outcome shown = shell("\"$TOFGRAPH\" describe camcube2", folder.path());
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_NE(shown.out.find("camera camcube2"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("20 MHz"), std::string::npos) << shown.out;
+  const Outcome unknown = shell("\"$TOFGRAPH\" describe camcube", folder.path());
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("did you mean 'camcube2'?"), std::string::npos) << unknown.err;
 }
 
 class PluginCache : public testing::Test {

@@ -272,8 +272,19 @@ TEST(Intrinsics, RefusesToRectifyWhereThereIsNothingOrTooLate) {
   EXPECT_NE(message_of([&] { nowhere.prepare(); }).find("no pixel of the rectified image"), std::string::npos);
   Harness late("intrinsics rectify=true");
   late.camera(profile);
-  late.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));
+  late.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1),
+                  {.unit = "m", .of = "", .applied = "optimized_bistatic point_cloud", .from = ""});
   EXPECT_NE(message_of([&] { late.prepare(); }).find("there are points already"), std::string::npos);
+  Harness recorded("intrinsics rectify=true");
+  recorded.camera(profile);
+  recorded.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));
+  EXPECT_NE(message_of([&] { recorded.prepare(); }).find("read the recording without them"), std::string::npos);
+  Harness kept("intrinsics k1=-0.1");
+  kept.camera(profile);
+  kept.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));
+  kept.prepare();
+  ASSERT_EQ(kept.messages().size(), 1U);
+  EXPECT_NE(kept.messages()[0].find("keep the lens they were made with"), std::string::npos) << kept.messages()[0];
   Harness folded("intrinsics rectify=true k1=-3");
   folded.camera(profile);
   folded.put<float>("distance", {204, 204}, std::vector<float>(pixels, 1));

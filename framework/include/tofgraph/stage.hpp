@@ -91,7 +91,8 @@ class Setup {
   /// The camera of the stream; for sources, the pipeline's. @throws std::runtime_error when there is none.
   const tofgraph_camera& camera() const {
     if (stream().camera != nullptr) return *stream().camera;
-    throw std::runtime_error("needs to know the camera: write camera: NAME at the top of the pipeline");
+    throw std::runtime_error(
+        "needs to know the camera: --camera NAME, or camera: NAME at the top of the pipeline file");
   }
   bool knows(std::uint64_t metadata) const { return (stream().known & metadata) == metadata; }
   /// A channel of the stream, or null.
