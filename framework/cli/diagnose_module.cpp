@@ -8,6 +8,7 @@
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <thread>
@@ -25,6 +26,9 @@ void check_outputs(const DiagnoseArguments& arguments) {
 }
 
 int diagnose(const DiagnoseArguments& arguments) {
+  // A search makes and drops the same arrays over and over: giving them back to the system costs a fifth of the time.
+  mallopt(M_MMAP_THRESHOLD, 1 << 28);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   check_outputs(arguments);
   const core::Catalogue catalogue(arguments.plugin_folders);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
