@@ -37,6 +37,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   std::vector<Eigen::Index> columns;  // of each effect
   for (const auto& candidate : candidates) {
     if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
+    if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // seen wherever pixels are
     result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
     const std::size_t before = together.columns.size();
     for (std::size_t p = 0; p < probes.list.size(); ++p) {

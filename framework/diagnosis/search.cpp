@@ -29,10 +29,11 @@ constexpr double rival_share = 0.5;     ///< likewise, to take the place of one 
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
 /// effect in the complete model must reach the second.
 constexpr double hopeless = 0.15, least_capture = 0.8;
-constexpr double explained = 1.05;  ///< chi-square over its expectation where nothing is left to explain
+constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+constexpr double explained = 1.05;      ///< chi-square over its expectation where nothing is left to explain
 /// What an effect must change in one condition at least, root mean square of an observable: less is within what a
 /// simulation on a grid and a camera's repeatability leave open, however sure it is.
-constexpr std::array<double, observables> practical = {3e-4, 2e-3, 2e-3, 3e-4, 3e-4};  // m, others relative
+constexpr std::array<double, observables> practical = {1e-4, 2e-3, 2e-3, 3e-4, 3e-4};  // m, others relative
 
 /// As long as it lives the problem answers to light as a base does.
 class InLightOf {
@@ -75,6 +76,8 @@ class Search {
     say("asking where the gap is");
     result_.where = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1).patterns;
     grow();
+    grow_from_maps();
+    exchange(most_rounds);
     while (!confirm()) {
     }
     if (!result_.found.empty()) take(fit(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
@@ -119,11 +122,11 @@ class Search {
   void grow() {
     // What is dropped may be tried again, so the rounds are counted, not the effects alone.
     for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
+      const bool first = terms().size() == model_.size();
       if (terms().size() == model_.size() + options_.most_effects || !(add() || add_maps())) break;
-      if (round == 0) prefer_maps();
+      if (first) prefer_maps();
       exchange(1);
     }
-    exchange(most_rounds);
   }
 
   static bool significant(const Score& score) {
@@ -190,6 +193,31 @@ class Search {
       alone = maps_on(original_);
     }
     if (alone && alone->left < explained && beats(*alone)) take_maps(std::move(alone->trial.fit.state));
+  }
+
+  /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
+  /// was hidden behind them.
+  void grow_from_maps() {
+    if (terms().size() == model_.size() || left() < explained) return;
+    const double gained = bic(original_.fit) - bic(best_.fit);
+    std::optional<MapTrial> alone;
+    {
+      const InLightOf there(problem_, original_);
+      alone = maps_on(original_);
+    }
+    if (!alone || !significant(alone->trial.score) ||
+        bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
+      return;
+    const State before = best_.fit.state;
+    const double reached = bic(best_.fit);
+    if (!take_maps(std::move(alone->trial.fit.state))) return;
+    grow();
+    if (bic(best_.fit) > reached) refine(before);
+  }
+
+  double left() const {
+    const Scan rest = scan(problem_, best_.fit, best_.columns, {}, 0, 0);
+    return rest.square / rest.freedom;
   }
 
   /// Fits with what the coarse grid misses of a state.
