@@ -61,4 +61,9 @@ inline Outcome shell(const std::string& command, const std::filesystem::path& fo
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
 }
 
+/// For shell(): waits until a sink `collect` has begun its file, however long the program takes to start.
+inline std::string once_it_writes(const std::string& file) {
+  return "until [ -e " + file + ".part ]; do sleep 0.05; done; ";
+}
+
 }  // namespace tofgraph::tests

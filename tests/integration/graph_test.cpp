@@ -108,9 +108,9 @@ TEST(Graph, AnErrorDrainsTheGraphAndNamesNodeAndFrame) {
 
 TEST(Graph, AnInterruptEndsInOrder) {
   const TemporaryFolder folder;
-  const Outcome outcome =
-      shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=a.txt' & sleep 0.7; kill -INT $!; wait $!",
-            folder.path());
+  const Outcome outcome = shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=a.txt' & " +
+                                    once_it_writes("a.txt") + "sleep 1; kill -INT $!; wait $!",
+                                folder.path());
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
   EXPECT_NE(read_text(folder.path() / "a.txt").find("\n100 ramp=100\n"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt.part"));
@@ -206,7 +206,7 @@ TEST(Statistics, ThatCannotBeWrittenAreToldBeforeTheFirstFrame) {
 TEST(Statistics, DoNotHideTheErrorOfTheRun) {
   const TemporaryFolder folder;
   // The folder of the statistics goes away while the run is under way.
-  const std::string taken = "sleep 0.3; rmdir gone; touch gone; ";
+  const std::string taken = once_it_writes("a.txt") + "rmdir gone; touch gone; ";
   std::filesystem::create_directory(folder.path() / "gone");
   const Outcome failed = shell("(" + taken +
                                    ") & \"$TOFGRAPH\" run 'ramp frames=1000 pause=\"2 ms\" ! make_depth fail_at=400 ! "
@@ -216,10 +216,10 @@ TEST(Statistics, DoNotHideTheErrorOfTheRun) {
   EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 400: told to fail"), std::string::npos)
       << failed.err;
   EXPECT_NE(failed.err.find("the statistics of the run are not written: "), std::string::npos) << failed.err;
-  const Outcome interrupted = shell(
-      "\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats b.txt & sleep 0.5; kill -INT "
-      "$!; wait $!",
-      folder.path());
+  const Outcome interrupted =
+      shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats b.txt & " +
+                once_it_writes("b.txt") + "kill -INT $!; wait $!",
+            folder.path());
   EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
 }
 

@@ -73,8 +73,9 @@ TEST(BrokenPlugin, ThatThrowsWhenItIsStoppedEndsTheRunInOrder) {
   EXPECT_NE(failed.err.find("throws_in_stop: warning: cannot be stopped: the device does not answer"),
             std::string::npos)
       << failed.err;
-  const Outcome interrupted =
-      shell("\"$TOFGRAPH\" run 'throws_in_stop ! null' & sleep 0.5; kill -INT $!; wait $!", folder.path());
+  const Outcome interrupted = shell(
+      "\"$TOFGRAPH\" run 'throws_in_stop ! collect path=b.txt' & " + once_it_writes("b.txt") + "kill -INT $!; wait $!",
+      folder.path());
   EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
 }
 
