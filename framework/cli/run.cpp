@@ -115,7 +115,12 @@ using Series = std::map<std::filesystem::path, std::filesystem::file_time_type>;
 
 Series series_at(const std::string& path) {
   Series series;
-  const io::OutputPattern pattern(path);
+  io::OutputPattern pattern;
+  try {
+    pattern = io::OutputPattern(path);
+  } catch (const std::runtime_error&) {
+    return series;  // braces that are no pattern: a sink with one file, or with a grammar of its own
+  }
   std::error_code error;
   for (const auto& file : (pattern.numbered() ? pattern : pattern.with_number()).members())
     series[file] = std::filesystem::last_write_time(file, error);

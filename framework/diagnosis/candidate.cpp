@@ -9,9 +9,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <numbers>
+#include <system_error>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -48,26 +51,25 @@ std::size_t parameter_at(const tofgraph_descriptor& descriptor, const std::strin
 
 }  // namespace
 
-EstimatedMaps::EstimatedMaps(std::vector<Map> maps, std::size_t grid, const tofgraph_camera& camera)
-    : maps_(std::move(maps)), grid_(grid), width_(camera.width), height_(camera.height) {
-  file_ = (std::filesystem::temp_directory_path() / "tofgraph-maps-XXXXXX").string();
-  const int descriptor = mkstemp(file_.data());
-  if (descriptor < 0) throw std::runtime_error(file_ + ": cannot be made");
-  close(descriptor);
+EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera)
+    : maps_(std::move(maps)), dimension_(dimension), grid_(grid), width_(camera.width), height_(camera.height) {
   std::vector<io::PixelMapData> data;
   for (const Map& map : maps_) data.push_back({map.parameter.name, of_pixels(map)});
-  io::write_pixel_maps(file_, data, height_, width_);
+  file_ = (std::filesystem::temp_directory_path() / "tofgraph-maps-XXXXXX").string();
+  const int descriptor = mkstemp(file_.data());
+  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), file_);
+  close(descriptor);
+  try {
+    io::write_pixel_maps(file_, data, height_, width_);
+  } catch (...) {
+    std::remove(file_.c_str());
+    throw;
+  }
 }
 
 EstimatedMaps::~EstimatedMaps() {
-  std::error_code ignored;
-  std::filesystem::remove(file_, ignored);
-}
-
-double EstimatedMaps::dimension() const {
-  double count = 0;
-  for (const Map& map : maps_) count += static_cast<double>(map.values.size());
-  return count;
+  io::forget_pixel_maps(file_);
+  std::remove(file_.c_str());
 }
 
 std::vector<double> EstimatedMaps::of_pixels(const Map& map) const {
@@ -102,7 +104,7 @@ void Candidate::find_free() {
 }
 
 void Candidate::find_maps() {
-  if (free_.size() != 1 || free_.front().shape) return;
+  if (free_.size() != 1 || free_.front().shape || free_.front().off != 0) return;
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     const std::size_t dataset = parameter_at(*descriptor_, std::string(p.name) + "_dataset");

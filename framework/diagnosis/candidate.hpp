@@ -36,21 +36,22 @@ class EstimatedMaps {
     MapParameter parameter;
     std::vector<double> values;  ///< grid x grid, SI
   };
+  /// @param dimension how many of the values the data determine
   /// Writes the maps where effects can read them, for as long as this lives. @throws std::runtime_error
-  EstimatedMaps(std::vector<Map> maps, std::size_t grid, const tofgraph_camera& camera);
+  EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera);
   ~EstimatedMaps();
   EstimatedMaps(const EstimatedMaps&) = delete;
   EstimatedMaps& operator=(const EstimatedMaps&) = delete;
 
   const std::vector<Map>& maps() const { return maps_; }
   const std::string& file() const { return file_; }
-  /// How many numbers were estimated.
-  double dimension() const;
+  double dimension() const { return dimension_; }
   /// height x width
   std::vector<double> of_pixels(const Map& map) const;
 
  private:
   std::vector<Map> maps_;
+  double dimension_;
   std::size_t grid_, width_, height_;
   std::string file_;
 };

@@ -15,8 +15,6 @@ namespace {
 
 constexpr int draws = 1000;
 constexpr double visible = 25;           ///< chi-square that must be expected where an effect is to prove itself
-constexpr double few = 8;                ///< conditions: fewer cannot be judged by drawing them,
-constexpr double certain = 60;           ///< but by a fall like this
 constexpr double practical_rise = 1e-4;  ///< m
 constexpr double practical = 0.05;       ///< least share of the gap that is worth a name
 

@@ -12,6 +12,9 @@
 
 namespace tofgraph::diagnosis {
 
+/// So few conditions cannot be judged by flipping or drawing them, but by a gain of the deviance like this.
+inline constexpr double few = 8, certain = 60;
+
 /// On conditions that neither model was fitted to. Chi-squares are in the covariance of the model with the effect.
 struct HeldOutFall {
   double expected = 0;        ///< chi-square of what the two models differ in: what there is to be seen

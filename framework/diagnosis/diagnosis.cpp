@@ -119,7 +119,8 @@ class Run {
     for (const bool held : d_->held_out) weight.push_back(held ? 0 : 1);
     const std::vector<double> all(weight.size(), 1);
     const std::vector<bool> every(weight.size(), true);
-    const bool some = std::ranges::count(d_->held_out, true) > 0;
+    d_->put_aside = static_cast<std::size_t>(std::ranges::count(d_->held_out, true));
+    const bool some = d_->put_aside > 0;
     if (!some) {
       d_->notes.push_back("No setting has four levels: nothing could be put aside, the gap is that of the fit itself.");
       d_->held_out = every;
@@ -154,7 +155,8 @@ class Run {
       effect.experiment = term.candidate->border().experiment;
       for (std::size_t k = 0; k < term.values.size(); ++k, ++at)
         effect.parameters.push_back(
-            {term.candidate->free()[k].name, term.candidate->free()[k].unit, term.values[k], all[at]});
+            {term.candidate->free()[k].name, term.candidate->free()[k].unit, term.values[k],
+             term.maps ? Interval{NAN, NAN} : all[at]});  // of a scale only the product with its maps is known
       if (t >= d_->model_terms.size()) {
         const Found& found = d_->search.found[t - d_->model_terms.size()];
         effect.gain = found.gain;

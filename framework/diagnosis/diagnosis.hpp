@@ -57,7 +57,8 @@ struct Diagnosis {
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN where the data do not have the observable
   std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out
-  std::vector<bool> held_out;
+  std::vector<bool> held_out;         ///< every one where nothing could be put aside
+  std::size_t put_aside = 0;          ///< conditions
   Audit audit;
   SearchResult search;
   std::optional<Confidence> confidence;

@@ -145,7 +145,8 @@ Fit descend(const Problem& problem, State start, std::span<const double> weight,
   const int targets = static_cast<int>(problem.targets.size());
   start.light.resize(problem.targets.size(), 0);
   const Variances variances = start.variances;
-  Fit best = begun_at(problem, std::move(start), weight, variances);
+  Fit best = effects ? begun_at(problem, std::move(start), weight, variances)
+                     : settled_at(problem, std::move(start), weight, variances);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     const auto rows = expected(problem, best.state);
     std::vector<Column> columns(known.begin(), known.end());
@@ -227,10 +228,13 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   std::vector<std::vector<double>> rows(design.size());
-  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+  std::vector<std::uint8_t> failed(design.size(), 0);
+  const auto light_of = [&](std::size_t i) {
     const int target = problem.target[i];
-    const double light = target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
-    rows[i] = design.predict(model, i, light);
+    return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
+  };
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    rows[i] = design.predict(model, i, light_of(i));
     if (!problem.correction.empty())
       for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.correction[i][row];
     const std::vector<double>& variance = problem.data[i].variance;
@@ -238,10 +242,14 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
       if (std::isinf(variance[row]))
         rows[i][row] = 0;
       else if (!std::isfinite(rows[i][row]))
-        throw simulation::EffectError(guilty(problem, state, i, light), "",
-                                      fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
+        failed[i] = 1;
     }
   });
+  if (const auto first = std::ranges::find(failed, 1); first != failed.end()) {
+    const auto i = static_cast<std::size_t>(first - failed.begin());
+    throw simulation::EffectError(guilty(problem, state, i, light_of(i)), "",
+                                  fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
+  }
   return rows;
 }
 

@@ -69,8 +69,10 @@ class Report {
   report::Page make() {
     constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
     page_.verdict(summary(d_), moods.at(static_cast<std::size_t>(d_.verdict)));
-    page_.paragraph(fmt::format("{} conditions, {} frames; {} conditions were put aside and never fitted.",
-                                design_.size(), d_.measurements.frames, std::ranges::count(d_.held_out, true)));
+    page_.paragraph(fmt::format(
+        "{} conditions, {} frames. {} conditions were put aside: the held-out gaps are those of models fitted without "
+        "them. Which effects there are was asked of all conditions.",
+        design_.size(), d_.measurements.frames, d_.put_aside));
     found();
     gaps();
     where();
@@ -86,6 +88,13 @@ class Report {
   }
 
  private:
+  /// Of an estimated map's scale there is none.
+  static std::string interval(const ParameterResult& p) {
+    if (!std::isfinite(p.interval.low)) return " of maps that were estimated";
+    return fmt::format(" ({} to {})", core::format_quantity(p.interval.low, p.unit),
+                       core::format_quantity(p.interval.high, p.unit));
+  }
+
   void found() {
     page_.heading("What the model lacks");
     if (d_.effects.empty()) return page_.paragraph("No effect was found, and the model has none.");
@@ -93,9 +102,8 @@ class Report {
     for (const EffectResult& e : d_.effects) {
       std::string parameters;
       for (const ParameterResult& p : e.parameters)
-        parameters += fmt::format("{}{} {} ({} to {})", parameters.empty() ? "" : "; ", p.name,
-                                  core::format_quantity(p.value, p.unit), core::format_quantity(p.interval.low, p.unit),
-                                  core::format_quantity(p.interval.high, p.unit));
+        parameters += fmt::format("{}{} {}{}", parameters.empty() ? "" : "; ", p.name,
+                                  core::format_quantity(p.value, p.unit), interval(p));
       const bool added = e.change == "added";
       rows.push_back(
           {e.name, e.change, fmt::format("{}", fmt::join(e.tied_with, ", ")), parameters, e.where,

@@ -13,6 +13,10 @@ constexpr double probe = 1e-3;    ///< of a map, whatever its unit: effects are 
 constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
 constexpr int corrections = 2;    ///< for what is not quite linear
 
+bool has_maps(const State& state) {
+  return std::ranges::any_of(state.terms, [](const Term& t) { return t.maps != nullptr; });
+}
+
 /// Maps that are estimated together.
 struct Response {
   std::vector<MapParameter> parameters;
@@ -20,14 +24,16 @@ struct Response {
   Group group;
 };
 
-Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps) {
+/// @param dimension how many of the maps' values the data determine
+Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps,
+             double dimension) {
   const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
   Term term{&candidate, {candidate.free().front().typical}};
-  term.maps = std::make_shared<const EstimatedMaps>(std::move(maps), grid, problem.design.camera());
+  term.maps = std::make_shared<const EstimatedMaps>(std::move(maps), dimension, grid, problem.design.camera());
   return term;
 }
 
-/// Median over superpixels of how many standard deviations a column makes there in all conditions.
+/// Median over superpixels that show it of how many standard deviations a column makes there in all conditions.
 double norm_of(const Problem& problem, const Column& column) {
   const std::size_t n = problem.design.superpixels();
   std::vector<double> squares(n, 0);
@@ -37,8 +43,11 @@ double norm_of(const Problem& problem, const Column& column) {
       if (std::isfinite(variance)) squares[row % n] += column[i][row] * column[i][row] / variance;
     }
   }
-  std::ranges::nth_element(squares, squares.begin() + static_cast<std::ptrdiff_t>(n / 2));
-  return std::sqrt(squares[n / 2]);
+  std::erase(squares, 0.0);
+  if (squares.empty()) return 0;
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::ranges::nth_element(squares, middle);
+  return std::sqrt(*middle);
 }
 
 /// What maps change for one step of theirs. Those that change nothing are not there.
@@ -52,7 +61,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
   for (const MapParameter& parameter : parameters) {
     State with = state;
     with.terms.push_back(
-        term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), probe)}}));
+        term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), probe)}}, 0));
     Column column = expected(problem, with);
     for (std::size_t i = 0; i < column.size(); ++i) {
       for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] -= rows[i][row];
@@ -136,13 +145,16 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   const Response answer = response(problem, without, *before.candidate, parameters);
   const Score now = score(problem, {fit, own}, answer.group, 0, 0);
   const double factor = before.values.front() / before.candidate->free().front().typical;
-  std::vector<EstimatedMaps::Map> maps = values_of(problem, answer, now);
+  std::vector<EstimatedMaps::Map> maps = before.maps->maps();
   for (EstimatedMaps::Map& map : maps) {
-    const auto old = std::ranges::find(before.maps->maps(), map.parameter.index,
-                                       [](const EstimatedMaps::Map& m) { return m.parameter.index; });
-    for (std::size_t s = 0; s < map.values.size(); ++s) map.values[s] += factor * old->values[s];
+    for (double& value : map.values) value *= factor;
   }
-  state.terms[term] = term_of(problem, *before.candidate, std::move(maps));
+  for (const EstimatedMaps::Map& change : values_of(problem, answer, now)) {
+    const auto changed =
+        std::ranges::find_if(maps, [&](const auto& map) { return map.parameter.index == change.parameter.index; });
+    for (std::size_t s = 0; s < change.values.size(); ++s) changed->values[s] += change.values[s];
+  }
+  state.terms[term] = term_of(problem, *before.candidate, std::move(maps), before.maps->dimension());
   return state;
 }
 
@@ -150,7 +162,8 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
                 std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
   MapTrial result{{&candidate, {}, score(problem, base, maps.group, flips, seed)}};
   State state = base.fit.state;
-  state.terms.push_back(term_of(problem, candidate, values_of(problem, maps, result.trial.score)));
+  state.terms.push_back(
+      term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
   result.trial.fit = fit_last(problem, std::move(state), weight, base.columns);
   for (int correction = 0; correction < corrections; ++correction)
     result.trial.fit =
@@ -167,7 +180,7 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
 
 std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  const std::map<std::string, std::string>& refused, std::span<const double> weight,
+                                  std::map<std::string, std::string>& refused, std::span<const double> weight,
                                   std::size_t flips, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;
@@ -180,8 +193,8 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
       MapTrial trial = fitted(problem, base, *candidate, chosen, weight, flips, seed);
       const std::size_t n = problem.data.size();
       if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
-    } catch (const simulation::EffectError&) {
-      continue;
+    } catch (const simulation::EffectError& error) {
+      refused[candidate->name()] = error.what();
     }
   }
   return best;
@@ -195,7 +208,7 @@ Score score_of_maps(const Problem& problem, const Base& without, const Term& ter
 }
 
 State with_maps_of(const Problem& problem, State state, std::span<const double> weight) {
-  if (std::ranges::none_of(state.terms, [](const Term& t) { return t.maps != nullptr; })) return state;
+  if (!has_maps(state)) return state;
   std::vector<Observations> data = problem.data;
   for (std::size_t i = 0; i < data.size(); ++i) {
     if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
@@ -205,6 +218,13 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
     if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
   }
   return state;
+}
+
+Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight) {
+  Fit best = fit(problem, std::move(start), weight);
+  for (int correction = 0; correction < corrections && has_maps(best.state); ++correction)
+    best = fit(problem, with_maps_of(problem, best.state, weight), weight);
+  return best;
 }
 
 }  // namespace tofgraph::diagnosis

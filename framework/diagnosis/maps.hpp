@@ -16,10 +16,10 @@ struct MapTrial {
 };
 
 /// The best of those candidates that have maps, fitted; nothing where there is none or none is worth its parameters.
-/// @param refused names that are not tried
+/// @param refused names that are not tried, and why; what fails is added
 std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  const std::map<std::string, std::string>& refused, std::span<const double> weight,
+                                  std::map<std::string, std::string>& refused, std::span<const double> weight,
                                   std::size_t flips, std::uint64_t seed);
 
 /// The score of a term's maps in a model without it.
@@ -28,5 +28,8 @@ Score score_of_maps(const Problem& problem, const Base& without, const Term& ter
 
 /// A state whose maps are estimated anew, from the conditions that have a weight alone.
 State with_maps_of(const Problem& problem, State state, std::span<const double> weight);
+
+/// As fit(), with maps that follow the other effects.
+Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight);
 
 }  // namespace tofgraph::diagnosis

@@ -27,7 +27,8 @@ json gap_of(const Gap& gap, std::string_view unit) {
 json effect_of(const EffectResult& effect) {
   json parameters = json::object();
   for (const ParameterResult& p : effect.parameters)
-    parameters[p.name] = {{"value", p.value}, {"unit", p.unit}, {"low", p.interval.low}, {"high", p.interval.high}};
+    parameters[p.name] = {
+        {"value", p.value}, {"unit", p.unit}, {"low", number(p.interval.low)}, {"high", number(p.interval.high)}};
   json result = {{"name", effect.name},
                  {"change", effect.change},
                  {"tied_with", effect.tied_with},
@@ -133,9 +134,8 @@ json report_json(const Diagnosis& d) {
   const Variances& v = d.search.after.state.variances;
   report["nuisances"] = {{"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
                          {"light", {{"value", v.light}, {"unit", ""}}}};
-  report["data"] = {{"conditions", d.measurements.design->size()},
-                    {"frames", d.measurements.frames},
-                    {"held_out", std::ranges::count(d.held_out, true)}};
+  report["data"] = {
+      {"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}, {"held_out", d.put_aside}};
   if (d.confidence) {
     const Confidence& c = *d.confidence;
     report["confidence"] = {{"cases", c.cases()},
@@ -155,7 +155,10 @@ void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
       data.push_back({term.candidate->map_dataset(map.parameter), term.maps->of_pixels(map)});
     }
   }
-  if (data.empty()) return;
+  if (data.empty()) {
+    std::filesystem::remove(folder / map_file_name);  // of a search before, which is to be replaced
+    return;
+  }
   io::OutputFile file(folder / map_file_name);
   const tofgraph_camera& camera = d.measurements.design->camera();
   io::write_pixel_maps(file.temporary_path().string(), data, camera.height, camera.width);

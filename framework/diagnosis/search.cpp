@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search.hpp"
 
+#include "diagnosis/gates.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/structure.hpp"
 #include "diagnosis/trials.hpp"
-#include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
 
@@ -18,36 +18,15 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double significance = 0.005;  ///< of the largest score of all
 constexpr double worth = 10;            ///< least fall of BIC for an effect more
 constexpr double tie_limit = 10;        ///< of deviance or BIC
-constexpr double few = 8;               ///< conditions: fewer cannot be judged by sign flips alone,
-constexpr double certain = 60;          ///< but by a gain like this
 constexpr std::size_t most_rounds = 3;  ///< of swapping at the end; one after each addition
 constexpr double promising = 0.3;       ///< of the best linear gain: what bending could still make of a candidate
 constexpr double rival_share = 0.5;     ///< likewise, to take the place of one that is in the model
-/// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data, and an
-/// effect in the complete model must reach the second.
-constexpr double hopeless = 0.15, least_capture = 0.8;
+/// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data.
+constexpr double hopeless = 0.15;
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
 constexpr double explained = 1.05;      ///< chi-square over its expectation where nothing is left to explain
-/// What an effect must change in one condition at least, root mean square of an observable: less is within what a
-/// simulation on a grid and a camera's repeatability leave open, however sure it is.
-constexpr std::array<double, observables> practical = {1e-4, 2e-3, 2e-3, 3e-4, 3e-4};  // m, others relative
-
-/// As long as it lives the problem answers to light as a base does.
-class InLightOf {
- public:
-  InLightOf(Problem& problem, const Base& base)
-      : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
-  ~InLightOf() { problem_.brightening = std::move(before_); }
-  InLightOf(const InLightOf&) = delete;
-  InLightOf& operator=(const InLightOf&) = delete;
-
- private:
-  Problem& problem_;
-  std::vector<std::vector<double>> before_;
-};
 
 class Search {
  public:
@@ -58,8 +37,8 @@ class Search {
         candidates_(candidates),
         options_(options),
         weight_(problem.data.size(), 1.0),
-        held_(hold_out(problem.design, options.seed)),
         finder_(problem_),
+        gates_(problem_, finder_, weight_, options.flips, options.seed),
         trials_(problem_, candidates, weight_) {}
 
   /// @param refused effects that are not tried, and why
@@ -80,7 +59,7 @@ class Search {
     exchange(most_rounds);
     while (!confirm()) {
     }
-    if (!result_.found.empty()) take(fit(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
+    if (!result_.found.empty()) take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
     look_at_rest();
     result_.refused = trials_.refused();
@@ -129,46 +108,30 @@ class Search {
     }
   }
 
-  static bool significant(const Score& score) {
-    return score.p_value < significance || (score.carriers < few && score.gain > certain);
-  }
-
   bool add() {
     say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
     for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising)) {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
-      if (!significant(t.score)) continue;
+      if (!Gates::significant(t.score)) continue;
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
-      if (!worth_a_name(group.columns[0]) || capture(best_, group) < hopeless) continue;
-      const Base before = best_;
-      try {
-        refine(std::move(t.fit.state));
-        return true;
-      } catch (const simulation::EffectError& error) {
-        trials_.refuse(t.candidate->name(), error.what());
-        best_ = before;
-      }
+      if (!gates_.worth_a_name(group.columns[0]) || gates_.capture(best_, group) < hopeless) continue;
+      const std::string failed = try_refine(std::move(t.fit.state));
+      if (failed.empty()) return true;
+      trials_.refuse(t.candidate->name(), failed);
     }
     return false;
   }
 
   bool beats(const MapTrial& maps) const {
-    return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
+    return Gates::significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
   }
 
-  std::optional<MapTrial> maps_on(const Base& base) const {
-    return best_maps(problem_, base, candidates_, trials_.refused(), weight_, options_.flips, options_.seed);
-  }
-
-  bool take_maps(State state) {
-    const Base before = best_;
-    try {
-      refine(std::move(state));
-      return true;
-    } catch (const simulation::EffectError&) {
-      best_ = before;
-      return false;
-    }
+  std::optional<MapTrial> maps_on(const Base& base) {
+    std::map<std::string, std::string> refused = trials_.refused();
+    std::optional<MapTrial> best =
+        best_maps(problem_, base, candidates_, refused, weight_, options_.flips, options_.seed);
+    for (const auto& [name, why] : refused) trials_.refuse(name, why);
+    return best;
   }
 
   /// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or
@@ -181,7 +144,7 @@ class Search {
       std::optional<MapTrial> alone = maps_on(original_);
       if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
     }
-    return maps && beats(*maps) && take_maps(std::move(maps->trial.fit.state));
+    return maps && beats(*maps) && try_refine(std::move(maps->trial.fit.state)).empty();
   }
 
   /// Where maps alone explain all there is, what was added first stood for a part of them.
@@ -192,7 +155,7 @@ class Search {
       const InLightOf there(problem_, original_);
       alone = maps_on(original_);
     }
-    if (alone && alone->left < explained && beats(*alone)) take_maps(std::move(alone->trial.fit.state));
+    if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
   }
 
   /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
@@ -205,12 +168,12 @@ class Search {
       const InLightOf there(problem_, original_);
       alone = maps_on(original_);
     }
-    if (!alone || !significant(alone->trial.score) ||
+    if (!alone || !Gates::significant(alone->trial.score) ||
         bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
       return;
     const State before = best_.fit.state;
     const double reached = bic(best_.fit);
-    if (!take_maps(std::move(alone->trial.fit.state))) return;
+    if (!try_refine(std::move(alone->trial.fit.state)).empty()) return;
     grow();
     if (bic(best_.fit) > reached) refine(before);
   }
@@ -220,26 +183,26 @@ class Search {
     return rest.square / rest.freedom;
   }
 
-  /// Fits with what the coarse grid misses of a state.
+  /// Fits with what the coarse grid misses of a state, its maps anew. @throws simulation::EffectError
   void refine(State state) {
     correct(problem_, state);
-    take(fit(problem_, std::move(state), weight_));
+    take(fit_with_maps(problem_, std::move(state), weight_));
   }
 
-  /// The model without a term. The derivatives are those of the model with it.
-  Base without(std::size_t term) const {
-    Base less{{}, best_.columns, {}};
-    State state = best_.fit.state;
-    std::size_t first = 0;
-    for (std::size_t t = 0; t < term; ++t) first += state.terms[t].values.size();
-    const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
-    less.columns.erase(at, at + static_cast<std::ptrdiff_t>(state.terms[term].values.size()));
-    state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
-    Problem dimmed = problem_;
-    brighten(dimmed, state);
-    less.fit = fit_last(dimmed, std::move(state), weight_, less.columns);
-    less.brightening = std::move(dimmed.brightening);
-    return less;
+  /// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
+  std::string try_refine(State state) {
+    const Base before = best_;
+    auto correction = problem_.correction;
+    auto brightening = problem_.brightening;
+    try {
+      refine(std::move(state));
+      return "";
+    } catch (const simulation::EffectError& error) {
+      best_ = before;
+      problem_.correction = std::move(correction);
+      problem_.brightening = std::move(brightening);
+      return error.what();
+    }
   }
 
   /// Takes each addition out again: drops it where it is not missed, swaps it where another does better.
@@ -248,13 +211,7 @@ class Search {
       std::optional<State> changed;
       for (std::size_t t = model_.size(); t < terms().size() && !changed; ++t) changed = better(t);
       if (!changed) break;
-      const Base before = best_;
-      try {
-        refine(std::move(*changed));
-      } catch (const simulation::EffectError&) {  // the candidate that came in cannot do its images: as it was
-        best_ = before;
-        break;
-      }
+      if (!try_refine(std::move(*changed)).empty()) break;  // the candidate that came in cannot do its images
     }
   }
 
@@ -262,7 +219,7 @@ class Search {
   std::optional<State> better(std::size_t t) {
     const Candidate* candidate = terms()[t].candidate;
     say(fmt::format("asking whether {} is needed", candidate->name()));
-    Base less = without(t);
+    Base less = gates_.without(best_, t);
     if (bic(less.fit) < bic(best_.fit) + worth) return std::move(less.fit.state);
     if (t + 1 == terms().size()) return std::nullopt;  // the last one has just been chosen among all
     const InLightOf there(problem_, less);
@@ -278,7 +235,8 @@ class Search {
     std::size_t worst = 0;
     const auto rank = [](const Found& f) { return std::pair(f.refutation.empty(), f.capture); };
     for (std::size_t t = model_.size(); t < terms().size(); ++t) {
-      found.push_back(examined(t));
+      say(fmt::format("checking {}", terms()[t].candidate->name()));
+      found.push_back(gates_.examined(best_, t));
       if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
     }
     if (found.empty() || found[worst].refutation.empty()) {
@@ -286,65 +244,8 @@ class Search {
       return true;
     }
     say(fmt::format("dropping {}", found[worst].candidate->name()));
-    refine(without(model_.size() + worst).fit.state);
+    refine(gates_.without(best_, model_.size() + worst).fit.state);
     result_.dropped.push_back(std::move(found[worst]));
-    return false;
-  }
-
-  /// An added effect against the model without it.
-  Found examined(std::size_t t) {
-    const Term& term = terms()[t];
-    Found found;
-    found.candidate = term.candidate;
-    say(fmt::format("checking {}", found.candidate->name()));
-    const Base less = without(t);
-    found.held_out = held_out_fall(problem_, best_.fit.state, less.fit.state, held_, options_.seed);
-    const InLightOf there(problem_, less);
-    found.gain = less.fit.deviance - best_.fit.deviance;
-    const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
-    // The one direction that was fitted; among all directions of all candidates it has been chosen in add().
-    const Group direction{group.name, {group.columns[0]}};
-    const Group* const only = &direction;
-    const Score score =
-        term.maps
-            ? score_of_maps(problem_, less, term, options_.flips, options_.seed)
-            : scan(problem_, less.fit, less.columns, std::span(&only, 1), options_.flips, options_.seed).scores[0];
-    found.p_value = score.p_value;
-    found.capture = capture(less, group);
-    if (!significant(score)) {
-      found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
-    } else if (!worth_a_name(group.columns[0])) {
-      found.refutation = "what it changes is too small to matter";
-    } else if (found.capture < least_capture) {
-      found.refutation =
-          fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
-    } else {
-      found.refutation = refuted(found.held_out);
-    }
-    return found;
-  }
-
-  /// Gain of a signature over that of the best generic pattern, in a model without it.
-  double capture(const Base& less, const Group& group) const {
-    const Group* const only = &group;
-    const double gain = scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0].gain;
-    const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
-    return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
-  }
-
-  bool worth_a_name(const Column& change) const {
-    const std::size_t n = problem_.design.superpixels();
-    for (std::size_t i = 0; i < change.size(); ++i) {
-      for (std::size_t o = 0; o < observables; ++o) {
-        double sum = 0, count = 0;
-        for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-          if (std::isinf(problem_.data[i].variance[row])) continue;
-          sum += change[i][row] * change[i][row];
-          ++count;
-        }
-        if (count > 0 && std::sqrt(sum / count) > practical[o]) return true;
-      }
-    }
     return false;
   }
 
@@ -352,7 +253,7 @@ class Search {
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
     say(fmt::format("comparing {} with its rivals", found.candidate->name()));
-    const Base less = without(t);
+    const Base less = gates_.without(best_, t);
     const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
     for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share)) {
@@ -366,7 +267,7 @@ class Search {
     say("looking at what is left");
     PatternScan left = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1);
     for (Pattern& pattern : left.patterns) {
-      if (pattern.p_value < significance) result_.rest.push_back(std::move(pattern));
+      if (pattern.p_value < Gates::significance) result_.rest.push_back(std::move(pattern));
     }
     result_.lack_of_fit = left.square / left.freedom;
     result_.freedom = left.freedom;
@@ -375,7 +276,7 @@ class Search {
     for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
       result_.nearest.push_back(
-          {t.candidate, t.fit.deviance - best_.fit.deviance, std::min(capture(best_, group), 1.0), false});
+          {t.candidate, t.fit.deviance - best_.fit.deviance, std::min(gates_.capture(best_, group), 1.0), false});
     }
   }
 
@@ -384,8 +285,8 @@ class Search {
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::vector<double> weight_;
-  std::vector<bool> held_;
   PatternFinder finder_;
+  Gates gates_;
   Trials trials_;
   Base original_, best_;  ///< the model as it is; with what was found
   SearchResult result_;

@@ -9,7 +9,8 @@
 
 namespace tofgraph::diagnosis {
 
-/// Whole levels of distance, integration time and target are put aside, about a quarter of the conditions.
+/// Whole levels of distance, integration time and target are put aside: a quarter of the conditions, and more where
+/// settings have few levels.
 /// @returns for each condition whether it is held out; none where no setting has four levels
 std::vector<bool> hold_out(const Design& design, std::uint64_t seed);
 

@@ -39,18 +39,33 @@ std::vector<double> load(const std::string& file, const std::string& dataset, st
   return values;
 }
 
+/// Maps that were read, by file, dataset, time and size.
+struct Known {
+  using Key = std::tuple<std::string, std::string, std::filesystem::file_time_type, std::size_t, std::size_t>;
+  std::mutex mutex;
+  std::map<Key, std::shared_ptr<const std::vector<double>>> maps;
+  static Known& instance() {
+    static Known known;
+    return known;
+  }
+};
+
 }  // namespace
+
+void forget_pixel_maps(const std::string& file) {
+  Known& known = Known::instance();
+  const std::lock_guard lock(known.mutex);
+  std::erase_if(known.maps, [&](const auto& entry) { return std::get<0>(entry.first) == file; });
+}
 
 std::shared_ptr<const std::vector<double>> read_pixel_map(const std::string& file, const std::string& dataset,
                                                           std::size_t rows, std::size_t columns) {
-  using Key = std::tuple<std::string, std::string, std::filesystem::file_time_type, std::size_t, std::size_t>;
-  static std::mutex mutex;
-  static std::map<Key, std::shared_ptr<const std::vector<double>>> known;
   std::error_code error;
   const auto time = std::filesystem::last_write_time(file, error);
   if (error) throw std::runtime_error(fmt::format("{}: {}", file, error.message()));
-  const std::lock_guard lock(mutex);
-  auto& map = known[{file, dataset, time, rows, columns}];
+  Known& known = Known::instance();
+  const std::lock_guard lock(known.mutex);
+  auto& map = known.maps[{file, dataset, time, rows, columns}];
   if (!map) {
     // A damaged file may take down the process that reads it.
     try_in_child({std::size_t{1} << 28U, 20}, [&] { load(file, dataset, rows, columns); });

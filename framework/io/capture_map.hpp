@@ -15,6 +15,9 @@ namespace tofgraph::io {
 std::shared_ptr<const std::vector<double>> read_pixel_map(const std::string& file, const std::string& dataset,
                                                           std::size_t rows, std::size_t columns);
 
+/// What is remembered of a file that goes away.
+void forget_pixel_maps(const std::string& file);
+
 /// A map on its way into a file.
 struct PixelMapData {
   std::string dataset;

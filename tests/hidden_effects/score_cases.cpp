@@ -124,7 +124,8 @@ std::vector<Case> quick(std::uint64_t seed, std::size_t) {
     cases.push_back({.suite = "quick", .design = "small", .effects = {effect}, .seed = ++seed});
   for (const NoiseKind noise : noises)
     cases.push_back({.suite = "quick", .design = "small", .noise = noise, .seed = ++seed});
-  cases.push_back({.suite = "quick", .design = "small", .effects = {"wiggling", "crosstalk"}, .seed = ++seed});
+  for (const char* other : {"crosstalk", "fixed_pattern"})
+    cases.push_back({.suite = "quick", .design = "small", .effects = {"wiggling", other}, .seed = ++seed});
   cases.push_back(
       {.suite = "quick", .design = "small", .effects = {"wiggling"}, .without = "wiggling", .seed = ++seed});
   cases.push_back({.suite = "quick", .design = "small", .pattern = pattern_catalogue().front().name, .seed = ++seed});

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What an effect must pass to be named: beyond chance under sign flips of whole conditions (G1), as good as any
+/// pattern without physics in its place (G2), of a size that matters, and a gap that shrinks on conditions that were
+/// put aside (G5).
+#pragma once
+
+#include "diagnosis/contribution.hpp"
+#include "diagnosis/patterns.hpp"
+#include "diagnosis/search.hpp"
+#include "diagnosis/trials.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// As long as it lives the problem answers to light as a base does.
+class InLightOf {
+ public:
+  InLightOf(Problem& problem, const Base& base);
+  ~InLightOf() { problem_.brightening = std::move(before_); }
+  InLightOf(const InLightOf&) = delete;
+  InLightOf& operator=(const InLightOf&) = delete;
+
+ private:
+  Problem& problem_;
+  std::vector<std::vector<double>> before_;
+};
+
+class Gates {
+ public:
+  static constexpr double significance = 0.005;  ///< of the largest score of all
+
+  /// @param weight of each condition; all of these must live on
+  Gates(Problem& problem, const PatternFinder& finder, std::span<const double> weight, std::size_t flips,
+        std::uint64_t seed);
+
+  static bool significant(const Score& score);
+  /// Whether a change is larger in some condition than what a simulation on a grid leaves open.
+  bool worth_a_name(const Column& change) const;
+  /// Gain of a signature over that of the best generic pattern, in a model without it.
+  double capture(const Base& less, const Group& group) const;
+  /// The model without a term. The derivatives are those of the model with it. @throws simulation::EffectError
+  Base without(const Base& best, std::size_t term) const;
+  /// A term of the best model against the model without it; its refutation is empty when it passes.
+  Found examined(const Base& best, std::size_t term);
+
+ private:
+  Problem& problem_;
+  const PatternFinder& finder_;
+  std::span<const double> weight_;
+  std::size_t flips_;
+  std::uint64_t seed_;
+  std::vector<bool> held_;
+};
+
+}  // namespace tofgraph::diagnosis
