@@ -49,6 +49,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   } catch (const std::invalid_argument& error) {
     throw core::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
+  bar.clear();
   const fs::path out(arguments.out);
   diagnosis::write_maps(*result, out);
   io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));

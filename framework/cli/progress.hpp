@@ -27,11 +27,16 @@ inline std::string progress_bar(double share, std::string_view text) {
 class Progress {
  public:
   explicit Progress(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
-  ~Progress() {
-    if (drawn_) fmt::print(stderr, "\r\033[K");
-  }
+  ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
+
+  /// Takes the bar away, before a result is printed.
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    if (drawn_) fmt::print(stderr, "\r\033[K");
+    drawn_ = false;
+  }
 
   void show(double share, std::string_view text) {
     if (!shown_) return;

@@ -178,6 +178,11 @@ class Run {
       }
       d_->effects.push_back(std::move(effect));
     }
+    if (!d_->search.rest.empty())
+      d_->notes.push_back(fmt::format(
+          "Noise alone has {:.2f} mm from one condition to the next, as the fit needs it. With something unexplained a "
+          "part of that is no noise.",
+          1e3 * after.state.variances.jitter));
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)

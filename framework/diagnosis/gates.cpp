@@ -18,7 +18,7 @@ namespace {
 constexpr double least_capture = 0.8;  ///< of the gain of the best generic pattern in the complete model
 /// What an effect must change in one condition at least, root mean square of an observable: less is within what a
 /// simulation on a grid and a camera's repeatability leave open, however sure it is.
-constexpr std::array<double, observables> practical = {1e-4, 2e-3, 2e-3, 3e-4, 3e-4};  // m, others relative
+constexpr std::array<double, observables> practical = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};  // m, others relative
 
 }  // namespace
 
@@ -97,7 +97,7 @@ Found Gates::examined(const Base& best, std::size_t t) {
   if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (!worth_a_name(group.columns[0])) {
-    found.refutation = "what it changes is too small to matter";
+    found.refutation = too_small;
   } else if (found.capture < least_capture) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
   } else {

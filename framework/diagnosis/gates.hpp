@@ -30,6 +30,8 @@ class Gates {
  public:
   static constexpr double significance = 0.005;  ///< of the largest score of all
 
+  static constexpr const char* too_small = "what it changes is too small to matter";
+
   /// @param weight of each condition; all of these must live on
   Gates(Problem& problem, const PatternFinder& finder, std::span<const double> weight, std::size_t flips,
         std::uint64_t seed);

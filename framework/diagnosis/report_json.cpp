@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "core/quantity.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "io/capture_map.hpp"
 #include "io/output_file.hpp"
@@ -75,6 +76,21 @@ json unexplained_of(const Diagnosis& d) {
 
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
+/// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
+std::string refitted(const Diagnosis& d) {
+  std::vector<std::string> changes;
+  for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
+    for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
+      const ParameterResult& p = d.effects[t].parameters[k];
+      const double before = d.model_terms[t].values[k];
+      if (before < p.interval.low || before > p.interval.high)
+        changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
+                                      core::format_quantity(before, p.unit), core::format_quantity(p.value, p.unit)));
+    }
+  }
+  return list_of(changes);
+}
+
 }  // namespace
 
 std::string summary(const Diagnosis& d) {
@@ -99,7 +115,9 @@ std::string summary(const Diagnosis& d) {
     case Verdict::unknown:
       return "Measurement and simulation differ, and no known effect explains how.";
     default:
-      return "Nothing was found that these data could show.";
+      return refitted(d).empty() ? "Nothing was found that these data could show."
+                                 : fmt::format("No effect is missing, but the model's own values are off: {}; {}.",
+                                               refitted(d), shrink);
   }
 }
 

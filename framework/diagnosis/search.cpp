@@ -114,12 +114,24 @@ class Search {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
       if (!Gates::significant(t.score)) continue;
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
-      if (!gates_.worth_a_name(group.columns[0]) || gates_.capture(best_, group) < hopeless) continue;
+      if (!gates_.worth_a_name(group.columns[0])) {
+        note_small(*t.candidate);
+        continue;
+      }
+      if (gates_.capture(best_, group) < hopeless) continue;
       const std::string failed = try_refine(std::move(t.fit.state));
       if (failed.empty()) return true;
       trials_.refuse(t.candidate->name(), failed);
     }
     return false;
+  }
+
+  void note_small(const Candidate& candidate) {
+    if (std::ranges::find(result_.dropped, &candidate, &Found::candidate) != result_.dropped.end()) return;
+    Found small;
+    small.candidate = &candidate;
+    small.refutation = Gates::too_small;
+    result_.dropped.push_back(std::move(small));
   }
 
   bool beats(const MapTrial& maps) const {

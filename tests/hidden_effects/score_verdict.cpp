@@ -30,6 +30,7 @@ void count_intervals(const json& effect, const Effects& hidden, Score& score) {
       continue;
     // Of a map that is estimated, only the product with its scale is known.
     if (name == "fixed_pattern" || name == "pixel_response") continue;
+    if (name == "specular" && parameter == "strength") continue;  // goes with the light's power, which is not told
     if (!value.contains("low") || !value["low"].is_number() || !value["high"].is_number()) continue;
     const double low = value["low"], high = value["high"];
     double truth = hidden.value(name, parameter);
