@@ -261,6 +261,11 @@ std::string confusion_png(const std::vector<Score>& scores) {
     if (score.found == 1) name = hidden[from];
     const std::size_t to = index(said, name);
     if (to < said.size()) share[from * said.size() + to] += 1;
+    for (const std::string& other : score.names) {  // named beside what was hidden
+      const std::size_t beside = index(said, other);
+      if (score.found == 1 && score.wrong > 0 && beside != from && beside < said.size())
+        share[from * said.size() + beside] += 1;
+    }
     cases[from] += 1;
   }
   std::string script = fmt::format(
@@ -268,7 +273,8 @@ std::string confusion_png(const std::vector<Score>& scores) {
       "said (share of "
       "cases in %; a tie that contains it counts as found)\" font ',13'\nset palette defined (0 'white', 1 '#9ecae1', "
       "100 '#08306b')\n"
-      "set cbrange [0:100]\nset cblabel 'share / %'\nset xtics rotate by 60 right font ',9'\nset ytics font ',9'\nset "
+      "set cbrange [0:100]\nset cblabel 'share / %'\nset xtics rotate by 60 right noenhanced font ',9'\nset ytics "
+      "noenhanced font ',9'\nset "
       "xlabel 'said' offset 0,-5\nset ylabel 'hidden' offset -12,0\n");
   const auto tics = [](const std::vector<std::string>& names) {
     std::string text;
