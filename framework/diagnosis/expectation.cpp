@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What a model expects of every condition, and how that changes with its parameters.
+#include "diagnosis/fit.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
+
+/// Of the effects that give no number for a condition together: the first that does so alone, else the last.
+std::string guilty(const Problem& problem, const State& state, std::size_t condition, double light) {
+  const Design& design = problem.design;
+  for (const Term& term : state.terms) {
+    const std::vector<double> alone =
+        design.predict(forward_model(std::span(&term, 1), design.camera(), design.physical()), condition, light);
+    for (std::size_t row = 0; row < alone.size(); ++row) {
+      if (!std::isfinite(alone[row]) && !std::isinf(problem.data[condition].variance[row]))
+        return term.candidate->name();
+    }
+  }
+  return state.terms.empty() ? "none" : state.terms.back().candidate->name();
+}
+
+}  // namespace
+
+Problem make_problem(const Design& design, const std::vector<Observations>& data) {
+  Problem problem{design, data, {}, {}, {}};
+  for (const io::Condition& condition : design.conditions()) {
+    if (!std::isnan(condition.reflectivity)) {
+      problem.target.push_back(-1);
+      continue;
+    }
+    auto found = std::ranges::find(problem.targets, condition.target);
+    if (found == problem.targets.end()) found = problem.targets.insert(found, condition.target);
+    problem.target.push_back(static_cast<int>(found - problem.targets.begin()));
+  }
+  return problem;
+}
+
+std::vector<std::vector<double>> expected(const Problem& problem, const State& state) {
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> rows(design.size());
+  std::vector<std::uint8_t> failed(design.size(), 0);
+  const auto light_of = [&](std::size_t i) {
+    const int target = problem.target[i];
+    return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
+  };
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    rows[i] = design.predict(model, i, light_of(i));
+    if (!problem.correction.empty())
+      for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.correction[i][row];
+    const std::vector<double>& variance = problem.data[i].variance;
+    for (std::size_t row = 0; row < rows[i].size(); ++row) {
+      if (std::isinf(variance[row]))
+        rows[i][row] = 0;
+      else if (!std::isfinite(rows[i][row]))
+        failed[i] = 1;
+    }
+  });
+  if (const auto first = std::ranges::find(failed, 1); first != failed.end()) {
+    const auto i = static_cast<std::size_t>(first - failed.begin());
+    throw simulation::EffectError(guilty(problem, state, i, light_of(i)), "",
+                                  fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
+  }
+  return rows;
+}
+
+void correct(Problem& problem, const State& state) {
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> correction(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const int target = problem.target[i];
+    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
+    correction[i] = design.predict_whole(model, i, light);
+    const std::vector<double> coarse = design.predict(model, i, light);
+    for (std::size_t row = 0; row < coarse.size(); ++row) {
+      const double difference = correction[i][row] - coarse[row];
+      correction[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
+    }
+  });
+  problem.correction = std::move(correction);
+  brighten(problem, state);
+}
+
+void brighten(Problem& problem, const State& state) {
+  constexpr double step = 0.01;
+  problem.brightening.clear();
+  if (state.terms.empty()) return;  // the ideal camera's
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  std::vector<std::vector<double>> brightening(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const int target = problem.target[i];
+    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
+    brightening[i] = design.predict(model, i, light + step);
+    const std::vector<double> coarse = design.predict(model, i, light);
+    for (std::size_t row = 0; row < coarse.size(); ++row) {
+      const double change = (brightening[i][row] - coarse[row]) / step;
+      brightening[i][row] = std::isfinite(change) ? change : 0;
+    }
+  });
+  problem.brightening = std::move(brightening);
+}
+
+Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
+                  std::size_t term, std::size_t parameter) {
+  const FreeParameter& p = state.terms[term].candidate->free()[parameter];
+  State other = state;
+  double& value = other.terms[term].values[parameter];
+  const double here = value, size = derivative_step * p.typical;
+  double step = here + size > p.maximum ? -size : size;
+  Column column;
+  for (int attempt = 0; column.empty(); ++attempt) {
+    constexpr int most_attempts = 4;
+    value = here + step;
+    try {
+      column = expected(problem, other);
+    } catch (const simulation::EffectError&) {  // at the edge of what the effect can do: to the other side, and less
+      if (attempt == most_attempts) throw;
+      step *= attempt % 2 == 0 ? -1 : 0.1;
+    }
+  }
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row)
+      column[i][row] = (column[i][row] - rows[i][row]) * (p.typical / step);
+  }
+  return column;
+}
+
+std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
+                           std::span<const Column> columns) {
+  const std::size_t n = problem.design.rows();
+  std::vector<Gram> grams(rows.size());
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    const Observations& data = problem.data[i];
+    const auto last = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd all(static_cast<Eigen::Index>(n), last + gram_tail);
+    for (std::size_t row = 0; row < n; ++row) {
+      const auto r = static_cast<Eigen::Index>(row);
+      const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
+      if (weight == 0) {
+        all.row(r).setZero();
+        continue;
+      }
+      for (Eigen::Index c = 0; c < last; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
+      all(r, last) = weight * problem.design.shift(i)[row];
+      all(r, last + 1) = weight * problem.light_response(i, row);
+      all(r, last + 2) = weight * (data.value[row] - rows[i][row]);
+    }
+    Gram gram = Gram::Zero(all.cols(), all.cols());
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(all.transpose());
+    grams[i] = gram.selfadjointView<Eigen::Lower>();
+  });
+  return grams;
+}
+
+}  // namespace tofgraph::diagnosis
