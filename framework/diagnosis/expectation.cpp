@@ -14,6 +14,12 @@ namespace {
 
 constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
 
+/// ln of the factor on a condition's reflectivity, 0 where that is known.
+double light_of(const Problem& problem, const State& state, std::size_t condition) {
+  const int target = problem.target[condition];
+  return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
+}
+
 /// Of the effects that give no number for a condition together: the first that does so alone, else the last.
 std::string guilty(const Problem& problem, const State& state, std::size_t condition, double light) {
   const Design& design = problem.design;
@@ -49,12 +55,8 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   std::vector<std::vector<double>> rows(design.size());
   std::vector<std::uint8_t> failed(design.size(), 0);
-  const auto light_of = [&](std::size_t i) {
-    const int target = problem.target[i];
-    return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
-  };
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    rows[i] = design.predict(model, i, light_of(i));
+    rows[i] = design.predict(model, i, light_of(problem, state, i));
     if (!problem.correction.empty())
       for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.correction[i][row];
     const std::vector<double>& variance = problem.data[i].variance;
@@ -67,7 +69,7 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
   });
   if (const auto first = std::ranges::find(failed, 1); first != failed.end()) {
     const auto i = static_cast<std::size_t>(first - failed.begin());
-    throw simulation::EffectError(guilty(problem, state, i, light_of(i)), "",
+    throw simulation::EffectError(guilty(problem, state, i, light_of(problem, state, i)), "",
                                   fmt::format("gives no number for condition '{}'", design.conditions()[i].id));
   }
   return rows;
@@ -78,8 +80,7 @@ void correct(Problem& problem, const State& state) {
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   std::vector<std::vector<double>> correction(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    const int target = problem.target[i];
-    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
+    const double light = light_of(problem, state, i);
     correction[i] = design.predict_whole(model, i, light);
     const std::vector<double> coarse = design.predict(model, i, light);
     for (std::size_t row = 0; row < coarse.size(); ++row) {
@@ -99,8 +100,7 @@ void brighten(Problem& problem, const State& state) {
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   std::vector<std::vector<double>> brightening(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    const int target = problem.target[i];
-    const double light = target < 0 ? 0 : state.light[static_cast<std::size_t>(target)];
+    const double light = light_of(problem, state, i);
     brightening[i] = design.predict(model, i, light + step);
     const std::vector<double> coarse = design.predict(model, i, light);
     for (std::size_t row = 0; row < coarse.size(); ++row) {

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -72,7 +71,7 @@ Base Gates::without(const Base& best, std::size_t term) const {
   Problem dimmed = problem_;
   brighten(dimmed, state);
   less.fit = fit_last(dimmed, std::move(state), weight_, less.columns);
-  if (std::ranges::any_of(less.fit.state.terms, [](const Term& t) { return t.maps != nullptr; }))
+  if (has_maps(less.fit.state))
     less.fit = fit_with_maps(dimmed, less.fit.state, weight_);  // maps take over what they can
   less.brightening = std::move(dimmed.brightening);
   return less;

@@ -13,8 +13,10 @@ constexpr double probe = 1e-3;    ///< of a map, whatever its unit: effects are 
 constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
 constexpr int corrections = 2;    ///< for what is not quite linear
 
-bool has_maps(const State& state) {
-  return std::ranges::any_of(state.terms, [](const Term& t) { return t.maps != nullptr; });
+std::vector<MapParameter> parameters_of(const EstimatedMaps& maps) {
+  std::vector<MapParameter> parameters;
+  for (const EstimatedMaps::Map& map : maps.maps()) parameters.push_back(map.parameter);
+  return parameters;
 }
 
 /// Maps that are estimated together.
@@ -140,9 +142,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   own.erase(own.begin() + static_cast<std::ptrdiff_t>(scale));  // it is the maps' own
   State without = state;
   without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(term));
-  std::vector<MapParameter> parameters;
-  for (const EstimatedMaps::Map& map : before.maps->maps()) parameters.push_back(map.parameter);
-  const Response answer = response(problem, without, *before.candidate, parameters);
+  const Response answer = response(problem, without, *before.candidate, parameters_of(*before.maps));
   const Score now = score(problem, {fit, own}, answer.group, 0, 0);
   const double factor = before.values.front() / before.candidate->free().front().typical;
   std::vector<EstimatedMaps::Map> maps = before.maps->maps();
@@ -178,6 +178,10 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
 
 }  // namespace
 
+bool has_maps(const State& state) {
+  return std::ranges::any_of(state.terms, [](const Term& t) { return t.maps != nullptr; });
+}
+
 std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
                                   std::map<std::string, std::string>& refused, std::span<const double> weight,
@@ -202,9 +206,8 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
 
 Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
                     std::uint64_t seed) {
-  std::vector<MapParameter> parameters;
-  for (const EstimatedMaps::Map& map : term.maps->maps()) parameters.push_back(map.parameter);
-  return score(problem, without, response(problem, without.fit.state, *term.candidate, parameters).group, flips, seed);
+  const Response answer = response(problem, without.fit.state, *term.candidate, parameters_of(*term.maps));
+  return score(problem, without, answer.group, flips, seed);
 }
 
 State with_maps_of(const Problem& problem, State state, std::span<const double> weight) {

@@ -29,6 +29,9 @@ Score score_of_maps(const Problem& problem, const Base& without, const Term& ter
 /// A state whose maps are estimated anew, from the conditions that have a weight alone.
 State with_maps_of(const Problem& problem, State state, std::span<const double> weight);
 
+/// Whether a state has maps that were estimated.
+bool has_maps(const State& state);
+
 /// As fit(), with maps that follow the other effects.
 Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight);
 

@@ -146,14 +146,19 @@ class Search {
     return best;
   }
 
+  /// In the place of all that was found.
+  std::optional<MapTrial> maps_alone() {
+    const InLightOf there(problem_, original_);
+    return maps_on(original_);
+  }
+
   /// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or
   /// in its place.
   bool add_maps() {
     say("looking for what each pixel does");
     std::optional<MapTrial> maps = maps_on(best_);
     if (terms().size() > model_.size()) {
-      const InLightOf there(problem_, original_);
-      std::optional<MapTrial> alone = maps_on(original_);
+      std::optional<MapTrial> alone = maps_alone();
       if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
     }
     return maps && beats(*maps) && try_refine(std::move(maps->trial.fit.state)).empty();
@@ -162,11 +167,7 @@ class Search {
   /// Where maps alone explain all there is, what was added first stood for a part of them.
   void prefer_maps() {
     if (terms().size() == model_.size() || terms().back().maps) return;
-    std::optional<MapTrial> alone;
-    {
-      const InLightOf there(problem_, original_);
-      alone = maps_on(original_);
-    }
+    std::optional<MapTrial> alone = maps_alone();
     if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
   }
 
@@ -175,11 +176,7 @@ class Search {
   void grow_from_maps() {
     if (terms().size() == model_.size() || left() < explained) return;
     const double gained = bic(original_.fit) - bic(best_.fit);
-    std::optional<MapTrial> alone;
-    {
-      const InLightOf there(problem_, original_);
-      alone = maps_on(original_);
-    }
+    std::optional<MapTrial> alone = maps_alone();
     if (!alone || !Gates::significant(alone->trial.score) ||
         bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
       return;
