@@ -212,9 +212,10 @@ const PluginFile* Catalogue::find(const std::string& name) const {
   return found == files_.end() ? nullptr : &*found;
 }
 
-const tofgraph_descriptor& Catalogue::load(const PluginFile& file) const {
-  const nlohmann::json seen = describe({file}).at(file.path.string());
-  if (seen.contains("error")) throw PluginError(seen.at("error").get<std::string>());
+const tofgraph_descriptor& Catalogue::load(const PluginFile& file,
+                                           const std::map<std::string, nlohmann::json>& seen) const {
+  const nlohmann::json& plugin = seen.at(file.path.string());
+  if (plugin.contains("error")) throw PluginError(plugin.at("error").get<std::string>());
   return load_plugin(file);
 }
 

@@ -61,7 +61,9 @@ class Catalogue {
   std::map<std::string, nlohmann::json> describe(const std::vector<PluginFile>& files) const;
 
   /// Loads a plugin into this process after it proved harmless in another. @throws PluginError
-  const tofgraph_descriptor& load(const PluginFile& file) const;
+  const tofgraph_descriptor& load(const PluginFile& file) const { return load(file, describe({file})); }
+  /// The same of one of many. @param seen describe() of them all, which costs hardly more than of one
+  const tofgraph_descriptor& load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const;
 
  private:
   std::vector<PluginFile> files_;

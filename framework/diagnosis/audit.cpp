@@ -35,14 +35,19 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   Audit result;
   Group together{"all", {}};
   std::vector<Eigen::Index> columns;  // of each effect
+  std::vector<double> most;           // that they change, see importance()
   for (const auto& candidate : candidates) {
     if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
     if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // seen wherever pixels are
     result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
     const std::size_t before = together.columns.size();
+    most.push_back(0);
     for (std::size_t p = 0; p < probes.list.size(); ++p) {
-      if (probes.list[p].candidate == candidate.get())
-        std::ranges::move(probes.groups[p].columns, std::back_inserter(together.columns));
+      if (probes.list[p].candidate != candidate.get()) continue;
+      for (Column& column : probes.groups[p].columns) {
+        most.back() = std::max(most.back(), importance(problem, column));
+        together.columns.push_back(std::move(column));
+      }
     }
     columns.push_back(static_cast<Eigen::Index>(together.columns.size() - before));
   }
@@ -63,8 +68,8 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
     Visibility& seen = result.effects[e];
     frames.push_back(frame(information.block(at, at, count, count), seen));
     at += count;
-    seen.blind = seen.norm < blind_below;
-    seen.smallest = found_at / std::max(seen.norm, 1e-12);
+    seen.blind = seen.norm < blind_below || most[e] < 1;
+    seen.smallest = std::max(found_at / std::max(seen.norm, 1e-12), 1 / std::max(most[e], 1e-12));
   }
   for (std::size_t a = 0; a < frames.size(); ++a) {
     for (std::size_t b = a + 1; b < frames.size(); ++b) {

@@ -22,20 +22,6 @@ struct Axis {
   std::vector<Covariate> columns;
 };
 
-/// Legendre polynomials P1 .. P4.
-double legendre(int order, double u) {
-  switch (order) {
-    case 1:
-      return u;
-    case 2:
-      return (3 * u * u - 1) / 2;
-    case 3:
-      return u * (5 * u * u - 3) / 2;
-    default:
-      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
-  }
-}
-
 class Axes {
  public:
   explicit Axes(const Design& design) : design_(design) {}
@@ -48,13 +34,19 @@ class Axes {
     axes_.push_back({"everywhere", {[](std::size_t, std::size_t) { return 1.0; }}});
     const Covariate board = condition(&io::Condition::board_distance);
     smooth("board distance", board);
-    smooth("integration time",
-           [this](std::size_t i, std::size_t) { return std::log(design_.conditions()[i].integration_time); });
+    const Covariate time = [this](std::size_t i, std::size_t) {
+      return std::log(design_.conditions()[i].integration_time);
+    };
+    smooth("integration time", time);
     const Covariate bright = [this](std::size_t i, std::size_t s) {
       return std::log(std::abs(design_.ideal(i)[s].phasor));
     };
     smooth("amplitude", bright);
     smooth("time since power-on", condition(&io::Condition::time_since_power_on));
+    smooth("order measured", [this](std::size_t i, std::size_t) {
+      const auto& order = design_.conditions()[i].order;
+      return order ? static_cast<double>(*order) : NAN;
+    });
     smooth("tilt about x", condition(&io::Condition::board_tilt_x));
     smooth("tilt about y", condition(&io::Condition::board_tilt_y));
     smooth("temperature", condition(&io::Condition::temperature));
@@ -76,8 +68,8 @@ class Axes {
     product("board distance and x", board, x);
     product("board distance and y", board, y);
     product("board distance and radius", board, radius);
-    product("amplitude and integration time", bright,
-            [this](std::size_t i, std::size_t) { return std::log(design_.conditions()[i].integration_time); });
+    product("board distance and integration time", board, time);
+    product("amplitude and integration time", bright, time);
     return std::move(axes_);
   }
 
@@ -87,7 +79,8 @@ class Axes {
     return 2 * design_.pixels().at[2 * s + axis] / (size - 1) - 1;
   }
 
-  /// To -1 .. 1; nothing where it does not change. @param levels how many values there are, at most 5
+  /// To -1 .. 1; nothing where it does not change. @param levels how many values there are, at most one more than the
+  /// highest degree
   Covariate scaled(const Covariate& raw, std::size_t& levels) const {
     std::set<double> values;
     for (std::size_t i = 0; i < design_.size(); ++i) {
@@ -97,7 +90,7 @@ class Axes {
       }
     }
     const double least = values.empty() ? 0 : *values.begin(), most = values.empty() ? 0 : *values.rbegin();
-    levels = most - least > 1e-9 * std::abs(most) ? std::min<std::size_t>(values.size(), 5) : 1;
+    levels = most - least > 1e-9 * std::abs(most) ? std::min<std::size_t>(values.size(), most_legendre + 1) : 1;
     return [raw, least, most](std::size_t i, std::size_t s) {
       const double value = raw(i, s);
       return std::isfinite(value) ? 2 * (value - least) / (most - least) - 1 : 0;
@@ -109,8 +102,8 @@ class Axes {
     const Covariate u = scaled(raw, levels);
     if (levels < 2) return;
     Axis axis{name, {}};
-    for (int order = 1; order < static_cast<int>(levels); ++order)
-      axis.columns.push_back([u, order](std::size_t i, std::size_t s) { return legendre(order, u(i, s)); });
+    for (int degree = 1; degree < static_cast<int>(levels); ++degree)
+      axis.columns.push_back([u, degree](std::size_t i, std::size_t s) { return legendre(degree, u(i, s)); });
     axes_.push_back(std::move(axis));
   }
 
@@ -157,6 +150,21 @@ class Axes {
 
 }  // namespace
 
+double legendre(int degree, double u) {
+  switch (degree) {
+    case 0:
+      return 1;
+    case 1:
+      return u;
+    case 2:
+      return (3 * u * u - 1) / 2;
+    case 3:
+      return u * (5 * u * u - 3) / 2;
+    default:
+      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
+  }
+}
+
 Bases generic_bases(const Problem& problem) {
   const Design& design = problem.design;
   const std::size_t n = design.superpixels();
@@ -187,20 +195,26 @@ Bases generic_bases(const Problem& problem) {
   return bases;
 }
 
-double size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
+BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
   const std::size_t n = problem.design.superpixels(), first = basis.observable * n;
   double sum = 0, count = 0;
+  BasisSize size;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    double here = 0, known = 0;
     for (std::size_t row = first; row < first + n; ++row) {
       if (std::isinf(problem.data[i].variance[row])) continue;
       double value = 0;
       for (std::size_t c = 0; c < group.columns.size(); ++c)
         value += values(static_cast<Eigen::Index>(c)) * group.columns[c][i][row - first];
-      sum += value * value;
-      ++count;
+      here += value * value;
+      ++known;
     }
+    if (known > 0) size.largest = std::max(size.largest, std::sqrt(here / known));
+    sum += here;
+    count += known;
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  if (count > 0) size.mean = std::sqrt(sum / count);
+  return size;
 }
 
 }  // namespace tofgraph::diagnosis

@@ -7,6 +7,10 @@
 
 namespace tofgraph::diagnosis {
 
+/// Legendre polynomial of a degree up to most_legendre.
+double legendre(int degree, double u);
+inline constexpr int most_legendre = 4;
+
 /// A pattern of one observable along one axis.
 struct Basis {
   std::size_t observable = 0;
@@ -23,7 +27,12 @@ struct Bases {
 /// Those axes that this campaign varies.
 Bases generic_bases(const Problem& problem);
 
-/// Root mean square of what a basis with these values makes, over the superpixels that are known; in SI.
-double size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
+/// Root mean square over the superpixels that are known, SI: of all, and of the condition where it is largest.
+struct BasisSize {
+  double mean = 0, largest = 0;
+};
+
+/// Of what a basis with these values makes.
+BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
 
 }  // namespace tofgraph::diagnosis

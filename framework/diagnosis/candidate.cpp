@@ -61,6 +61,7 @@ EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_
   close(descriptor);
   try {
     io::write_pixel_maps(file_, data, height_, width_);
+    io::remember_pixel_maps(file_, data, height_, width_);
   } catch (...) {
     std::remove(file_.c_str());
     throw;
@@ -115,6 +116,13 @@ void Candidate::find_maps() {
 
 std::size_t Candidate::sizes() const {
   return static_cast<std::size_t>(std::ranges::count(free_, false, &FreeParameter::shape));
+}
+
+bool Candidate::reads_files() const {
+  for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
+    if (descriptor_->parameters[i].kind == TOFGRAPH_INPUT_FILE && written_->data()[i].given != 0) return true;
+  }
+  return false;
 }
 
 std::vector<double> Candidate::start() const {

@@ -71,6 +71,8 @@ class Candidate {
 
   /// What can be estimated where it is not given: the maps of an effect that has a size to scale them and nothing else.
   const std::vector<MapParameter>& maps() const { return maps_; }
+  /// Whether its values name a file: what that holds may differ from one pixel to the next.
+  bool reads_files() const;
 
   /// Values of the free parameters as they are in the model or by default.
   std::vector<double> start() const;

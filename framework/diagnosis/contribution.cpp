@@ -29,9 +29,8 @@ struct Compared {
 double square(const Gram& gram, Eigen::Index column, const Variances& variances) {
   double determinant = 0;
   const Eigen::Index tail = gram.cols() - gram_tail;
-  const std::vector<Eigen::Index> which = {tail, tail + 1, column};
-  const Gram one = marginal(gram(which, which), variances, determinant);
-  return one(2, 2);
+  const std::vector<Eigen::Index> which = {tail, tail + 1, tail + 2, column};
+  return marginal(gram(which, which), variances, determinant)(random_directions, random_directions);
 }
 
 std::vector<Compared> compare(const Problem& problem, const State& with, const State& without,
@@ -48,8 +47,8 @@ std::vector<Compared> compare(const Problem& problem, const State& with, const S
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!held[i]) continue;
     Compared c;
-    c.with = square(one[i], 3, with.variances);
-    c.without = square(two[i], 3, with.variances);
+    c.with = square(one[i], gram_tail, with.variances);
+    c.without = square(two[i], gram_tail, with.variances);
     c.expected = square(one[i], 0, with.variances);
     const Observations& data = problem.data[i];
     c.freedom = static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));

@@ -5,6 +5,7 @@
 #include "physics/constants.hpp"
 #include "simulation/simulation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::diagnosis {
@@ -12,6 +13,12 @@ namespace {
 
 constexpr double default_reflectivity = 0.5;  ///< of a target of which it is not known; the search estimates it
 constexpr double probe = 1e-3;                ///< m, for the derivative by the board's distance
+constexpr double least_tilt = 0.05;           ///< rad: less does not tell a misplaced board from a camera's offset
+
+simulation::BoardPose brightened(simulation::BoardPose pose, double light) {
+  pose.reflectivity *= std::exp(light);
+  return pose;
+}
 
 }  // namespace
 
@@ -21,17 +28,21 @@ Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition>
       grid_(superpixels),
       conditions_(std::move(conditions)),
       pixels_(simulation::superpixels(camera_->view(), grid_, grid_)),
+      fine_(simulation::superpixels(camera_->view(), grid_ * fine, grid_ * fine)),
       whole_(simulation::whole_image(camera_->view())) {
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
   for (std::size_t i = 0; i < size(); ++i) {
     shots_.push_back(simulation::shot_of(this->camera(), conditions_[i]));
-    ideal_.push_back(signals(ideal, pixels_, i, 0, 0));
+    ideal_.push_back(signals(ideal, pixels_, i, pose_of(conditions_[i])));
+    if (grid_ != single) fine_ideal_.push_back(signals(ideal, fine_, i, pose_of(conditions_[i])));
   }
   for (std::size_t i = 0; i < size(); ++i) {
-    std::vector<double> farther = predict(ideal, i, 0, probe);
-    const std::vector<double> nearer = predict(ideal, i, 0, -probe);
-    for (std::size_t row = 0; row < farther.size(); ++row) farther[row] = (farther[row] - nearer[row]) / (2 * probe);
-    shifts_.push_back(std::move(farther));
+    const simulation::BoardPose pose = pose_of(conditions_[i]);
+    shifts_.push_back(shift_of(ideal, i, pose));
+    offsets_.emplace_back();
+    if (std::hypot(pose.tilt_x, pose.tilt_y) < least_tilt) continue;
+    offsets_.back().assign(rows(), 0);
+    std::fill_n(offsets_.back().begin() + static_cast<std::ptrdiff_t>(distance * pixels_.size()), pixels_.size(), 1.0);
   }
 }
 
@@ -43,10 +54,7 @@ simulation::BoardPose pose_of(const io::Condition& c) {
 }
 
 std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
-                                    std::size_t i, double light, double moved) const {
-  simulation::BoardPose pose = pose_of(conditions_[i]);
-  pose.distance += moved;
-  pose.reflectivity *= std::exp(light);
+                                    std::size_t i, const simulation::BoardPose& pose) const {
   simulation::Expectation expectation =
       model.expect(simulation::board_tracer(camera().focal_length, pose), shots_[i], pixels);
   if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
@@ -56,14 +64,27 @@ std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const
   return result;
 }
 
-std::vector<double> Design::predict(const simulation::ForwardModel& model, std::size_t i, double light,
-                                    double moved) const {
-  const std::vector<Signal> seen = signals(model, pixels_, i, light, moved);
+std::vector<double> Design::shift_of(const simulation::ForwardModel& ideal, std::size_t i,
+                                     const simulation::BoardPose& pose) const {
+  simulation::BoardPose nearer = pose, farther = pose;
+  nearer.distance -= probe;
+  farther.distance += probe;
+  std::vector<double> rows = rows_of(signals(ideal, pixels_, i, farther), signals(ideal, pixels_, i, nearer), i);
+  for (double& row : rows) row /= 2 * probe;
+  return rows;
+}
+
+std::vector<double> Design::predict(const simulation::ForwardModel& model, std::size_t i, double light) const {
+  return rows_of(signals(model, pixels_, i, brightened(pose_of(conditions_[i]), light)), ideal_[i], i);
+}
+
+std::vector<double> Design::rows_of(const std::vector<Signal>& seen, const std::vector<Signal>& ideal,
+                                    std::size_t i) const {
   const double scale = physics::metres_per_radian(shots_[i].condition.modulation_frequency);
   const std::size_t n = superpixels();
   std::vector<double> rows(observables * n);
   for (std::size_t s = 0; s < n; ++s) {
-    const Signal &now = seen[s], &base = ideal_[i][s];
+    const Signal &now = seen[s], &base = ideal[s];
     const std::complex<double> ratio = now.phasor / base.phasor;
     const double gain = std::abs(ratio);
     rows[distance * n + s] = scale * std::arg(ratio);
@@ -75,19 +96,24 @@ std::vector<double> Design::predict(const simulation::ForwardModel& model, std::
   return rows;
 }
 
-std::vector<double> Design::predict_whole(const simulation::ForwardModel& model, std::size_t i, double light) const {
+std::vector<double> Design::predict_finely(const simulation::ForwardModel& model, std::size_t i, double light,
+                                           bool every_pixel) const {
   if (grid_ == single) return predict(model, i, light);
-  const std::vector<Signal> seen = signals(model, whole_, i, light, 0);
-  const std::vector<Signal> base = signals(simulation::ForwardModel(camera(), physical_, {}), whole_, i, 0, 0);
+  const simulation::Pixels& pixels = every_pixel ? whole_ : fine_;
+  const std::vector<Signal> seen = signals(model, pixels, i, brightened(pose_of(conditions_[i]), light));
+  const std::vector<Signal> base =
+      every_pixel ? signals(simulation::ForwardModel(camera(), physical_, {}), pixels, i, pose_of(conditions_[i]))
+                  : fine_ideal_[i];
   struct Sums {
     std::complex<double> product;
     double square = 0, amplitude = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;
   };
-  const std::size_t n = superpixels(), width = camera().width, height = camera().height;
+  const std::size_t n = superpixels();
   std::vector<Sums> all(n);
   for (std::size_t p = 0; p < base.size(); ++p) {
     if (!std::isfinite(seen[p].intensity) || !(std::abs(base[p].phasor) > 0)) continue;
-    Sums& sums = all[(p / width) * grid_ / height * grid_ + (p % width) * grid_ / width];
+    Sums& sums =
+        all[(p / pixels.columns) * grid_ / pixels.rows * grid_ + (p % pixels.columns) * grid_ / pixels.columns];
     sums.product += seen[p].phasor * std::conj(base[p].phasor);
     sums.square += std::norm(base[p].phasor);
     sums.amplitude += std::abs(base[p].phasor);

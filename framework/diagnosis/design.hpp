@@ -17,6 +17,9 @@ namespace tofgraph::diagnosis {
 
 /// Superpixels in a row and in a column: 17 x 17 px of 204 x 204. One where the data are means over a board.
 inline constexpr std::size_t grid = 12, single = 1;
+/// Points in a row and in a column of a superpixel that stand for all its pixels: at the middles of equal parts, so
+/// that what they miss of a curved pattern is a 25th of what its centre alone misses.
+inline constexpr std::size_t fine = 5;
 
 /// The board of a condition; where its reflectivity is not known it is 0.5.
 simulation::BoardPose pose_of(const io::Condition& condition);
@@ -39,17 +42,23 @@ class Design {
   std::size_t rows() const { return observables * superpixels(); }
 
   /// What the model expects, observables x superpixels. @param light logarithm of the factor on the reflectivity
-  /// @param moved m, of the board along the axis
   /// @throws simulation::EffectError
-  std::vector<double> predict(const simulation::ForwardModel& model, std::size_t condition, double light = 0,
-                              double moved = 0) const;
+  std::vector<double> predict(const simulation::ForwardModel& model, std::size_t condition, double light = 0) const;
 
-  /// The same from all pixels, as measurements are reduced: what the centres of superpixels miss of a curved pattern
+  /// The same from all over the superpixels, as measurements are reduced: what their centres miss of a curved pattern
   /// is the difference to predict(). Of a board's mean its middle stands for it: there is no difference.
-  std::vector<double> predict_whole(const simulation::ForwardModel& model, std::size_t condition, double light) const;
+  /// @param every_pixel where pixels are not like their neighbours
+  std::vector<double> predict_finely(const simulation::ForwardModel& model, std::size_t condition, double light,
+                                     bool every_pixel) const;
 
   /// Change of the observables for each metre that the board is farther away.
   const std::vector<double>& shift(std::size_t condition) const { return shifts_[condition]; }
+  /// Change of the observables for each metre that the camera shows too much. Where a board is tilted that is the same
+  /// in all pixels, which tells it from a board that is misplaced. Where it is not, both are one and the same on
+  /// purpose: two directions that nearly are would together be taken for patterns of the pixels.
+  const std::vector<double>& offset(std::size_t condition) const {
+    return offsets_[condition].empty() ? shifts_[condition] : offsets_[condition];
+  }
   /// The ideal camera's signal, one a superpixel.
   const std::vector<Signal>& ideal(std::size_t condition) const { return ideal_[condition]; }
   /// cos of the angle of incidence on the board as seen from the lens, one a superpixel.
@@ -57,16 +66,20 @@ class Design {
 
  private:
   std::vector<Signal> signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
-                              std::size_t condition, double light, double moved) const;
+                              std::size_t condition, const simulation::BoardPose& pose) const;
+  std::vector<double> rows_of(const std::vector<Signal>& seen, const std::vector<Signal>& ideal,
+                              std::size_t condition) const;
+  std::vector<double> shift_of(const simulation::ForwardModel& ideal, std::size_t condition,
+                               const simulation::BoardPose& pose) const;
 
   core::CameraPtr camera_;
   bool physical_;
   std::size_t grid_;
   std::vector<io::Condition> conditions_;
   std::vector<simulation::Shot> shots_;
-  simulation::Pixels pixels_, whole_;
-  std::vector<std::vector<Signal>> ideal_;
-  std::vector<std::vector<double>> shifts_;
+  simulation::Pixels pixels_, fine_, whole_;
+  std::vector<std::vector<Signal>> ideal_, fine_ideal_;  ///< the latter not for single
+  std::vector<std::vector<double>> shifts_, offsets_;    ///< the latter only where it differs
 };
 
 }  // namespace tofgraph::diagnosis

@@ -18,8 +18,11 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const core::Catalogue& cat
                                                       const std::vector<std::string>& without,
                                                       std::vector<std::string>& notes) {
   std::vector<std::string> names;
+  std::vector<core::PluginFile> files;
   for (const core::PluginFile& file : catalogue.files()) {
-    if (file.kind == "effect") names.push_back(file.name);
+    if (file.kind != "effect") continue;
+    names.push_back(file.name);
+    files.push_back(file);
   }
   for (const std::string& name : without) {
     if (std::ranges::find(names, name) == names.end())
@@ -27,10 +30,11 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const core::Catalogue& cat
                                                  core::suggestion(name, names, "effects")));
   }
   std::vector<std::unique_ptr<Candidate>> candidates;
-  for (const core::PluginFile& file : catalogue.files()) {
-    if (file.kind != "effect" || std::ranges::find(without, file.name) != without.end()) continue;
+  const auto seen = catalogue.describe(files);
+  for (const core::PluginFile& file : files) {
+    if (std::ranges::find(without, file.name) != without.end()) continue;
     try {
-      candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
+      candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
     } catch (const std::runtime_error& error) {
       notes.push_back(fmt::format("The effect {} is left out: {}", file.name, error.what()));
     }
@@ -182,7 +186,7 @@ class Run {
       d_->notes.push_back(fmt::format(
           "Noise alone has {:.2f} mm from one condition to the next, as the fit needs it. With something unexplained a "
           "part of that is no noise.",
-          1e3 * after.state.variances.jitter));
+          1e3 * std::hypot(after.state.variances.jitter, after.state.variances.offset)));
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)

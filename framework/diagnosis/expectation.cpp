@@ -78,10 +78,12 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
 void correct(Problem& problem, const State& state) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  const bool every_pixel =
+      std::ranges::any_of(state.terms, [](const Term& term) { return !term.maps && term.candidate->reads_files(); });
   std::vector<std::vector<double>> correction(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
     const double light = light_of(problem, state, i);
-    correction[i] = design.predict_whole(model, i, light);
+    correction[i] = design.predict_finely(model, i, light, every_pixel);
     const std::vector<double> coarse = design.predict(model, i, light);
     for (std::size_t row = 0; row < coarse.size(); ++row) {
       const double difference = correction[i][row] - coarse[row];
@@ -136,6 +138,23 @@ Column derivative(const Problem& problem, const State& state, const std::vector<
   return column;
 }
 
+double importance(const Problem& problem, const Column& change) {
+  const std::size_t n = problem.design.superpixels();
+  double largest = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    for (std::size_t o = 0; o < observables; ++o) {
+      double sum = 0, count = 0;
+      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
+        if (std::isinf(problem.data[i].variance[row])) continue;
+        sum += change[i][row] * change[i][row];
+        ++count;
+      }
+      if (count > 0) largest = std::max(largest, std::sqrt(sum / count) / least_change[o]);
+    }
+  }
+  return largest;
+}
+
 std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
                            std::span<const Column> columns) {
   const std::size_t n = problem.design.rows();
@@ -153,8 +172,9 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
       }
       for (Eigen::Index c = 0; c < last; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
       all(r, last) = weight * problem.design.shift(i)[row];
-      all(r, last + 1) = weight * problem.light_response(i, row);
-      all(r, last + 2) = weight * (data.value[row] - rows[i][row]);
+      all(r, last + 1) = weight * problem.offset_response(i, row);
+      all(r, last + 2) = weight * problem.light_response(i, row);
+      all(r, last + 3) = weight * (data.value[row] - rows[i][row]);
     }
     Gram gram = Gram::Zero(all.cols(), all.cols());
     gram.selfadjointView<Eigen::Lower>().rankUpdate(all.transpose());

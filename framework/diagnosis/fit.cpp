@@ -199,6 +199,15 @@ std::vector<Column> own_columns(const Problem& problem, const State& state,
   return columns;
 }
 
+double deviance_of(const Problem& problem, const State& state) {
+  std::vector<Gram> grams = grams_of(problem, expected(problem, state), {});
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
+  const std::vector<double> all(grams.size(), 1);
+  return solve(assemble(grams, determinants, problem.target, static_cast<int>(problem.targets.size()), all), 0)
+      .deviance;
+}
+
 Fit fit(const Problem& problem, State start, std::span<const double> weight) {
   return descend(problem, std::move(start), weight, true);
 }

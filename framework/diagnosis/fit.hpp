@@ -23,7 +23,8 @@ struct Problem {
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
 
-  /// Of a row of observables x superpixels.
+  /// Change for a metre that the camera shows more. Of a row of observables x superpixels, as is the next.
+  double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
   double light_response(std::size_t condition, std::size_t row) const {
     if (!brightening.empty()) return brightening[condition][row];
     const std::size_t observable = row / design.superpixels();
@@ -41,7 +42,8 @@ struct State {
   Variances variances;
 };
 
-/// Sets the correction to what the whole images of a state differ from its coarse grid, and how it answers to light.
+/// Sets the correction to what a state differs by all over its superpixels from their centres, and how it answers to
+/// light.
 void correct(Problem& problem, const State& state);
 /// The latter alone.
 void brighten(Problem& problem, const State& state);
@@ -65,6 +67,10 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
 Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
                   std::size_t term, std::size_t parameter);
 
+/// The largest that a change makes in one condition, root mean square of an observable over what matters of it:
+/// least_change.
+double importance(const Problem& problem, const Column& change);
+
 /// The derivatives by all free parameters of all terms, in their order.
 std::vector<Column> own_columns(const Problem& problem, const State& state,
                                 const std::vector<std::vector<double>>& rows);
@@ -83,6 +89,9 @@ State with_positive_sizes(const Problem& problem, State state);
 /// As fit(), less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
 /// a fit of those alone. @param known own_columns() there
 Fit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known);
+
+/// Of a state as it is, its variances included; only the reflectivities are those with the least.
+double deviance_of(const Problem& problem, const State& state);
 
 /// As fit() with the parameters of effects held, for reflectivities and variances alone.
 Fit fit_nuisances(const Problem& problem, State start, std::span<const double> weight);

@@ -7,17 +7,36 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double least_capture = 0.8;  ///< of the gain of the best generic pattern in the complete model
-/// What an effect must change in one condition at least, root mean square of an observable: less is within what a
-/// simulation on a grid and a camera's repeatability leave open, however sure it is.
-constexpr std::array<double, observables> practical = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};  // m, others relative
+constexpr double least_beyond_wandering = 12;  ///< chi-square: one in two thousand by chance
+constexpr double least_capture = 0.8;          ///< of the gain of the best generic pattern in the complete model
+/// What a camera may do that wanders slowly while the conditions are measured: half waves over the order measured, the
+/// constant first. @param change of a row for a unit of it
+template <class Change> Group wandering(const Problem& problem, const char* name, Change change) {
+  const std::vector<io::Condition>& conditions = problem.design.conditions();
+  double last = 1;
+  for (const io::Condition& c : conditions) last = std::max(last, static_cast<double>(c.order.value_or(0)));
+  Group group{name, {}};
+  const std::size_t waves = std::min<std::size_t>(8, conditions.size() / 6);
+  for (std::size_t wave = 0; wave <= waves; ++wave) {
+    Column& column = group.columns.emplace_back(conditions.size(), std::vector<double>(problem.design.rows()));
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      const double place = static_cast<double>(conditions[i].order.value_or(0)) / last;
+      const double height = std::cos(static_cast<double>(wave) * std::numbers::pi * place);
+      for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = height * change(i, row);
+    }
+  }
+  return group;
+}
 
 }  // namespace
 
@@ -31,26 +50,39 @@ Gates::Gates(Problem& problem, const PatternFinder& finder, std::span<const doub
       weight_(weight),
       flips_(flips),
       seed_(seed),
-      held_(hold_out(problem.design, seed)) {}
+      held_(hold_out(problem.design, seed)) {
+  if (!std::ranges::all_of(problem.design.conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
+    return;
+  const auto offset = [&](std::size_t, std::size_t row) {
+    return row / problem.design.superpixels() == distance ? 1e-3 : 0;
+  };
+  const auto light = [&](std::size_t i, std::size_t row) { return 1e-2 * problem.light_response(i, row); };
+  wanderings_ = {wandering(problem, "distance", offset), wandering(problem, "light", light)};
+}
 
 bool Gates::significant(const Score& score) {
   return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain);
 }
 
-bool Gates::worth_a_name(const Column& change) const {
-  const std::size_t n = problem_.design.superpixels();
-  for (std::size_t i = 0; i < change.size(); ++i) {
-    for (std::size_t o = 0; o < observables; ++o) {
-      double sum = 0, count = 0;
-      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-        if (std::isinf(problem_.data[i].variance[row])) continue;
-        sum += change[i][row] * change[i][row];
-        ++count;
-      }
-      if (count > 0 && std::sqrt(sum / count) > practical[o]) return true;
-    }
+bool Gates::worth_a_name(const Column& change) const { return importance(problem_, change) > 1; }
+
+bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& change) const {
+  std::vector<Column> own = less.columns;
+  std::vector<Column> all = own;
+  all.push_back(change.columns[0]);
+  for (const Group& wandering : wanderings_) {
+    const Group moving{wandering.name, {wandering.columns.begin() + 1, wandering.columns.end()}};
+    const Group* const only = &moving;
+    if (significant(scan(problem_, best, all, std::span(&only, 1), flips_, seed_).scores[0]))
+      std::ranges::copy(wandering.columns, std::back_inserter(own));
   }
-  return false;
+  if (own.size() == less.columns.size()) return true;
+  // A camera that wanders may do so about any mean: what the change brings beside all that.
+  Fit without = less.fit;
+  without.state.variances = best.state.variances;
+  const InLightOf there(problem_, less);
+  const Group* const only = &change;
+  return scan(problem_, without, own, std::span(&only, 1), 0, 0).scores[0].gain > least_beyond_wandering;
 }
 
 double Gates::capture(const Base& less, const Group& group) const {
@@ -83,11 +115,12 @@ Found Gates::examined(const Base& best, std::size_t t) {
   found.candidate = term.candidate;
   const Base less = without(best, t);
   found.held_out = held_out_fall(problem_, best.fit.state, less.fit.state, held_, seed_);
-  const InLightOf there(problem_, less);
   found.gain = less.fit.deviance - best.fit.deviance;
   const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
   const Group direction{group.name, {group.columns[0]}};
+  const bool wanders = !term.maps && !beyond_wandering(best.fit, less, direction);
+  const InLightOf there(problem_, less);
   const Group* const only = &direction;
   const Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
                                 : scan(problem_, less.fit, less.columns, std::span(&only, 1), flips_, seed_).scores[0];
@@ -95,6 +128,8 @@ Found Gates::examined(const Base& best, std::size_t t) {
   found.capture = capture(less, group);
   if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
+  } else if (wanders) {
+    found.refutation = "the camera wanders while the conditions are measured, and that may do as much";
   } else if (!worth_a_name(group.columns[0])) {
     found.refutation = too_small;
   } else if (found.capture < least_capture) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What an effect must pass to be named: beyond chance under sign flips of whole conditions (G1), as good as any
-/// pattern without physics in its place (G2), of a size that matters, and a gap that shrinks on conditions that were
-/// put aside (G5).
+/// What an effect must pass to be named: beyond chance under sign flips of whole conditions (G1), and also where a
+/// camera wanders while the conditions are measured; as good as any pattern without physics in its place (G2), of a
+/// size that matters, and a gap that shrinks on conditions that were put aside (G5).
 #pragma once
 
 #include "diagnosis/contribution.hpp"
@@ -39,6 +39,9 @@ class Gates {
   static bool significant(const Score& score);
   /// Whether a change is larger in some condition than what a simulation on a grid leaves open.
   bool worth_a_name(const Column& change) const;
+  /// Whether a change is more than what a camera may do that wanders in the order measured, where one does.
+  /// @param less the model without it
+  bool beyond_wandering(const Fit& best, const Base& less, const Group& change) const;
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
   /// The model without a term. The derivatives are those of the model with it. @throws simulation::EffectError
@@ -53,6 +56,7 @@ class Gates {
   std::size_t flips_;
   std::uint64_t seed_;
   std::vector<bool> held_;
+  std::vector<Group> wanderings_;  ///< none where the order is not told
 };
 
 }  // namespace tofgraph::diagnosis

@@ -16,11 +16,13 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   const auto rows = expected(whole, state);
   std::vector<Observations> result = problem.data;
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const double jitter = state.variances.jitter * normal(generator), light = state.variances.light * normal(generator);
+    const Variances& sd = state.variances;
+    const double jitter = sd.jitter * normal(generator), offset = sd.offset * normal(generator),
+                 light = sd.light * normal(generator);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(result[i].variance[row])) continue;
       result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] +
-                             light * whole.light_response(i, row) +
+                             offset * problem.offset_response(i, row) + light * whole.light_response(i, row) +
                              std::sqrt(result[i].variance[row]) * normal(generator);
     }
   }

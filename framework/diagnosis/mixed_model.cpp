@@ -12,7 +12,7 @@ namespace {
 struct Bounds {
   double least, most;
 };
-constexpr Bounds jitter_bounds{1e-6, 1}, light_bounds{1e-6, 0.1};
+constexpr Bounds jitter_bounds{1e-6, 1}, offset_bounds{1e-6, 1e-2}, light_bounds{1e-6, 0.1};
 
 /// The least value of f over ln x by golden sections.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
@@ -35,19 +35,25 @@ template <class F> double minimise(F f, Bounds bounds, double centre, double wid
 
 }  // namespace
 
-Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
-  const Eigen::Index n = gram.cols(), g = n - gram_tail;
-  const Eigen::Vector2d scale(variances.jitter, variances.light);
-  const Eigen::MatrixXd random = gram.middleCols(g, 2) * scale.asDiagonal();  // n x 2
-  const Eigen::Matrix2d inner =
-      Eigen::Matrix2d::Identity() + scale.asDiagonal() * gram.block<2, 2>(g, g) * scale.asDiagonal();
+RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
+  const Eigen::Matrix<double, random_directions, 1> scale(variances.jitter, variances.offset, variances.light);
+  const RandomMatrix inner = RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
   log_determinant = std::log(inner.determinant());
-  return gram - random * inner.inverse() * random.transpose();
+  return scale.asDiagonal() * inner.inverse() * scale.asDiagonal();
+}
+
+Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
+  const Eigen::Index g = gram.cols() - gram_tail;
+  const RandomMatrix middle =
+      woodbury(gram.block<random_directions, random_directions>(g, g), variances, log_determinant);
+  const auto random = gram.middleCols<random_directions>(g);
+  return gram - random * middle * random.transpose();
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
                          std::span<const int> target, int targets, std::span<const double> weight) {
-  const Eigen::Index p = marginals.front().cols() - gram_tail, light = p + 1, residual = p + 2;
+  const Eigen::Index p = marginals.front().cols() - gram_tail, light = p + random_directions - 1,
+                     residual = p + random_directions;
   NormalEquations sum{Eigen::MatrixXd::Zero(p + targets, p + targets), Eigen::VectorXd::Zero(p + targets), 0, 0};
   for (std::size_t i = 0; i < marginals.size(); ++i) {
     const double w = weight[i];
@@ -94,8 +100,17 @@ Profile profile(std::span<const Gram> grams, std::span<const int> target, int ta
   };
   Variances best = start;
   for (const double width : {3.0, 1.0}) {
-    best.jitter = minimise([&](double x) { return at({x, best.light}).deviance; }, jitter_bounds, best.jitter, width);
-    best.light = minimise([&](double x) { return at({best.jitter, x}).deviance; }, light_bounds, best.light, width);
+    const auto vary = [&](double Variances::*which, Bounds bounds) {
+      Variances varied = best;
+      const auto deviance = [&](double x) {
+        varied.*which = x;
+        return at(varied).deviance;
+      };
+      best.*which = minimise(deviance, bounds, best.*which, width);
+    };
+    vary(&Variances::jitter, jitter_bounds);
+    vary(&Variances::offset, offset_bounds);
+    vary(&Variances::light, light_bounds);
   }
   return {best, at(best)};
 }

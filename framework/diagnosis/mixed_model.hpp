@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Generalised least squares over conditions. A condition's covariance is D + jitter^2 g g^T + light^2 h h^T: the noise
-/// of its superpixels, a board that is not quite where it should be (g: change of the observables for a metre) and
+/// Generalised least squares over conditions. A condition's covariance is D + jitter^2 g g^T + offset^2 o o^T + light^2
+/// h h^T: the noise of its superpixels, a board that is not quite where it should be (g: change of the observables for
+/// a metre), a camera whose distances wander (o, which differs from g where a board is tilted) and
 /// light that is not quite the same (h: change for a factor e). Each target has one unknown reflectivity. A condition
 /// comes as the Gram matrix of its columns in D^-1, so that all that follows is small.
 #pragma once
@@ -16,15 +17,21 @@ namespace tofgraph::diagnosis {
 
 /// Standard deviations between conditions.
 struct Variances {
-  double jitter = 5e-4;  ///< m
+  double jitter = 5e-4;  ///< m, of the board
+  double offset = 1e-4;  ///< m, of the camera
   double light = 1e-3;   ///< of ln amplitude
 };
 
-/// Columns: any number of effects' columns, then g, h, and the residual r.
+/// Columns: any number of effects' columns, then the random directions g, o and h, and the residual r.
 using Gram = Eigen::MatrixXd;
-inline constexpr Eigen::Index gram_tail = 3;  ///< g, h, r
+inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 1;
 
-/// The Gram matrix in C^-1 in place of D^-1 (Woodbury). @param log_determinant of C D^-1
+/// M of the inverse covariance D^-1 - D^-1 R M R^T D^-1, R the random directions (Woodbury).
+/// @param gram of R in D^-1 @param log_determinant of C D^-1
+using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
+RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant);
+
+/// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);
 
 /// The normal equations over conditions. Unknowns: the effects' columns, then the targets' ln reflectivities.

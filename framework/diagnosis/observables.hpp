@@ -20,6 +20,10 @@ inline constexpr std::array<std::string_view, observables> observable_names = {"
 /// Of the differences; what is not a length is relative.
 inline constexpr std::array<std::string_view, observables> observable_units = {"m", "", "", "", ""};
 
+/// What must change in one condition at least, root mean square of an observable: less is within what a simulation on a
+/// grid and a camera's repeatability leave open, however sure it is.
+inline constexpr std::array<double, observables> least_change = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};
+
 /// Observables x superpixels. Where nothing is known the variance is infinite and the value 0.
 struct Observations {
   std::vector<double> value, variance;

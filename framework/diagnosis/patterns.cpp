@@ -8,6 +8,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double false_discoveries = 0.05;
+constexpr double family_wise = 0.005;
 constexpr double least_gain = 30;  ///< of the deviance: less is not worth a line
 
 }  // namespace
@@ -30,9 +31,12 @@ PatternScan PatternFinder::find(const Problem& problem, const Fit& fit, std::spa
   const double beyond = scanned.square - scanned.freedom;
   for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
     const Score& score = scanned.scores[b];
-    if (score.own_p_value > limit || score.gain < least_gain) continue;
+    // One among many that nothing goes with is below what the false discoveries' limit can see of so many draws.
+    const bool beyond_chance = score.own_p_value <= limit || score.p_value < family_wise;
+    if (!beyond_chance || score.gain < least_gain) continue;
+    const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem);
     result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.p_value,
-                               size_of(bases_.patterns[b], bases_.groups[b], score.values, problem),
+                               size.mean, size.largest,
                                std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});
   }
   std::ranges::stable_sort(result.patterns, [](const Pattern& a, const Pattern& b) {

@@ -12,8 +12,9 @@ struct Pattern {
   std::size_t observable = 0;
   std::string axis;
   double gain = 0, p_value = 1;
-  double size = 0;   ///< root mean square, SI
-  double share = 0;  ///< of what is beyond noise
+  double size = 0;     ///< root mean square, SI
+  double largest = 0;  ///< likewise, in the condition where it is largest
+  double share = 0;    ///< of what is beyond noise
 };
 
 struct PatternScan {

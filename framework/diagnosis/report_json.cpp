@@ -151,6 +151,7 @@ json report_json(const Diagnosis& d) {
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   const Variances& v = d.search.after.state.variances;
   report["nuisances"] = {{"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
+                         {"camera_offset", {{"value", v.offset}, {"unit", "m"}}},
                          {"light", {{"value", v.light}, {"unit", ""}}}};
   report["data"] = {
       {"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}, {"held_out", d.put_aside}};

@@ -12,12 +12,12 @@ namespace tofgraph::diagnosis {
 namespace {
 
 /// Columns x columns of a group in C^-1. Of columns by superpixel it is kept as what it is made of: diagonals in D^-1,
-/// one for each pair of columns, less what the two random directions take out.
+/// one for each pair of columns, less what the random directions take out.
 struct Tried {
   Eigen::MatrixXd whole;
   std::vector<Eigen::VectorXd> diagonals;
-  Eigen::MatrixXd random;  ///< 2 x columns
-  Eigen::Matrix2d middle;
+  Eigen::MatrixXd random;  ///< directions x columns
+  RandomMatrix middle;
 
   Eigen::Index columns() const { return whole.size() > 0 ? whole.cols() : random.cols(); }
   void add_to(Eigen::MatrixXd& sum) const {
@@ -57,7 +57,7 @@ Eigen::MatrixXd weighted(const Observations& data, std::span<const Column> colum
   return result;
 }
 
-/// A condition's own columns, then g, h and the residual, over their standard deviations.
+/// A condition's own columns, then the random directions and the residual, over their standard deviations.
 Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
                              std::size_t condition) {
   const Observations& data = problem.data[condition];
@@ -68,8 +68,9 @@ Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& 
     const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
     const auto r = static_cast<Eigen::Index>(row);
     result(r, count) = weight * problem.design.shift(condition)[row];
-    result(r, count + 1) = weight * problem.light_response(condition, row);
-    result(r, count + 2) = weight == 0 ? 0 : weight * (data.value[row] - rows[row]);
+    result(r, count + 1) = weight * problem.offset_response(condition, row);
+    result(r, count + 2) = weight * problem.light_response(condition, row);
+    result(r, count + 3) = weight == 0 ? 0 : weight * (data.value[row] - rows[row]);
   }
   return result;
 }
@@ -103,16 +104,14 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
   const Eigen::MatrixXd held = held_columns(problem, rows, own, condition);
   const Eigen::MatrixXd gram = held.transpose() * held;
   const auto count = static_cast<Eigen::Index>(own.size());
-  // C^-1 = D^-1 - D^-1 R inner^-1 R^T D^-1 with R = [jitter g, light h] (Woodbury).
-  const Eigen::Vector2d scale(variances.jitter, variances.light);
-  const Eigen::Matrix2d inner =
-      Eigen::Matrix2d::Identity() + scale.asDiagonal() * gram.block<2, 2>(count, count) * scale.asDiagonal();
-  const Eigen::Matrix2d middle = scale.asDiagonal() * inner.inverse() * scale.asDiagonal();
+  double log_determinant = 0;
+  const RandomMatrix middle =
+      woodbury(gram.block<random_directions, random_directions>(count, count), variances, log_determinant);
   std::vector<Eigen::Index> kept;
   for (Eigen::Index c = 0; c < count; ++c) kept.push_back(c);
-  kept.push_back(count + 1);
-  kept.push_back(count + 2);
-  const Eigen::MatrixXd random = gram.middleCols(count, 2);
+  kept.push_back(count + random_directions - 1);  // light: that of the target is held
+  kept.push_back(count + random_directions);
+  const Eigen::MatrixXd random = gram.middleCols(count, random_directions);
   Share share;
   share.held = Eigen::MatrixXd(gram - random * middle * random.transpose())(kept, kept);
   for (const Group* group : groups) {
@@ -121,13 +120,17 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
     const Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
     const Eigen::MatrixXd cross =
         group->by_superpixel ? spread_cross(there, columns, superpixels) : Eigen::MatrixXd(there.transpose() * columns);
-    const Eigen::MatrixXd shared = middle * cross.middleRows(count, 2);
+    const Eigen::MatrixXd shared = middle * cross.middleRows(count, random_directions);
     share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
     if (group->by_superpixel)
-      share.tried.push_back({{}, spread_diagonals(columns, superpixels), cross.middleRows(count, 2), middle});
+      share.tried.push_back(
+          {{}, spread_diagonals(columns, superpixels), cross.middleRows(count, random_directions), middle});
     else
       share.tried.push_back(
-          {columns.transpose() * columns - cross.middleRows(count, 2).transpose() * shared, {}, {}, {}});
+          {columns.transpose() * columns - cross.middleRows(count, random_directions).transpose() * shared,
+           {},
+           {},
+           {}});
   }
   return share;
 }

@@ -272,12 +272,33 @@ class Search {
     }
   }
 
+  /// A camera whose distances differ from one condition to the next by more than its board is misplaced: that is no
+  /// nuisance, though no setting goes with it. Only where the shape tells the two apart.
+  void look_at_wandering() {
+    constexpr double times = 2, sure = 20;
+    const State& state = best_.fit.state;
+    State merged = state;
+    merged.variances.jitter = std::hypot(state.variances.jitter, state.variances.offset);
+    merged.variances.offset = 0;
+    const double gain = deviance_of(problem_, merged) - deviance_of(problem_, state);
+    if (state.variances.offset < times * state.variances.jitter || gain < sure) return;
+    result_.rest.push_back({.observable = distance,
+                            .axis = "no setting, from one condition to the next",
+                            .gain = gain,
+                            .p_value = std::erfc(std::sqrt(gain / 2)),
+                            .size = state.variances.offset,
+                            .largest = state.variances.offset,
+                            .share = 1});
+  }
+
   void look_at_rest() {
     say("looking at what is left");
     PatternScan left = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1);
     for (Pattern& pattern : left.patterns) {
-      if (pattern.p_value < Gates::significance) result_.rest.push_back(std::move(pattern));
+      if (pattern.p_value < Gates::significance && pattern.largest > least_change[pattern.observable])
+        result_.rest.push_back(std::move(pattern));
     }
+    look_at_wandering();
     result_.lack_of_fit = left.square / left.freedom;
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);

@@ -28,17 +28,19 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
   const auto conditions = static_cast<Eigen::Index>(rows.size());
   std::vector<Eigen::MatrixXd> result(observables, Eigen::MatrixXd::Zero(conditions, static_cast<Eigen::Index>(n)));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    // What jitter and light take out of this condition: both are as free here as the data want them.
-    Eigen::Matrix2d information = grams[i].topLeftCorner<2, 2>();
+    // What jitter, offset and light take out of this condition: all are as free here as the data want them.
+    RandomMatrix information = grams[i].topLeftCorner<random_directions, random_directions>();
+    information.diagonal() *= 1 + 1e-9;
     information.diagonal().array() += 1e-9;
-    const Eigen::Vector2d taken = information.ldlt().solve(grams[i].col(2).head<2>());
+    const Eigen::Vector<double, random_directions> taken =
+        information.ldlt().solve(grams[i].col(random_directions).head<random_directions>());
     for (std::size_t o = 0; o < observables; ++o) {
       for (std::size_t s = 0; s < n; ++s) {
         const std::size_t row = o * n + s;
         const double variance = problem.data[i].variance[row];
         if (std::isinf(variance)) continue;
         const double left = problem.data[i].value[row] - rows[i][row] - taken(0) * problem.design.shift(i)[row] -
-                            taken(1) * problem.light_response(i, row);
+                            taken(1) * problem.offset_response(i, row) - taken(2) * problem.light_response(i, row);
         result[o](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(s)) = left / std::sqrt(variance);
       }
     }

@@ -91,8 +91,9 @@ double noise_floor(const Problem& problem, const State& state, std::size_t obser
   for_each_known(problem, observable, chosen, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
     const double jitter = state.variances.jitter * problem.design.shift(i)[row];
+    const double offset = state.variances.offset * problem.offset_response(i, row);
     const double light = state.variances.light * problem.light_response(i, row);
-    sum += scale * scale * (problem.data[i].variance[row] + jitter * jitter + light * light);
+    sum += scale * scale * (problem.data[i].variance[row] + jitter * jitter + offset * offset + light * light);
     ++count;
   });
   return std::sqrt(sum / count);

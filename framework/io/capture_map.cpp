@@ -90,4 +90,13 @@ void write_pixel_maps(const std::string& file, const std::vector<PixelMapData>& 
   h5::check(H5Fflush(created, H5F_SCOPE_LOCAL), file);
 }
 
+void remember_pixel_maps(const std::string& file, const std::vector<PixelMapData>& maps, std::size_t rows,
+                         std::size_t columns) {
+  const auto time = std::filesystem::last_write_time(file);
+  Known& known = Known::instance();
+  const std::lock_guard lock(known.mutex);
+  for (const PixelMapData& map : maps)
+    known.maps[{file, map.dataset, time, rows, columns}] = std::make_shared<const std::vector<double>>(map.values);
+}
+
 }  // namespace tofgraph::io

@@ -27,5 +27,8 @@ struct PixelMapData {
 /// Writes a new file with these datasets. @throws std::runtime_error
 void write_pixel_maps(const std::string& file, const std::vector<PixelMapData>& maps, std::size_t rows,
                       std::size_t columns);
+/// As if they had been read from a file that was just written with them.
+void remember_pixel_maps(const std::string& file, const std::vector<PixelMapData>& maps, std::size_t rows,
+                         std::size_t columns);
 
 }  // namespace tofgraph::io

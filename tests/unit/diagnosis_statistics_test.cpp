@@ -14,7 +14,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 struct Dense {
-  std::vector<Eigen::MatrixXd> columns;  // effects, g, h, residual
+  std::vector<Eigen::MatrixXd> columns;  // effects, g, o, h, residual
   std::vector<Eigen::VectorXd> variance;
 };
 
@@ -41,7 +41,7 @@ std::vector<Gram> grams_of(const Dense& dense) {
 TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   constexpr Eigen::Index rows = 9, effects = 2;
   constexpr int targets = 2;
-  const Variances variances{0.7, 0.4};
+  const Variances variances{0.7, 0.3, 0.4};
   const Dense dense = random_conditions(6, rows, effects);
   const std::vector<Gram> grams = grams_of(dense);
   const std::vector<int> target = {0, 1, 0, 1, -1, 0};
@@ -57,10 +57,12 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   double square = 0, determinant = 0;
   for (std::size_t i = 0; i < 6; ++i) {
     const Eigen::MatrixXd& all = dense.columns[i];
-    const Eigen::VectorXd g = all.col(effects), h = all.col(effects + 1), r = all.col(effects + 2);
+    const Eigen::VectorXd g = all.col(effects), o = all.col(effects + 1), h = all.col(effects + 2),
+                          r = all.col(effects + 3);
     const Eigen::MatrixXd noise = dense.variance[i].asDiagonal();
-    const Eigen::MatrixXd covariance =
-        noise + std::pow(variances.jitter, 2) * g * g.transpose() + std::pow(variances.light, 2) * h * h.transpose();
+    const Eigen::MatrixXd covariance = noise + std::pow(variances.jitter, 2) * g * g.transpose() +
+                                       std::pow(variances.offset, 2) * o * o.transpose() +
+                                       std::pow(variances.light, 2) * h * h.transpose();
     Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, effects + targets);
     design.leftCols(effects) = all.leftCols(effects);
     if (target[i] >= 0) design.col(effects + target[i]) = h;
@@ -86,7 +88,7 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   for (int i = 0; i < 400; ++i) {
     const double r = 0.02 * normal(generator), noise = 1e-4;
     square += r * r / 400;
-    Eigen::Vector3d row(1, 0, r);
+    Eigen::Vector4d row(1, 0, 0, r);
     grams.emplace_back(row * row.transpose() / noise);
   }
   const std::vector<int> target(400, -1);
