@@ -19,7 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_outputs(const DiagnoseArguments& arguments) {
-  for (const char* name : {"report.html", "report.json", "model.yaml", diagnosis::map_file_name}) {
+  for (const char* name :
+       {"report.html", "report.json", "model.yaml", diagnosis::map_file_name, diagnosis::unexplained_map_name}) {
     const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
     if (!problem.empty()) throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
@@ -54,6 +55,10 @@ int diagnose(const DiagnoseArguments& arguments) {
   diagnosis::write_maps(*result, out);
   io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
   io::write_file(out / "report.json", diagnosis::report_json(*result).dump(2) + "\n");
+  if (const std::string map = diagnosis::unexplained_map(*result); map.empty())
+    fs::remove(out / diagnosis::unexplained_map_name);  // of a search before, which is to be replaced
+  else
+    io::write_file(out / diagnosis::unexplained_map_name, map);
   diagnosis::gap_report(*result).write(out / "report.html");
   if (!arguments.quiet) fmt::print(stderr, "{}\n{}\n", diagnosis::summary(*result), (out / "report.html").string());
   return 0;

@@ -31,7 +31,7 @@ class Axes {
       return [this, member](std::size_t i, std::size_t) { return design_.conditions()[i].*member; };
     };
     const auto settings = [&](const char* name, auto label) { levels(name, label); };
-    axes_.push_back({"everywhere", {[](std::size_t, std::size_t) { return 1.0; }}});
+    axes_.push_back({everywhere, {[](std::size_t, std::size_t) { return 1.0; }}});
     const Covariate board = condition(&io::Condition::board_distance);
     smooth("board distance", board);
     const Covariate time = [this](std::size_t i, std::size_t) {
@@ -135,7 +135,7 @@ class Axes {
   /// Periods a round of the phase.
   void cycle(int cycles) {
     const double range = physics::unambiguous_range(design_.camera().modulation_frequency);
-    Axis axis{fmt::format("distance, period {:.2f} m", range / cycles), {}};
+    Axis axis{fmt::format("period {:.2f} m", range / cycles), {}};
     for (const double quarter : {0.0, std::numbers::pi / 2}) {
       axis.columns.push_back([this, cycles, quarter](std::size_t i, std::size_t s) {
         return std::cos(cycles * std::arg(design_.ideal(i)[s].phasor) - quarter);

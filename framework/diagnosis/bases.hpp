@@ -18,6 +18,8 @@ struct Basis {
 };
 inline constexpr double basis_unit = 1e-3;
 
+inline constexpr const char* everywhere = "everywhere";  ///< the axis of what does not change
+
 /// Patterns, and the columns of each in mm (distance) or 0.1 % (the others).
 struct Bases {
   std::vector<Basis> patterns;

@@ -170,8 +170,7 @@ class Run {
         for (const Rival& rival : found.rivals) {
           if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
         }
-        if (!found.where.empty())
-          effect.where = fmt::format("{} along {}", observable_names[found.where[0].observable], found.where[0].axis);
+        if (!found.where.empty()) effect.where = name_of(found.where[0]);
         State without = trained_;
         without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(t));
         Problem dimmed = *problem_;

@@ -3,6 +3,7 @@
 #include "diagnosis/gap_report.hpp"
 
 #include "core/quantity.hpp"
+#include "diagnosis/structure.hpp"
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -26,10 +28,7 @@ std::string shown(double value, std::size_t observable) {
 double scaled(double value, std::size_t observable) { return observable == distance ? 1e3 * value : 100 * value; }
 std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
 
-std::string label(std::size_t observable) {
-  constexpr std::array<const char*, observables> labels = {"depth", "amplitude", "intensity", "N1 / 2I", "N2 / a"};
-  return labels.at(observable);
-}
+std::string label(std::size_t observable) { return observable_labels.at(observable); }
 
 /// Measurement minus a model, condition by condition, superpixel by superpixel; NaN where nothing is known.
 using Residuals = std::vector<std::vector<double>>;
@@ -135,16 +134,17 @@ class Report {
   /// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
   std::string over_conditions(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
     std::set<double> distances;
-    std::map<std::string, std::size_t> kinds;
+    std::map<Kind, std::size_t> kinds;
     for (const io::Condition& c : design_.conditions()) {
       distances.insert(c.board_distance);
       kinds.emplace(kind_of(c), 0);
     }
     std::size_t number = 0;
     report::HeatMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
-    for (auto& [name, column] : kinds) {
+    for (auto& [kind, column] : kinds) {
       column = number++;
-      map.x_names.push_back(name);
+      const auto& [target, time, others] = kind;
+      map.x_names.push_back(fmt::format("{} {}{}", target, core::format_quantity(time, "s"), others));
     }
     for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
     std::vector<std::vector<double>> cells(map.rows * map.columns);
@@ -160,11 +160,13 @@ class Report {
     return report::heat_map(map, 570, 380);
   }
 
-  static std::string kind_of(const io::Condition& c) {
-    std::string kind = fmt::format("{} {}", c.target, core::format_quantity(c.integration_time, "s"));
-    if (!c.sources.empty()) kind += fmt::format(" {}", fmt::join(c.sources, "+"));
-    if (c.ambient != "dark") kind += " " + c.ambient;
-    return kind;
+  /// What distinguishes conditions at a distance: by target, then by time.
+  using Kind = std::tuple<std::string, double, std::string>;
+  static Kind kind_of(const io::Condition& c) {
+    std::string others;
+    if (!c.sources.empty()) others += fmt::format(" {}", fmt::join(c.sources, "+"));
+    if (c.ambient != "dark") others += " " + c.ambient;
+    return {c.target, c.integration_time, others};
   }
 
   std::string over_pixels(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
@@ -281,6 +283,8 @@ class Report {
       figures.push_back(over_pixels(rest, o, label(o) + ", what is left", limit_of(rest, o)));
     }
     page_.figures(figures, "What is left over the image, the mean over all conditions.");
+    const std::vector<std::string> shape = {unexplained_map(d_)};
+    page_.figures(shape, "Its largest component over the image; its sign changes from one condition to the next.");
   }
 
   void blind() {
@@ -331,6 +335,21 @@ class Report {
 };
 
 }  // namespace
+
+std::string unexplained_map(const Diagnosis& d) {
+  if (d.search.rest.empty() && d.search.structure == 0) return "";
+  const std::size_t o = d.search.rest.empty() ? distance : d.search.rest.front().observable;
+  const Design& design = *d.measurements.design;
+  Problem problem = make_problem(design, d.measurements.observations);
+  problem.correction = d.search.correction;
+  problem.brightening = d.search.brightening;
+  report::HeatMap map{.title = label(o) + ", what no effect explains",
+                      .unit = unit_of(o),
+                      .rows = design.pixels().rows,
+                      .columns = design.pixels().columns};
+  for (const double value : leading_pattern(problem, d.search.after.state, o)) map.values.push_back(scaled(value, o));
+  return report::heat_map(map, 340, 290);
+}
 
 report::Page gap_report(const Diagnosis& diagnosis) { return Report(diagnosis).make(); }
 

@@ -17,6 +17,9 @@ namespace tofgraph::diagnosis {
 inline constexpr std::size_t distance = 0, amplitude = 1, intensity = 2, null1 = 3, null2 = 4, observables = 5;
 inline constexpr std::array<std::string_view, observables> observable_names = {"distance", "amplitude", "intensity",
                                                                                "null1", "null2"};
+/// For readers.
+inline constexpr std::array<const char*, observables> observable_labels = {"depth", "amplitude", "intensity", "N1 / 2I",
+                                                                           "N2 / a"};
 /// Of the differences; what is not a length is relative.
 inline constexpr std::array<std::string_view, observables> observable_units = {"m", "", "", "", ""};
 

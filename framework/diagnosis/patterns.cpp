@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/patterns.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace tofgraph::diagnosis {
@@ -12,6 +14,11 @@ constexpr double family_wise = 0.005;
 constexpr double least_gain = 30;  ///< of the deviance: less is not worth a line
 
 }  // namespace
+
+std::string name_of(const Pattern& pattern) {
+  const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period");
+  return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
+}
 
 PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(problem)) {
   for (const Group& group : bases_.groups) groups_.push_back(&group);

@@ -23,6 +23,9 @@ struct PatternScan {
   double square = 0, freedom = 0;  ///< see Scan
 };
 
+/// "distance along tilt about x".
+std::string name_of(const Pattern& pattern);
+
 class PatternFinder {
  public:
   explicit PatternFinder(const Problem& problem);

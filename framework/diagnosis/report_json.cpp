@@ -62,11 +62,12 @@ json unexplained_of(const Diagnosis& d) {
     const Pattern& first = d.search.rest.front();
     result["observable"] = observable_names[first.observable];
     result["size"] = first.size;
-    result["shape"] = "along " + first.axis;
+    result["shape"] = name_of(first);
     for (const Pattern& p : d.search.rest) {
       if (p.observable == first.observable) result["axes"].push_back(p.axis);
     }
   }
+  result["map"] = unexplained_map_name;
   for (const Rival& rival : d.search.nearest)
     result["nearest"].push_back({{"effect", rival.candidate->name()}, {"capture", rival.bic}});
   for (const Found& tried : d.search.dropped)
@@ -75,6 +76,24 @@ json unexplained_of(const Diagnosis& d) {
 }
 
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+/// Where the gap shrinks most, in units of the noise.
+std::string shrunk(const Diagnosis& d) {
+  std::size_t most = distance;
+  double best = 0;
+  for (std::size_t o = 0; o < observables; ++o) {
+    const Gap& g = d.gaps[o];
+    const double fall =
+        (g.held_out_before * g.held_out_before - g.held_out_after * g.held_out_after) / (g.noise_floor * g.noise_floor);
+    if (std::isfinite(fall) && fall > best) most = o, best = fall;
+  }
+  const Gap& g = d.gaps[most];
+  const double scale = most == distance ? 1e3 : 100;
+  return fmt::format(
+      "the gap of {} on held-out conditions goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
+      observable_labels[most], scale * g.held_out_before, scale * g.held_out_after, scale * g.noise_floor,
+      fmt::arg("unit", most == distance ? "mm" : "%"));
+}
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
 std::string refitted(const Diagnosis& d) {
@@ -100,10 +119,7 @@ std::string summary(const Diagnosis& d) {
       names.push_back(effect.tied_with.empty() ? effect.name
                                                : fmt::format("{} (or {})", effect.name, list_of(effect.tied_with)));
   }
-  const Gap& gap = d.gaps[distance];
-  const std::string shrink =
-      fmt::format("the gap on held-out conditions goes from {:.2f} mm to {:.2f} mm, noise alone is {:.2f} mm",
-                  1e3 * gap.held_out_before, 1e3 * gap.held_out_after, 1e3 * gap.noise_floor);
+  const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:
       return fmt::format("The model lacks {}: {}.", list_of(names), shrink);

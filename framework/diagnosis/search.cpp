@@ -283,7 +283,7 @@ class Search {
     const double gain = deviance_of(problem_, merged) - deviance_of(problem_, state);
     if (state.variances.offset < times * state.variances.jitter || gain < sure) return;
     result_.rest.push_back({.observable = distance,
-                            .axis = "no setting, from one condition to the next",
+                            .axis = "no setting, but from one condition to the next",
                             .gain = gain,
                             .p_value = std::erfc(std::sqrt(gain / 2)),
                             .size = state.variances.offset,

@@ -48,6 +48,27 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
   return result;
 }
 
+std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable) {
+  const Eigen::MatrixXd left = whitened_residuals(problem, state)[observable];
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(left.transpose() * left);
+  const Eigen::Index last = left.cols() - 1;
+  const double height = std::sqrt(std::max(solver.eigenvalues()(last), 0.0) /
+                                  static_cast<double>(std::max<Eigen::Index>(left.rows(), 1)));
+  const std::size_t n = problem.design.superpixels();
+  std::vector<double> pattern(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    double variance = 0, count = 0;
+    for (const Observations& data : problem.data) {
+      const double here = data.variance[observable * n + s];
+      if (std::isinf(here)) continue;
+      variance += here;
+      ++count;
+    }
+    pattern[s] = height * solver.eigenvectors()(static_cast<Eigen::Index>(s), last) * std::sqrt(variance / count);
+  }
+  return pattern;
+}
+
 std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed) {
   if (problem.design.superpixels() < 2) return 0;  // there is nothing across a condition
   std::mt19937_64 generator(seed);
