@@ -11,9 +11,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double default_reflectivity = 0.5;  ///< of a target of which it is not known; the search estimates it
-constexpr double probe = 1e-3;                ///< m, for the derivative by the board's distance
-constexpr double least_tilt = 0.05;           ///< rad: less does not tell a misplaced board from a camera's offset
+constexpr double probe = 1e-3;       ///< m, for the derivative by the board's distance
+constexpr double least_tilt = 0.05;  ///< rad: less does not tell a misplaced board from a camera's offset
 
 simulation::BoardPose brightened(simulation::BoardPose pose, double light) {
   pose.reflectivity *= std::exp(light);
@@ -49,7 +48,7 @@ Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition>
 simulation::BoardPose pose_of(const io::Condition& c) {
   const auto known = [](double value, double otherwise) { return std::isnan(value) ? otherwise : value; };
   return {
-      c.board_distance, known(c.board_tilt_x, 0), known(c.board_tilt_y, 0), known(c.reflectivity, default_reflectivity),
+      c.board_distance, known(c.board_tilt_x, 0), known(c.board_tilt_y, 0), known(c.reflectivity, unknown_reflectivity),
       c.roll,           known(c.velocity, 0)};
 }
 

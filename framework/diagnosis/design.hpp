@@ -21,7 +21,10 @@ inline constexpr std::size_t grid = 12, single = 1;
 /// that what they miss of a curved pattern is a 25th of what its centre alone misses.
 inline constexpr std::size_t fine = 5;
 
-/// The board of a condition; where its reflectivity is not known it is 0.5.
+/// Where a search begins to estimate it.
+inline constexpr double unknown_reflectivity = 0.5;
+
+/// The board of a condition; where its reflectivity is not known it is unknown_reflectivity.
 simulation::BoardPose pose_of(const io::Condition& condition);
 
 /// Immutable; may be used from several threads.

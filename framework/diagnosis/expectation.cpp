@@ -50,6 +50,14 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
   return problem;
 }
 
+bool Problem::light_seen() const {
+  const std::size_t n = design.superpixels();
+  return std::ranges::any_of(data, [n](const Observations& one) {
+    const auto first = one.variance.begin() + static_cast<std::ptrdiff_t>(amplitude * n);
+    return std::any_of(first, first + static_cast<std::ptrdiff_t>(n), [](double v) { return std::isfinite(v); });
+  });
+}
+
 std::vector<std::vector<double>> expected(const Problem& problem, const State& state) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());

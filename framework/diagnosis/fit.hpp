@@ -23,6 +23,8 @@ struct Problem {
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
 
+  /// Whether amplitudes are among the data. Else reflectivities show through effects alone.
+  bool light_seen() const;
   /// Change for a metre that the camera shows more. Of a row of observables x superpixels, as is the next.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
   double light_response(std::size_t condition, std::size_t row) const {

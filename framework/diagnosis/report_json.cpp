@@ -169,6 +169,9 @@ json report_json(const Diagnosis& d) {
   report["nuisances"] = {{"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
                          {"camera_offset", {{"value", v.offset}, {"unit", "m"}}},
                          {"light", {{"value", v.light}, {"unit", ""}}}};
+  const std::vector<std::string> targets = make_problem(*d.measurements.design, d.measurements.observations).targets;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    report["nuisances"]["reflectivities"][targets[t]] = unknown_reflectivity * std::exp(d.search.after.state.light[t]);
   report["data"] = {
       {"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}, {"held_out", d.put_aside}};
   if (d.confidence) {

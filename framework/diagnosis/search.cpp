@@ -25,6 +25,7 @@ constexpr double promising = 0.3;       ///< of the best linear gain: what bendi
 constexpr double rival_share = 0.5;     ///< likewise, to take the place of one that is in the model
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data.
 constexpr double hopeless = 0.15;
+constexpr double hardly = 0.01;         ///< likewise: less is not near
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
 constexpr double explained = 1.05;      ///< chi-square over its expectation where nothing is left to explain
 
@@ -272,16 +273,16 @@ class Search {
     }
   }
 
-  /// A camera whose distances differ from one condition to the next by more than its board is misplaced: that is no
-  /// nuisance, though no setting goes with it. Only where the shape tells the two apart.
+  /// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
+  /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
   void look_at_wandering() {
-    constexpr double times = 2, sure = 20;
+    constexpr double repeatable = 1e-3, sure = 20;  // m; of the deviance
     const State& state = best_.fit.state;
     State merged = state;
     merged.variances.jitter = std::hypot(state.variances.jitter, state.variances.offset);
     merged.variances.offset = 0;
     const double gain = deviance_of(problem_, merged) - deviance_of(problem_, state);
-    if (state.variances.offset < times * state.variances.jitter || gain < sure) return;
+    if (state.variances.offset < repeatable || gain < sure) return;
     result_.rest.push_back({.observable = distance,
                             .axis = "no setting, but from one condition to the next",
                             .gain = gain,
@@ -305,8 +306,9 @@ class Search {
     if (result_.rest.empty() && result_.structure == 0) return;
     for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
-      result_.nearest.push_back(
-          {t.candidate, t.fit.deviance - best_.fit.deviance, std::min(gates_.capture(best_, group), 1.0), false});
+      const double capture = std::min(gates_.capture(best_, group), 1.0);
+      if (capture > hardly)
+        result_.nearest.push_back({t.candidate, t.fit.deviance - best_.fit.deviance, capture, false});
     }
   }
 

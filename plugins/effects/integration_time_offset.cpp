@@ -10,7 +10,8 @@
 
 namespace tofgraph {
 
-/// D += slope ln(t_int / reference_time), or what a table says: linear in ln t_int between its lines, constant outside.
+/// D += slope ln(t_int / reference_time) + linear (t_int - reference_time), or what a table says: linear in ln t_int
+/// between its lines, constant outside. The published tables of a CamCube 2.0 want about 3 mm more for each ms.
 struct IntegrationTimeOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",
@@ -20,10 +21,19 @@ struct IntegrationTimeOffset final : Effect {
       this,
       "slope",
       {.unit = "m", .fallback = "0 mm", .min = -1, .max = 1, .text = "b, for a factor e", .off = 0, .typical = 8e-3}};
+  Param<double> linear{this,
+                       "linear",
+                       {.unit = "m/s",
+                        .fallback = "0 mm/s",
+                        .min = -100,
+                        .max = 100,
+                        .text = "more for each second; 1 m/s is 1 mm for each ms",
+                        .off = 0,
+                        .typical = 1}};
   Param<double> reference_time{
       this, "reference_time", {.unit = "s", .fallback = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{
-      this, "table", {.text = "lines of integration time in ms, comma, offset in mm; in place of the slope"}};
+      this, "table", {.text = "lines of integration time in ms, comma, offset in mm; in place of both"}};
 
   void prepare(Setup& setup) {
     if (table->empty()) return;
@@ -40,7 +50,10 @@ struct IntegrationTimeOffset final : Effect {
 
  private:
   double offset_at(double time) const {
-    if (table->empty()) return *slope == 0 ? 0 : *slope * std::log(time / *reference_time);
+    if (table->empty()) {
+      const double logarithmic = *slope == 0 ? 0 : *slope * std::log(time / *reference_time);
+      return logarithmic + *linear * (time - *reference_time);
+    }
     const double x = std::log(time);
     const auto after = std::ranges::upper_bound(lines_, x, {}, &std::pair<double, double>::first);
     if (after == lines_.begin()) return lines_.front().second;

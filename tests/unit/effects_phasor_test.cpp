@@ -237,6 +237,7 @@ TEST(PhaseEffects, TurnByTheirFormulas) {
     EXPECT_NEAR(turn("{effect: amplitude_walk, logarithmic: 8 mrad, inverse: 0.3 mrad}", i),
                 8e-3 * std::log(a / 1000) + 0.3e-3 * 1000 / a, 1e-9);
     EXPECT_NEAR(turn("{effect: modulation_frequency, error: 500 ppm}", i), 500e-6 * psi, 1e-8);
+    EXPECT_NEAR(turn("{effect: integration_time_offset, linear: 3 m/s}", i), 3 * 1e-3 / metres_per_radian, 1e-12);
     EXPECT_NEAR(turn("{effect: integration_time_offset, slope: 8 mm}", i), 8e-3 * std::log(2.0) / metres_per_radian,
                 1e-9);
     EXPECT_NEAR(turn("{effect: warm_up, drift: 10 mm, time_constant: 700 s}", i),
