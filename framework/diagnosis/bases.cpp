@@ -22,6 +22,22 @@ struct Axis {
   std::vector<Covariate> columns;
 };
 
+constexpr int most_legendre = 4;
+
+/// Legendre polynomials P1 .. P4.
+double legendre(int degree, double u) {
+  switch (degree) {
+    case 1:
+      return u;
+    case 2:
+      return (3 * u * u - 1) / 2;
+    case 3:
+      return u * (5 * u * u - 3) / 2;
+    default:
+      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
+  }
+}
+
 class Axes {
  public:
   explicit Axes(const Design& design) : design_(design) {}
@@ -43,10 +59,9 @@ class Axes {
     };
     smooth("amplitude", bright);
     smooth("time since power-on", condition(&io::Condition::time_since_power_on));
-    smooth("order measured", [this](std::size_t i, std::size_t) {
-      const auto& order = design_.conditions()[i].order;
-      return order ? static_cast<double>(*order) : NAN;
-    });
+    if (std::ranges::all_of(design_.conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
+      smooth("order measured",
+             [this](std::size_t i, std::size_t) { return static_cast<double>(*design_.conditions()[i].order); });
     smooth("tilt about x", condition(&io::Condition::board_tilt_x));
     smooth("tilt about y", condition(&io::Condition::board_tilt_y));
     smooth("temperature", condition(&io::Condition::temperature));
@@ -112,8 +127,8 @@ class Axes {
     const Covariate u = scaled(first, first_levels), v = scaled(second, second_levels);
     if (first_levels < 2 || second_levels < 2) return;
     Axis axis{name, {}};
-    for (int p = 1; p <= 2; ++p) {
-      for (int q = 1; q <= 2; ++q)
+    for (int p = 1; p <= 2 && p < static_cast<int>(first_levels); ++p) {
+      for (int q = 1; q <= 2 && q < static_cast<int>(second_levels); ++q)
         axis.columns.push_back(
             [u, v, p, q](std::size_t i, std::size_t s) { return legendre(p, u(i, s)) * legendre(q, v(i, s)); });
     }
@@ -149,21 +164,6 @@ class Axes {
 };
 
 }  // namespace
-
-double legendre(int degree, double u) {
-  switch (degree) {
-    case 0:
-      return 1;
-    case 1:
-      return u;
-    case 2:
-      return (3 * u * u - 1) / 2;
-    case 3:
-      return u * (5 * u * u - 3) / 2;
-    default:
-      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
-  }
-}
 
 Bases generic_bases(const Problem& problem) {
   const Design& design = problem.design;

@@ -7,10 +7,6 @@
 
 namespace tofgraph::diagnosis {
 
-/// Legendre polynomial of a degree up to most_legendre.
-double legendre(int degree, double u);
-inline constexpr int most_legendre = 4;
-
 /// A pattern of one observable along one axis.
 struct Basis {
   std::size_t observable = 0;

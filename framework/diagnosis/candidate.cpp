@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "diagnosis/observables.hpp"
 #include "io/capture_map.hpp"
 
 #include <unistd.h>
@@ -76,7 +77,8 @@ EstimatedMaps::~EstimatedMaps() {
 std::vector<double> EstimatedMaps::of_pixels(const Map& map) const {
   std::vector<double> values(width_ * height_);
   for (std::size_t p = 0; p < values.size(); ++p)
-    values[p] = map.values[(p / width_) * grid_ / height_ * grid_ + (p % width_) * grid_ / width_];
+    values[p] =
+        map.values[superpixel_of(p / width_, height_, grid_) * grid_ + superpixel_of(p % width_, width_, grid_)];
   return values;
 }
 

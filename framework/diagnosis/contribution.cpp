@@ -25,12 +25,10 @@ struct Compared {
   double depth_without = 0, depth_with = 0, depths = 0;     ///< m^2, sums over superpixels
 };
 
-/// Chi-square of some of the Gram's columns in the covariance.
+/// Chi-square of one of the Gram's columns in the covariance: an effect's, or the residual, which is the last.
 double square(const Gram& gram, Eigen::Index column, const Variances& variances) {
   double determinant = 0;
-  const Eigen::Index tail = gram.cols() - gram_tail;
-  const std::vector<Eigen::Index> which = {tail, tail + 1, tail + 2, column};
-  return marginal(gram(which, which), variances, determinant)(random_directions, random_directions);
+  return marginal(gram, variances, determinant)(column, column);
 }
 
 std::vector<Compared> compare(const Problem& problem, const State& with, const State& without,
@@ -47,8 +45,8 @@ std::vector<Compared> compare(const Problem& problem, const State& with, const S
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!held[i]) continue;
     Compared c;
-    c.with = square(one[i], gram_tail, with.variances);
-    c.without = square(two[i], gram_tail, with.variances);
+    c.with = square(one[i], one[i].cols() - 1, with.variances);
+    c.without = square(two[i], two[i].cols() - 1, with.variances);
     c.expected = square(one[i], 0, with.variances);
     const Observations& data = problem.data[i];
     c.freedom = static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));

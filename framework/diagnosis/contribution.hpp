@@ -5,15 +5,12 @@
 /// the model with the effect and the one that is fitted anew without it.
 #pragma once
 
-#include "diagnosis/fit.hpp"
+#include "diagnosis/scan.hpp"
 
 #include <cstdint>
 #include <string>
 
 namespace tofgraph::diagnosis {
-
-/// So few conditions cannot be judged by flipping or drawing them, but by a gain of the deviance like this.
-inline constexpr double few = 8, certain = 60;
 
 /// On conditions that neither model was fitted to. Chi-squares are in the covariance of the model with the effect.
 struct HeldOutFall {

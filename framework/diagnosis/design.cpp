@@ -100,9 +100,10 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   if (grid_ == single) return predict(model, i, light);
   const simulation::Pixels& pixels = every_pixel ? whole_ : fine_;
   const std::vector<Signal> seen = signals(model, pixels, i, brightened(pose_of(conditions_[i]), light));
-  const std::vector<Signal> base =
-      every_pixel ? signals(simulation::ForwardModel(camera(), physical_, {}), pixels, i, pose_of(conditions_[i]))
-                  : fine_ideal_[i];
+  std::vector<Signal> every;
+  if (every_pixel)
+    every = signals(simulation::ForwardModel(camera(), physical_, {}), pixels, i, pose_of(conditions_[i]));
+  const std::vector<Signal>& base = every_pixel ? every : fine_ideal_[i];
   struct Sums {
     std::complex<double> product;
     double square = 0, amplitude = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;
@@ -111,8 +112,8 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   std::vector<Sums> all(n);
   for (std::size_t p = 0; p < base.size(); ++p) {
     if (!std::isfinite(seen[p].intensity) || !(std::abs(base[p].phasor) > 0)) continue;
-    Sums& sums =
-        all[(p / pixels.columns) * grid_ / pixels.rows * grid_ + (p % pixels.columns) * grid_ / pixels.columns];
+    Sums& sums = all[superpixel_of(p / pixels.columns, pixels.rows, grid_) * grid_ +
+                     superpixel_of(p % pixels.columns, pixels.columns, grid_)];
     sums.product += seen[p].phasor * std::conj(base[p].phasor);
     sums.square += std::norm(base[p].phasor);
     sums.amplitude += std::abs(base[p].phasor);

@@ -8,6 +8,7 @@
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
@@ -61,6 +62,10 @@ class Design {
   /// purpose: two directions that nearly are would together be taken for patterns of the pixels.
   const std::vector<double>& offset(std::size_t condition) const {
     return offsets_[condition].empty() ? shifts_[condition] : offsets_[condition];
+  }
+  /// Whether a board is tilted, so that the data can tell a camera's offset from a misplaced board.
+  bool tells_offset() const {
+    return std::ranges::any_of(offsets_, [](const auto& rows) { return !rows.empty(); });
   }
   /// The ideal camera's signal, one a superpixel.
   const std::vector<Signal>& ideal(std::size_t condition) const { return ideal_[condition]; }

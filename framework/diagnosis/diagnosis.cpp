@@ -53,6 +53,7 @@ class Run {
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
     note_measurements();
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
+    note_light();
     progress(0.4, "asking what these data can show");
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
     SearchOptions search_options = options_.search;
@@ -110,11 +111,23 @@ class Run {
     else if (!m.taps)
       d_->notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
                                    : "The captures have distances only: nothing is known of the null channels.");
+    if (!std::ranges::all_of(m.design->conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
+      d_->notes.push_back(
+          "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
+          "asked.");
     std::set<double> distances;
     for (const io::Condition& c : m.design->conditions()) distances.insert(c.board_distance);
     if (distances.size() == 1)
       d_->notes.push_back(
           "All conditions have one distance: what changes with the distance cannot be told from an offset.");
+  }
+
+  void note_light() {
+    if (problem_->light_seen() || problem_->targets.empty()) return;
+    d_->notes.push_back(fmt::format(
+        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are estimated from what "
+        "effects do. What stands beside the light, as crosstalk does, is relative to that.",
+        unknown_reflectivity));
   }
 
   void validate() {
@@ -194,7 +207,7 @@ class Run {
 
   /// The first that fits, in the order of the verdicts.
   void judge() {
-    const bool rest = !d_->search.rest.empty() || d_->search.structure > 0;
+    const bool rest = d_->search.something_left();
     const bool named = !d_->search.found.empty();
     const bool tied = std::ranges::any_of(d_->effects, [](const EffectResult& e) { return !e.tied_with.empty(); });
     d_->verdict = rest && !named ? Verdict::unknown

@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tofgraph::diagnosis {
@@ -46,6 +47,10 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
     auto found = std::ranges::find(problem.targets, condition.target);
     if (found == problem.targets.end()) found = problem.targets.insert(found, condition.target);
     problem.target.push_back(static_cast<int>(found - problem.targets.begin()));
+  }
+  if (!problem.targets.empty() && !problem.light_seen()) {  // of all together the amount cannot be told
+    problem.targets.erase(problem.targets.begin());
+    for (int& target : problem.target) target = std::max(target - 1, -1);
   }
   return problem;
 }
@@ -163,27 +168,28 @@ double importance(const Problem& problem, const Column& change) {
   return largest;
 }
 
+Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<double>& rows,
+                                 std::span<const Column> columns, std::size_t i) {
+  const Observations& data = problem.data[i];
+  const auto first = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), first + gram_tail);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (std::isinf(data.variance[row])) continue;  // there the columns may have no number
+    const auto r = static_cast<Eigen::Index>(row);
+    const double weight = 1 / std::sqrt(data.variance[row]);
+    for (Eigen::Index c = 0; c < first; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
+    const std::array<double, gram_tail> tail = {problem.design.shift(i)[row], problem.offset_response(i, row),
+                                                problem.light_response(i, row), data.value[row] - rows[row]};
+    for (Eigen::Index t = 0; t < gram_tail; ++t) all(r, first + t) = weight * tail[static_cast<std::size_t>(t)];
+  }
+  return all;
+}
+
 std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
                            std::span<const Column> columns) {
-  const std::size_t n = problem.design.rows();
   std::vector<Gram> grams(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-    const Observations& data = problem.data[i];
-    const auto last = static_cast<Eigen::Index>(columns.size());
-    Eigen::MatrixXd all(static_cast<Eigen::Index>(n), last + gram_tail);
-    for (std::size_t row = 0; row < n; ++row) {
-      const auto r = static_cast<Eigen::Index>(row);
-      const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
-      if (weight == 0) {
-        all.row(r).setZero();
-        continue;
-      }
-      for (Eigen::Index c = 0; c < last; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
-      all(r, last) = weight * problem.design.shift(i)[row];
-      all(r, last + 1) = weight * problem.offset_response(i, row);
-      all(r, last + 2) = weight * problem.light_response(i, row);
-      all(r, last + 3) = weight * (data.value[row] - rows[i][row]);
-    }
+    const Eigen::MatrixXd all = weighted_columns(problem, rows[i], columns, i);
     Gram gram = Gram::Zero(all.cols(), all.cols());
     gram.selfadjointView<Eigen::Lower>().rankUpdate(all.transpose());
     grams[i] = gram.selfadjointView<Eigen::Lower>();

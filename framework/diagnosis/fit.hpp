@@ -23,7 +23,8 @@ struct Problem {
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
 
-  /// Whether amplitudes are among the data. Else reflectivities show through effects alone.
+  /// Whether amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
+  /// first target, which is unknown_reflectivity.
   bool light_seen() const;
   /// Change for a metre that the camera shows more. Of a row of observables x superpixels, as is the next.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
@@ -77,6 +78,10 @@ double importance(const Problem& problem, const Column& change);
 std::vector<Column> own_columns(const Problem& problem, const State& state,
                                 const std::vector<std::vector<double>>& rows);
 
+/// Columns of a condition, then its random directions and its residual, over their standard deviations; 0 where nothing
+/// is known. @param rows of the model
+Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<double>& rows,
+                                 std::span<const Column> columns, std::size_t condition);
 /// Gram matrices of columns, tail included. @param rows of the model
 std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector<double>>& rows,
                            std::span<const Column> columns);

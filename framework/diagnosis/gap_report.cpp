@@ -62,8 +62,13 @@ class Report {
   explicit Report(const Diagnosis& d)
       : d_(d),
         design_(*d.measurements.design),
-        problem_(make_problem(design_, d.measurements.observations)),
-        page_("Where simulation and measurement differ") {}
+        as_it_was_(make_problem(design_, d.measurements.observations)),
+        at_the_end_(as_it_was_),
+        page_("Where simulation and measurement differ") {
+    if (!d.search.before.state.terms.empty()) correct(as_it_was_, d.search.before.state);
+    at_the_end_.correction = d.search.correction;
+    at_the_end_.brightening = d.search.brightening;
+  }
 
   report::Page make() {
     constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
@@ -84,6 +89,27 @@ class Report {
       for (const std::string& note : d_.notes) page_.paragraph(note);
     }
     return std::move(page_);
+  }
+
+  /// Of the observable of the first rest: its largest component over the image where that is beyond chance, else the
+  /// means of the conditions.
+  std::string rest_map() const {
+    std::size_t o = distance;
+    if (!d_.search.rest.empty())
+      o = d_.search.rest.front().observable;
+    else
+      while (d_.search.structure[o] == 0) ++o;
+    if (d_.search.structure[o] == 0) {
+      const Residuals rest = residuals(at_the_end_, d_.search.after.state, o);
+      return over_conditions(rest, o, label(o) + ", what no effect explains", limit_of(rest, o));
+    }
+    report::HeatMap map{.title = label(o) + ", what no effect explains: its sign may change",
+                        .unit = unit_of(o),
+                        .rows = design_.pixels().rows,
+                        .columns = design_.pixels().columns};
+    for (const double value : leading_pattern(at_the_end_, d_.search.after.state, o))
+      map.values.push_back(scaled(value, o));
+    return report::heat_map(map, 340, 290);
   }
 
  private:
@@ -232,8 +258,8 @@ class Report {
       page_.table(header, rows);
     for (const std::size_t o : {distance, amplitude}) {
       if (!std::isfinite(d_.gaps[o].before)) continue;
-      const Residuals before = residuals(problem_, d_.search.before.state, o),
-                      after = residuals(problem_, d_.search.after.state, o);
+      const Residuals before = residuals(as_it_was_, d_.search.before.state, o),
+                      after = residuals(at_the_end_, d_.search.after.state, o);
       const double limit = limit_of(before, o);
       const std::vector<std::string> conditions = {over_conditions(before, o, label(o) + ", before", limit),
                                                    over_conditions(after, o, label(o) + ", after", limit)};
@@ -262,16 +288,17 @@ class Report {
   }
 
   void unexplained() {
-    if (d_.search.rest.empty() && d_.search.structure == 0) return;
+    if (!d_.search.something_left()) return;
     page_.heading("What no effect explains");
     std::vector<Row> rows;
     for (const Pattern& p : d_.search.rest)
       rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.2g}", p.p_value)});
     const Row header = {"observable", "along", "size (rms)", "p"};
     if (!rows.empty()) page_.table(header, rows);
-    if (d_.search.structure > 0)
-      page_.paragraph(fmt::format("{} pattern{} beyond noise follow{} no axis.", d_.search.structure,
-                                  d_.search.structure == 1 ? "" : "s", d_.search.structure == 1 ? "s" : ""));
+    const std::size_t others = d_.search.patterns_without_axis();
+    if (others > 0)
+      page_.paragraph(fmt::format("{} pattern{} beyond noise follow{} no axis.", others, others == 1 ? "" : "s",
+                                  others == 1 ? "s" : ""));
     std::string nearest;
     for (const Rival& rival : d_.search.nearest)
       nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", rival.candidate->name(), 100 * rival.bic);
@@ -279,12 +306,12 @@ class Report {
     std::vector<std::string> figures;
     for (std::size_t o = 0; o < observables; ++o) {
       if (!std::isfinite(d_.gaps[o].before)) continue;
-      const Residuals rest = residuals(problem_, d_.search.after.state, o);
+      const Residuals rest = residuals(at_the_end_, d_.search.after.state, o);
       figures.push_back(over_pixels(rest, o, label(o) + ", what is left", limit_of(rest, o)));
     }
     page_.figures(figures, "What is left over the image, the mean over all conditions.");
-    const std::vector<std::string> shape = {unexplained_map(d_)};
-    page_.figures(shape, "Its largest component over the image; its sign changes from one condition to the next.");
+    const std::vector<std::string> shape = {rest_map()};
+    page_.figures(shape, "The largest of what is left.");
   }
 
   void blind() {
@@ -330,26 +357,13 @@ class Report {
 
   const Diagnosis& d_;
   const Design& design_;
-  Problem problem_;
+  Problem as_it_was_, at_the_end_;  ///< with what the centres of superpixels miss of the model
   report::Page page_;
 };
 
 }  // namespace
 
-std::string unexplained_map(const Diagnosis& d) {
-  if (d.search.rest.empty() && d.search.structure == 0) return "";
-  const std::size_t o = d.search.rest.empty() ? distance : d.search.rest.front().observable;
-  const Design& design = *d.measurements.design;
-  Problem problem = make_problem(design, d.measurements.observations);
-  problem.correction = d.search.correction;
-  problem.brightening = d.search.brightening;
-  report::HeatMap map{.title = label(o) + ", what no effect explains",
-                      .unit = unit_of(o),
-                      .rows = design.pixels().rows,
-                      .columns = design.pixels().columns};
-  for (const double value : leading_pattern(problem, d.search.after.state, o)) map.values.push_back(scaled(value, o));
-  return report::heat_map(map, 340, 290);
-}
+std::string unexplained_map(const Diagnosis& d) { return d.search.something_left() ? Report(d).rest_map() : ""; }
 
 report::Page gap_report(const Diagnosis& diagnosis) { return Report(diagnosis).make(); }
 

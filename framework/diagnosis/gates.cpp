@@ -19,23 +19,38 @@ namespace {
 
 constexpr double least_beyond_wandering = 12;  ///< chi-square: one in two thousand by chance
 constexpr double least_capture = 0.8;          ///< of the gain of the best generic pattern in the complete model
-/// What a camera may do that wanders slowly while the conditions are measured: half waves over the order measured, the
-/// constant first. @param change of a row for a unit of it
-template <class Change> Group wandering(const Problem& problem, const char* name, Change change) {
-  const std::vector<io::Condition>& conditions = problem.design.conditions();
-  double last = 1;
-  for (const io::Condition& c : conditions) last = std::max(last, static_cast<double>(c.order.value_or(0)));
-  Group group{name, {}};
-  const std::size_t waves = std::min<std::size_t>(8, conditions.size() / 6);
-  for (std::size_t wave = 0; wave <= waves; ++wave) {
-    Column& column = group.columns.emplace_back(conditions.size(), std::vector<double>(problem.design.rows()));
-    for (std::size_t i = 0; i < conditions.size(); ++i) {
-      const double place = static_cast<double>(conditions[i].order.value_or(0)) / last;
-      const double height = std::cos(static_cast<double>(wave) * std::numbers::pi * place);
-      for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = height * change(i, row);
+/// Half waves over the order measured, which together make what wanders slowly: so many at most, and so many conditions
+/// for each at least.
+constexpr std::size_t most_waves = 8, conditions_a_wave = 6;
+
+/// The constant, then the half waves, one value a condition; nothing where the order is not told of all.
+std::vector<std::vector<double>> waves_of(const std::vector<io::Condition>& conditions) {
+  if (!std::ranges::all_of(conditions, [](const io::Condition& c) { return c.order.has_value(); })) return {};
+  const auto [first, last] = std::ranges::minmax(conditions, {}, [](const io::Condition& c) { return *c.order; });
+  const auto whole = static_cast<double>(*last.order - *first.order);
+  std::vector<std::vector<double>> waves;
+  const std::size_t count = whole > 0 ? std::min(most_waves, conditions.size() / conditions_a_wave) : 0;
+  for (std::size_t wave = 0; count > 0 && wave <= count; ++wave) {
+    waves.emplace_back();
+    for (const io::Condition& c : conditions) {
+      const double place = static_cast<double>(*c.order - *first.order) / whole;
+      waves.back().push_back(std::cos(static_cast<double>(wave) * std::numbers::pi * place));
     }
   }
-  return group;
+  return waves;
+}
+
+/// Columns of the waves. @param change of a row for a height of 1
+template <class Change>
+std::vector<Column> columns_of_waves(const std::vector<std::vector<double>>& waves, std::size_t rows, Change change) {
+  std::vector<Column> columns;
+  for (const std::vector<double>& wave : waves) {
+    Column& column = columns.emplace_back(wave.size(), std::vector<double>(rows));
+    for (std::size_t i = 0; i < wave.size(); ++i) {
+      for (std::size_t row = 0; row < rows; ++row) column[i][row] = wave[i] * change(i, row);
+    }
+  }
+  return columns;
 }
 
 }  // namespace
@@ -50,31 +65,25 @@ Gates::Gates(Problem& problem, const PatternFinder& finder, std::span<const doub
       weight_(weight),
       flips_(flips),
       seed_(seed),
-      held_(hold_out(problem.design, seed)) {
-  if (!std::ranges::all_of(problem.design.conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
-    return;
-  const auto offset = [&](std::size_t, std::size_t row) {
-    return row / problem.design.superpixels() == distance ? 1e-3 : 0;
-  };
-  const auto light = [&](std::size_t i, std::size_t row) { return 1e-2 * problem.light_response(i, row); };
-  wanderings_ = {wandering(problem, "distance", offset), wandering(problem, "light", light)};
-}
-
-bool Gates::significant(const Score& score) {
-  return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain);
-}
+      held_(hold_out(problem.design, seed)),
+      waves_(waves_of(problem.design.conditions())) {}
 
 bool Gates::worth_a_name(const Column& change) const { return importance(problem_, change) > 1; }
 
 bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& change) const {
-  std::vector<Column> own = less.columns;
-  std::vector<Column> all = own;
+  if (waves_.empty()) return true;
+  const std::size_t n = problem_.design.superpixels(), rows = problem_.design.rows();
+  // The same in all pixels: not quite what a board does that moves, which the waves can afford to tell apart.
+  const auto offset = [n](std::size_t, std::size_t row) { return row / n == distance ? 1e-3 : 0; };
+  const auto light = [&](std::size_t i, std::size_t row) { return 1e-2 * problem_.light_response(i, row); };
+  std::vector<Column> own = less.columns, all = less.columns;
   all.push_back(change.columns[0]);
-  for (const Group& wandering : wanderings_) {
-    const Group moving{wandering.name, {wandering.columns.begin() + 1, wandering.columns.end()}};
+  for (const std::vector<Column>& wandering :
+       {columns_of_waves(waves_, rows, offset), columns_of_waves(waves_, rows, light)}) {
+    const Group moving{"wandering", {wandering.begin() + 1, wandering.end()}};
     const Group* const only = &moving;
     if (significant(scan(problem_, best, all, std::span(&only, 1), flips_, seed_).scores[0]))
-      std::ranges::copy(wandering.columns, std::back_inserter(own));
+      std::ranges::copy(wandering, std::back_inserter(own));
   }
   if (own.size() == less.columns.size()) return true;
   // A camera that wanders may do so about any mean: what the change brings beside all that.

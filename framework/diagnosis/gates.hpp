@@ -28,20 +28,14 @@ class InLightOf {
 
 class Gates {
  public:
-  static constexpr double significance = 0.005;  ///< of the largest score of all
-
   static constexpr const char* too_small = "what it changes is too small to matter";
 
   /// @param weight of each condition; all of these must live on
   Gates(Problem& problem, const PatternFinder& finder, std::span<const double> weight, std::size_t flips,
         std::uint64_t seed);
 
-  static bool significant(const Score& score);
   /// Whether a change is larger in some condition than what a simulation on a grid leaves open.
   bool worth_a_name(const Column& change) const;
-  /// Whether a change is more than what a camera may do that wanders in the order measured, where one does.
-  /// @param less the model without it
-  bool beyond_wandering(const Fit& best, const Base& less, const Group& change) const;
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
   /// The model without a term. The derivatives are those of the model with it. @throws simulation::EffectError
@@ -50,13 +44,17 @@ class Gates {
   Found examined(const Base& best, std::size_t term);
 
  private:
+  /// Whether a change is more than what a camera may do that wanders in the order measured, where one does.
+  /// @param less the model without it
+  bool beyond_wandering(const Fit& best, const Base& less, const Group& change) const;
+
   Problem& problem_;
   const PatternFinder& finder_;
   std::span<const double> weight_;
   std::size_t flips_;
   std::uint64_t seed_;
   std::vector<bool> held_;
-  std::vector<Group> wanderings_;  ///< none where the order is not told
+  std::vector<std::vector<double>> waves_;  ///< over the conditions, the constant first; none where no order is told
 };
 
 }  // namespace tofgraph::diagnosis

@@ -12,7 +12,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   Problem whole = problem;
-  correct(whole, state);  // as captures are reduced: from all pixels
+  correct(whole, state);  // as captures are reduced: all over the superpixels
   const auto rows = expected(whole, state);
   std::vector<Observations> result = problem.data;
   for (std::size_t i = 0; i < result.size(); ++i) {

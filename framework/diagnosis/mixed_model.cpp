@@ -109,7 +109,7 @@ Profile profile(std::span<const Gram> grams, std::span<const int> target, int ta
       best.*which = minimise(deviance, bounds, best.*which, width);
     };
     vary(&Variances::jitter, jitter_bounds);
-    vary(&Variances::offset, offset_bounds);
+    if (start.offset > 0) vary(&Variances::offset, offset_bounds);
     vary(&Variances::light, light_bounds);
   }
   return {best, at(best)};

@@ -18,7 +18,7 @@ namespace tofgraph::diagnosis {
 /// Standard deviations between conditions.
 struct Variances {
   double jitter = 5e-4;  ///< m, of the board
-  double offset = 1e-4;  ///< m, of the camera
+  double offset = 1e-4;  ///< m, of the camera; 0 stays 0, where nothing tells it from the board's
   double light = 1e-3;   ///< of ln amplitude
 };
 
@@ -26,9 +26,9 @@ struct Variances {
 using Gram = Eigen::MatrixXd;
 inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 1;
 
+using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
 /// M of the inverse covariance D^-1 - D^-1 R M R^T D^-1, R the random directions (Woodbury).
 /// @param gram of R in D^-1 @param log_determinant of C D^-1
-using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
 RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant);
 
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1

@@ -32,6 +32,15 @@ struct Observations {
   std::vector<double> value, variance;
 };
 
+/// Which of the grid's rows or columns a pixel, or another point of `size` equal ones, belongs to.
+constexpr std::size_t superpixel_of(std::size_t place, std::size_t size, std::size_t count) {
+  return place * count / size;
+}
+/// The first that belongs to it.
+constexpr std::size_t first_of(std::size_t superpixel, std::size_t size, std::size_t count) {
+  return (superpixel * size + count - 1) / count;
+}
+
 /// What the four samples and the taps say of a pixel, or of the sum over some.
 struct Signal {
   std::complex<double> phasor;  ///< a e^(j Psi), counts

@@ -10,13 +10,12 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double false_discoveries = 0.05;
-constexpr double family_wise = 0.005;
 constexpr double least_gain = 30;  ///< of the deviance: less is not worth a line
 
 }  // namespace
 
 std::string name_of(const Pattern& pattern) {
-  const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period");
+  const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
 }
 
@@ -39,11 +38,11 @@ PatternScan PatternFinder::find(const Problem& problem, const Fit& fit, std::spa
   for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
     const Score& score = scanned.scores[b];
     // One among many that nothing goes with is below what the false discoveries' limit can see of so many draws.
-    const bool beyond_chance = score.own_p_value <= limit || score.p_value < family_wise;
+    const bool beyond_chance = score.own_p_value <= limit || significant(score);
     if (!beyond_chance || score.gain < least_gain) continue;
     const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem);
     result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.p_value,
-                               size.mean, size.largest,
+                               size.mean, significant(score), size.largest,
                                std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});
   }
   std::ranges::stable_sort(result.patterns, [](const Pattern& a, const Pattern& b) {

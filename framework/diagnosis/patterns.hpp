@@ -12,9 +12,10 @@ struct Pattern {
   std::size_t observable = 0;
   std::string axis;
   double gain = 0, p_value = 1;
-  double size = 0;     ///< root mean square, SI
-  double largest = 0;  ///< likewise, in the condition where it is largest
-  double share = 0;    ///< of what is beyond noise
+  double size = 0;           ///< root mean square, SI
+  bool significant = false;  ///< among all patterns together
+  double largest = 0;        ///< likewise, in the condition where it is largest
+  double share = 0;          ///< of what is beyond noise
 };
 
 struct PatternScan {
@@ -23,6 +24,8 @@ struct PatternScan {
   double square = 0, freedom = 0;  ///< see Scan
 };
 
+/// The axis of what no setting goes with.
+inline constexpr const char* no_setting = "from one condition to the next, as no setting does";
 /// "distance along tilt about x".
 std::string name_of(const Pattern& pattern);
 

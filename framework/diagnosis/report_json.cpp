@@ -53,11 +53,11 @@ json pattern_of(const Pattern& p) {
 }
 
 json unexplained_of(const Diagnosis& d) {
-  if (d.search.rest.empty() && d.search.structure == 0) return nullptr;
-  json result = {
-      {"shape", fmt::format("{} component{} beyond noise", d.search.structure, d.search.structure == 1 ? "" : "s")},
-      {"nearest", json::array()},
-      {"lack_of_fit", d.search.lack_of_fit}};
+  if (!d.search.something_left()) return nullptr;
+  json result = {{"shape", fmt::format("{} component{} beyond noise", d.search.patterns_without_axis(),
+                                       d.search.patterns_without_axis() == 1 ? "" : "s")},
+                 {"nearest", json::array()},
+                 {"lack_of_fit", d.search.lack_of_fit}};
   if (!d.search.rest.empty()) {
     const Pattern& first = d.search.rest.front();
     result["observable"] = observable_names[first.observable];
@@ -166,12 +166,14 @@ json report_json(const Diagnosis& d) {
   report["notes"] = d.notes;
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   const Variances& v = d.search.after.state.variances;
-  report["nuisances"] = {{"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
-                         {"camera_offset", {{"value", v.offset}, {"unit", "m"}}},
-                         {"light", {{"value", v.light}, {"unit", ""}}}};
-  const std::vector<std::string> targets = make_problem(*d.measurements.design, d.measurements.observations).targets;
-  for (std::size_t t = 0; t < targets.size(); ++t)
-    report["nuisances"]["reflectivities"][targets[t]] = unknown_reflectivity * std::exp(d.search.after.state.light[t]);
+  report["nuisances"] = {
+      {"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
+      {"camera_offset", {{"value", number(d.measurements.design->tells_offset() ? v.offset : NAN)}, {"unit", "m"}}},
+      {"light", {{"value", v.light}, {"unit", ""}}}};
+  const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
+  for (std::size_t t = 0; t < problem.targets.size(); ++t)
+    report["nuisances"]["reflectivities"][problem.targets[t]] =
+        unknown_reflectivity * std::exp(d.search.after.state.light[t]);
   report["data"] = {
       {"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}, {"held_out", d.put_aside}};
   if (d.confidence) {

@@ -14,14 +14,15 @@ namespace {
 /// Columns x columns of a group in C^-1. Of columns by superpixel it is kept as what it is made of: diagonals in D^-1,
 /// one for each pair of columns, less what the random directions take out.
 struct Tried {
+  bool by_superpixel = false;
   Eigen::MatrixXd whole;
   std::vector<Eigen::VectorXd> diagonals;
   Eigen::MatrixXd random;  ///< directions x columns
   RandomMatrix middle;
 
-  Eigen::Index columns() const { return whole.size() > 0 ? whole.cols() : random.cols(); }
+  Eigen::Index columns() const { return by_superpixel ? random.cols() : whole.cols(); }
   void add_to(Eigen::MatrixXd& sum) const {
-    if (whole.size() > 0) {
+    if (!by_superpixel) {
       sum += whole;
       return;
     }
@@ -57,24 +58,6 @@ Eigen::MatrixXd weighted(const Observations& data, std::span<const Column> colum
   return result;
 }
 
-/// A condition's own columns, then the random directions and the residual, over their standard deviations.
-Eigen::MatrixXd held_columns(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
-                             std::size_t condition) {
-  const Observations& data = problem.data[condition];
-  const auto count = static_cast<Eigen::Index>(own.size()), size = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd result(size, count + gram_tail);
-  if (count > 0) result.leftCols(count) = weighted(data, own, condition, 0);
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const double weight = std::isinf(data.variance[row]) ? 0 : 1 / std::sqrt(data.variance[row]);
-    const auto r = static_cast<Eigen::Index>(row);
-    result(r, count) = weight * problem.design.shift(condition)[row];
-    result(r, count + 1) = weight * problem.offset_response(condition, row);
-    result(r, count + 2) = weight * problem.light_response(condition, row);
-    result(r, count + 3) = weight == 0 ? 0 : weight * (data.value[row] - rows[row]);
-  }
-  return result;
-}
-
 /// Sums of a row of weighted values over observables, for each superpixel.
 Eigen::VectorXd by_superpixel(const Eigen::VectorXd& rows, Eigen::Index superpixels) {
   return rows.reshaped(superpixels, rows.size() / superpixels).rowwise().sum();
@@ -101,7 +84,7 @@ std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Ei
 
 Share share_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
                std::span<const Group* const> groups, const Variances& variances, std::size_t condition) {
-  const Eigen::MatrixXd held = held_columns(problem, rows, own, condition);
+  const Eigen::MatrixXd held = weighted_columns(problem, rows, own, condition);
   const Eigen::MatrixXd gram = held.transpose() * held;
   const auto count = static_cast<Eigen::Index>(own.size());
   double log_determinant = 0;
@@ -124,10 +107,11 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
     share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
     if (group->by_superpixel)
       share.tried.push_back(
-          {{}, spread_diagonals(columns, superpixels), cross.middleRows(count, random_directions), middle});
+          {true, {}, spread_diagonals(columns, superpixels), cross.middleRows(count, random_directions), middle});
     else
       share.tried.push_back(
-          {columns.transpose() * columns - cross.middleRows(count, random_directions).transpose() * shared,
+          {false,
+           columns.transpose() * columns - cross.middleRows(count, random_directions).transpose() * shared,
            {},
            {},
            {}});
@@ -231,7 +215,7 @@ Whitened whiten(const Projected& projected, Score& score) {
   const double prior = 1 / (prior_width * prior_width);
   const Eigen::ArrayXd values = solver.eigenvalues().array().max(0);
   score.dimension = (values / (values + prior)).sum();
-  score.norm = std::sqrt(values.maxCoeff());
+  score.norm = values.size() > 0 ? std::sqrt(values.maxCoeff()) : 0;
   const Eigen::MatrixXd root = solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
   Whitened result{projected.scores * root};
   const Eigen::VectorXd total = result.scores.colwise().sum();
@@ -269,6 +253,10 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 }
 
 }  // namespace
+
+bool significant(const Score& score) {
+  return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain);
+}
 
 Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
           std::size_t flips, std::uint64_t seed) {

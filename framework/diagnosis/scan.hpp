@@ -12,6 +12,9 @@
 
 namespace tofgraph::diagnosis {
 
+/// Of the largest score of all. So few conditions cannot be judged by flipping them, but by a gain like this.
+inline constexpr double significance = 0.005, few = 8, certain = 60;
+
 /// Columns that are tried together. They may leave out rows: then all have the rows from first_row on.
 struct Group {
   std::string name;
@@ -32,6 +35,9 @@ struct Score {
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
 };
+
+/// Whether chance does not do as much.
+bool significant(const Score& score);
 
 struct Scan {
   std::vector<Score> scores;  ///< one a group

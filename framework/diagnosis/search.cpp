@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -46,6 +47,7 @@ class Search {
   SearchResult run(const std::map<std::string, std::string>& refused) {
     say("fitting the model as it is");
     State start{model_, start_light(), {}};
+    if (!problem_.design.tells_offset()) start.variances.offset = 0;
     if (!model_.empty()) correct(problem_, start);
     take(fit(problem_, start, weight_));
     result_.before = best_.fit;
@@ -113,7 +115,7 @@ class Search {
     say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
     for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising)) {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
-      if (!Gates::significant(t.score)) continue;
+      if (!significant(t.score)) continue;
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
       if (!gates_.worth_a_name(group.columns[0])) {
         note_small(*t.candidate);
@@ -136,7 +138,7 @@ class Search {
   }
 
   bool beats(const MapTrial& maps) const {
-    return Gates::significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
+    return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
   }
 
   std::optional<MapTrial> maps_on(const Base& base) {
@@ -178,7 +180,7 @@ class Search {
     if (terms().size() == model_.size() || left() < explained) return;
     const double gained = bic(original_.fit) - bic(best_.fit);
     std::optional<MapTrial> alone = maps_alone();
-    if (!alone || !Gates::significant(alone->trial.score) ||
+    if (!alone || !significant(alone->trial.score) ||
         bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
       return;
     const State before = best_.fit.state;
@@ -277,33 +279,36 @@ class Search {
   /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
   void look_at_wandering() {
     constexpr double repeatable = 1e-3, sure = 20;  // m; of the deviance
-    const State& state = best_.fit.state;
-    State merged = state;
-    merged.variances.jitter = std::hypot(state.variances.jitter, state.variances.offset);
-    merged.variances.offset = 0;
-    const double gain = deviance_of(problem_, merged) - deviance_of(problem_, state);
-    if (state.variances.offset < repeatable || gain < sure) return;
+    const Fit& best = best_.fit;
+    if (best.state.variances.offset < repeatable) return;
+    State merged = best.state;
+    merged.variances = {.jitter = std::hypot(best.state.variances.jitter, best.state.variances.offset),
+                        .offset = 0,
+                        .light = best.state.variances.light};
+    const double gain = fit_nuisances(problem_, merged, weight_).deviance - best.deviance;
+    if (gain < sure) return;
     result_.rest.push_back({.observable = distance,
-                            .axis = "no setting, but from one condition to the next",
+                            .axis = no_setting,
                             .gain = gain,
                             .p_value = std::erfc(std::sqrt(gain / 2)),
-                            .size = state.variances.offset,
-                            .largest = state.variances.offset,
-                            .share = 1});
+                            .size = best.state.variances.offset,
+                            .significant = true,
+                            .largest = best.state.variances.offset,
+                            .share = std::numeric_limits<double>::quiet_NaN()});
   }
 
   void look_at_rest() {
     say("looking at what is left");
     PatternScan left = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1);
     for (Pattern& pattern : left.patterns) {
-      if (pattern.p_value < Gates::significance && pattern.largest > least_change[pattern.observable])
+      if (pattern.significant && pattern.largest > least_change[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
     look_at_wandering();
     result_.lack_of_fit = left.square / left.freedom;
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);
-    if (result_.rest.empty() && result_.structure == 0) return;
+    if (!result_.something_left()) return;
     for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
       const double capture = std::min(gates_.capture(best_, group), 1.0);

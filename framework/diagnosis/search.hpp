@@ -7,7 +7,9 @@
 #include "diagnosis/patterns.hpp"
 #include "diagnosis/probes.hpp"
 
+#include <array>
 #include <functional>
+#include <numeric>
 
 namespace tofgraph::diagnosis {
 
@@ -46,9 +48,12 @@ struct SearchResult {
   std::vector<Pattern> rest;                   ///< significant patterns that no candidate explains
   double lack_of_fit = 1;                      ///< chi-square over freedom after the search
   double freedom = 0;
-  std::size_t structure = 0;  ///< patterns in the rest that follow no axis (parallel analysis)
+  std::array<std::size_t, observables> structure{};  ///< patterns in the rest that follow no axis (parallel analysis)
   std::vector<std::vector<double>> correction, brightening;  ///< of the problem, at the end
   std::vector<Rival> nearest;                                ///< candidates that come nearest to the rest; bic: capture
+
+  std::size_t patterns_without_axis() const { return std::accumulate(structure.begin(), structure.end(), 0UL); }
+  bool something_left() const { return !rest.empty() || patterns_without_axis() > 0; }
 };
 
 /// @param model terms of the model as it is; these are refitted

@@ -51,29 +51,29 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
 std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable) {
   const Eigen::MatrixXd left = whitened_residuals(problem, state)[observable];
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(left.transpose() * left);
-  const Eigen::Index last = left.cols() - 1;
-  const double height = std::sqrt(std::max(solver.eigenvalues()(last), 0.0) /
-                                  static_cast<double>(std::max<Eigen::Index>(left.rows(), 1)));
+  const Eigen::VectorXd shape = solver.eigenvectors().col(left.cols() - 1), height = left * shape;
   const std::size_t n = problem.design.superpixels();
   std::vector<double> pattern(n);
   for (std::size_t s = 0; s < n; ++s) {
-    double variance = 0, count = 0;
-    for (const Observations& data : problem.data) {
-      const double here = data.variance[observable * n + s];
-      if (std::isinf(here)) continue;
-      variance += here;
+    double square = 0, count = 0;
+    for (std::size_t i = 0; i < problem.data.size(); ++i) {
+      const double variance = problem.data[i].variance[observable * n + s];
+      if (std::isinf(variance)) continue;
+      square += std::pow(height(static_cast<Eigen::Index>(i)), 2) * variance;
       ++count;
     }
-    pattern[s] = height * solver.eigenvectors()(static_cast<Eigen::Index>(s), last) * std::sqrt(variance / count);
+    if (count > 0) pattern[s] = shape(static_cast<Eigen::Index>(s)) * std::sqrt(square / count);
   }
   return pattern;
 }
 
-std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed) {
-  if (problem.design.superpixels() < 2) return 0;  // there is nothing across a condition
+std::array<std::size_t, observables> structure_rank(const Problem& problem, const State& state, std::uint64_t seed) {
+  std::array<std::size_t, observables> rank{};
+  if (problem.design.superpixels() < 2) return rank;  // there is nothing across a condition
   std::mt19937_64 generator(seed);
-  std::size_t rank = 0;
-  for (Eigen::MatrixXd& matrix : whitened_residuals(problem, state)) {
+  const std::vector<Eigen::MatrixXd> all = whitened_residuals(problem, state);
+  for (std::size_t o = 0; o < observables; ++o) {
+    const Eigen::MatrixXd& matrix = all[o];
     if (matrix.isZero()) continue;
     const Eigen::VectorXd seen = spectrum(matrix);
     double sum = 0, squares = 0;
@@ -85,7 +85,7 @@ std::size_t structure_rank(const Problem& problem, const State& state, std::uint
       squares += largest * largest;
     }
     const double mean = sum / draws, deviation = std::sqrt(std::max(squares / draws - mean * mean, 0.0));
-    rank += static_cast<std::size_t>((seen.array() > mean + far * deviation).count());
+    rank[o] = static_cast<std::size_t>((seen.array() > mean + far * deviation).count());
   }
   return rank;
 }

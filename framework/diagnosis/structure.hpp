@@ -9,15 +9,15 @@
 
 namespace tofgraph::diagnosis {
 
-/// Conditions x superpixels, whitened, without what a board's jitter and the light's explain; one an observable.
+/// Conditions x superpixels, whitened, without what jitter, a camera's offset and the light explain; one an observable.
 std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state);
 
-/// What is left of an observable over the image in its largest principal component, root mean square over conditions,
-/// SI; one a superpixel, NaN where nothing is known. Its sign changes from one condition to the next.
+/// What is left of an observable over the image in its largest principal component: root mean square over conditions,
+/// SI, with the component's sign, which may change from one condition to the next. One a superpixel.
 std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable);
 
-/// How many principal components are larger than chance, over all observables (parallel analysis: signs of all
-/// elements are drawn anew).
-std::size_t structure_rank(const Problem& problem, const State& state, std::uint64_t seed);
+/// How many principal components of each observable are larger than chance (parallel analysis: signs of all elements
+/// are drawn anew).
+std::array<std::size_t, observables> structure_rank(const Problem& problem, const State& state, std::uint64_t seed);
 
 }  // namespace tofgraph::diagnosis

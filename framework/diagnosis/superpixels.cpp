@@ -240,8 +240,8 @@ Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::s
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<std::size_t> pixels;
     const std::size_t row = s / grid, column = s % grid;
-    for (std::size_t v = row * sums.height() / grid; v < (row + 1) * sums.height() / grid; ++v) {
-      for (std::size_t u = column * sums.width() / grid; u < (column + 1) * sums.width() / grid; ++u) {
+    for (std::size_t v = first_of(row, sums.height(), grid); v < first_of(row + 1, sums.height(), grid); ++v) {
+      for (std::size_t u = first_of(column, sums.width(), grid); u < first_of(column + 1, sums.width(), grid); ++u) {
         if (u >= roi[0] && u <= roi[1] && v >= roi[2] && v <= roi[3]) pixels.push_back(v * sums.width() + u);
       }
     }

@@ -19,7 +19,7 @@ std::vector<bool> hold_out(const Design& design, std::uint64_t seed);
 /// @param chosen conditions that count
 double gap(const Problem& problem, const State& state, std::size_t observable, const std::vector<bool>& chosen);
 
-/// What noise, the board's jitter and the light's alone would leave of gap().
+/// What noise, and the jitter of board, camera and light, alone would leave of gap().
 double noise_floor(const Problem& problem, const State& state, std::size_t observable, const std::vector<bool>& chosen);
 
 struct Interval {

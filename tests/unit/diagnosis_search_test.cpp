@@ -28,11 +28,15 @@ io::Condition condition(double distance, const std::string& target, double integ
 class Rail : public testing::Test {
  protected:
   void SetUp() override {
-    std::vector<io::Condition> conditions;
     for (int stop = 0; stop < 10; ++stop) {
       for (const double time : {1e-3, 4e-3})
         conditions.push_back(condition(0.6 + 0.43 * stop, stop % 2 == 0 ? "white" : "grey", time));
     }
+    measure();
+  }
+
+  void measure() {
+    blank.clear();
     design = std::make_unique<Design>(io::load_profile(io::find_profile("camcube2", {})), true, conditions);
     for (std::size_t i = 0; i < design->size(); ++i) {
       Observations o{std::vector<double>(design->rows(), 0), {}};
@@ -43,6 +47,7 @@ class Rail : public testing::Test {
         o.variance.insert(o.variance.end(), design->superpixels(), sd[k] * sd[k]);
       blank.push_back(std::move(o));
     }
+    candidates.clear();
     const core::Catalogue catalogue({});
     for (const core::PluginFile& file : catalogue.files()) {
       if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
@@ -56,7 +61,7 @@ class Rail : public testing::Test {
   /// Searches data with these effects at their typical sizes for all but one.
   SearchResult search_for(const std::vector<std::string>& truth, const std::string& without, std::uint64_t seed) {
     const Problem problem = make_problem(*design, blank);
-    State state{{}, std::vector<double>(problem.targets.size(), 0.1), {5e-4, 2e-3}};
+    State state{{}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
     for (const std::string& name : truth) state.terms.push_back(random_term(effect(name), 1, seed));
     const std::vector<Observations> data = injected(problem, state, seed + 1);
     std::erase_if(candidates, [&](const auto& c) { return c->name() == without; });
@@ -72,6 +77,7 @@ class Rail : public testing::Test {
     return all;
   }
 
+  std::vector<io::Condition> conditions;
   std::unique_ptr<Design> design;
   std::vector<Observations> blank;
   std::vector<std::unique_ptr<Candidate>> candidates;
@@ -81,7 +87,7 @@ TEST_F(Rail, NothingIsNamedWhereNothingIsHidden) {
   const SearchResult result = search_for({}, "", 3);
   EXPECT_TRUE(result.found.empty());
   EXPECT_TRUE(result.rest.empty());
-  EXPECT_EQ(result.structure, 0u);
+  EXPECT_EQ(result.patterns_without_axis(), 0u);
 }
 
 TEST_F(Rail, TwoEffectsAreNamed) {
@@ -94,7 +100,7 @@ TEST_F(Rail, AnEffectThatIsNoCandidateIsNotReplacedByOthers) {
   const SearchResult result = search_for({"wiggling"}, "wiggling", 5);
   EXPECT_EQ(names(result), std::vector<std::string>{});
   ASSERT_FALSE(result.rest.empty());
-  EXPECT_EQ(result.rest.front().axis, "distance, period 1.87 m");
+  EXPECT_EQ(result.rest.front().axis, "period 1.87 m");
 }
 
 TEST_F(Rail, TheSameSeedGivesTheSameResult) {
@@ -103,6 +109,33 @@ TEST_F(Rail, TheSameSeedGivesTheSameResult) {
   EXPECT_EQ(first.after.deviance, second.after.deviance);
   EXPECT_EQ(first.after.state.terms[0].values, second.after.state.terms[0].values);
   EXPECT_EQ(first.found[0].held_out.low, second.found[0].held_out.low);
+}
+
+/// A camera whose distances wander by 3 mm while the rail is measured, in an order that nothing else follows.
+TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
+  const auto place = [](std::size_t i) { return static_cast<double>(7 * i % 20) / 19; };
+  const auto found = [&] {
+    const Problem problem = make_problem(*design, blank);
+    const State state{
+        {}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 1e-4, .offset = 0, .light = 2e-3}};
+    std::vector<Observations> data = injected(problem, state, 8);
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      for (std::size_t s = 0; s < design->superpixels(); ++s)
+        data[i].value[distance * design->superpixels() + s] += 3e-3 * std::cos(1.2 * place(i));
+    }
+    return search(make_problem(*design, data), {}, candidates, {}).found.size();
+  };
+  EXPECT_GT(found(), 0u) << "where nobody says in which order, it looks like an offset";
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = 1000 + 7 * i % 20;
+  measure();
+  EXPECT_EQ(found(), 0u);
+}
+
+TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
+  conditions.resize(4);
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = i;
+  measure();
+  EXPECT_NO_THROW(search_for({"crosstalk"}, "", 9));
 }
 
 }  // namespace

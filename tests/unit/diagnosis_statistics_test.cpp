@@ -41,7 +41,7 @@ std::vector<Gram> grams_of(const Dense& dense) {
 TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   constexpr Eigen::Index rows = 9, effects = 2;
   constexpr int targets = 2;
-  const Variances variances{0.7, 0.3, 0.4};
+  const Variances variances{.jitter = 0.7, .offset = 0.3, .light = 0.4};
   const Dense dense = random_conditions(6, rows, effects);
   const std::vector<Gram> grams = grams_of(dense);
   const std::vector<int> target = {0, 1, 0, 1, -1, 0};
