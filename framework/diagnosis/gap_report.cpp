@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <set>
@@ -159,40 +160,57 @@ class Report {
 
   /// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
   std::string over_conditions(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
+    const bool with_time = times_are_columns();
     std::set<double> distances;
     std::map<Kind, std::size_t> kinds;
     for (const io::Condition& c : design_.conditions()) {
       distances.insert(c.board_distance);
-      kinds.emplace(kind_of(c), 0);
+      kinds.emplace(kind_of(c, with_time), 0);
     }
     std::size_t number = 0;
     report::HeatMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
     for (auto& [kind, column] : kinds) {
       column = number++;
-      const auto& [target, time, others] = kind;
-      map.x_names.push_back(fmt::format("{} {}{}", target, core::format_quantity(time, "s"), others));
+      const auto& [number, target, time, others] = kind;
+      map.x_names.push_back(with_time ? fmt::format("{} {}{}", target, core::format_quantity(time, "s"), others)
+                                      : target + others);
     }
     for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
     std::vector<std::vector<double>> cells(map.rows * map.columns);
     for (std::size_t i = 0; i < values.size(); ++i) {
       const io::Condition& c = design_.conditions()[i];
       const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
-      cells[row * map.columns + kinds.at(kind_of(c))].push_back(mean(values[i]));
+      cells[row * map.columns + kinds.at(kind_of(c, with_time))].push_back(mean(values[i]));
     }
     for (const auto& cell : cells) map.values.push_back(scaled(mean(cell), o));
-    map.x_label = "target, integration time, ..";
+    map.x_label = with_time ? "target, integration time, .." : "target, ..";
     map.y_label = "board";
     map.limit = limit;
     return report::heat_map(map, 570, 380);
   }
 
-  /// What distinguishes conditions at a distance: by target, then by time.
-  using Kind = std::tuple<std::string, double, std::string>;
-  static Kind kind_of(const io::Condition& c) {
+  /// What distinguishes conditions at a distance: by target (as a number where it is one), then by time.
+  using Kind = std::tuple<double, std::string, double, std::string>;
+  static Kind kind_of(const io::Condition& c, bool with_time) {
     std::string others;
     if (!c.sources.empty()) others += fmt::format(" {}", fmt::join(c.sources, "+"));
     if (c.ambient != "dark") others += " " + c.ambient;
-    return {c.target, c.integration_time, others};
+    double number = 0;
+    std::from_chars(c.target.data(), c.target.data() + c.target.size(), number);
+    return {number, c.target, with_time ? c.integration_time : 0, others};
+  }
+
+  /// Times distinguish columns where that does not leave most of the fields empty.
+  bool times_are_columns() const {
+    std::set<double> distances;
+    std::set<Kind> kinds;
+    std::set<std::pair<double, Kind>> fields;
+    for (const io::Condition& c : design_.conditions()) {
+      distances.insert(c.board_distance);
+      kinds.insert(kind_of(c, true));
+      fields.emplace(c.board_distance, kind_of(c, true));
+    }
+    return 3 * fields.size() > distances.size() * kinds.size();
   }
 
   std::string over_pixels(const Residuals& values, std::size_t o, const std::string& title, double limit) const {
@@ -264,9 +282,11 @@ class Report {
       const std::vector<std::string> conditions = {over_conditions(before, o, label(o) + ", before", limit),
                                                    over_conditions(after, o, label(o) + ", after", limit)};
       page_.figures(conditions, "Measurement minus simulation: the mean over each condition's image.");
-      const std::vector<std::string> images = {over_pixels(before, o, label(o) + ", before", limit),
-                                               over_pixels(after, o, label(o) + ", after", limit)};
-      page_.figures(images, "The same over the image: the mean over all conditions.");
+      if (design_.superpixels() > 1) {
+        const std::vector<std::string> images = {over_pixels(before, o, label(o) + ", before", limit),
+                                                 over_pixels(after, o, label(o) + ", after", limit)};
+        page_.figures(images, "The same over the image: the mean over all conditions.");
+      }
       const std::vector<std::string> lines = {curve(before, after, o)};
       page_.figures(lines, "Points: mean and spread over the conditions at a distance.");
     }
@@ -305,11 +325,11 @@ class Report {
     if (!nearest.empty()) page_.paragraph("Nearest effects, and how much of it they catch: " + nearest + ".");
     std::vector<std::string> figures;
     for (std::size_t o = 0; o < observables; ++o) {
-      if (!std::isfinite(d_.gaps[o].before)) continue;
+      if (!std::isfinite(d_.gaps[o].before) || design_.superpixels() < 2) continue;
       const Residuals rest = residuals(at_the_end_, d_.search.after.state, o);
       figures.push_back(over_pixels(rest, o, label(o) + ", what is left", limit_of(rest, o)));
     }
-    page_.figures(figures, "What is left over the image, the mean over all conditions.");
+    if (!figures.empty()) page_.figures(figures, "What is left over the image, the mean over all conditions.");
     const std::vector<std::string> shape = {rest_map()};
     page_.figures(shape, "The largest of what is left.");
   }

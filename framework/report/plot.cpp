@@ -168,7 +168,10 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   script +=
       "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '#bbbbbb' fillstyle solid noborder\n";
   script += matrix_block("values", map.rows, map.columns, map.values);
+  // A few fields are drawn one by one: viewers blur small images when they enlarge them.
+  constexpr std::size_t few_fields = 2500;
   script += "plot $values matrix using 1:2:3 with image";
+  if (map.rows * map.columns <= few_fields) script += " pixels";
   if (map.write_values) script += ", $values matrix using 1:2:(sprintf('%.2g', $3)) with labels font ',9'";
   return gnuplot_svg(script, width, height);
 }
