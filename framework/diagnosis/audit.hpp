@@ -13,8 +13,10 @@ struct Visibility {
   const Candidate* candidate = nullptr;
   double norm = 0;       ///< of the signature at the typical size, in standard deviations
   std::size_t rank = 0;  ///< parameters that the design determines
-  double smallest = 0;   ///< share of the typical size that would be found
-  bool blind = false;
+  /// Share of the typical size that would be found: enough standard deviations, and in some condition as much as
+  /// matters (least_change). Of an effect with several sizes the one that shows best counts for each.
+  double smallest = 0;
+  bool blind = false;  ///< at its typical size it shows in too few standard deviations, or changes too little
 };
 
 /// Two effects whose signatures this design hardly tells apart.

@@ -79,7 +79,8 @@ class Run {
   io::Campaign read() {
     core::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
-    io::Campaign campaign = io::read_campaign(options_.data, diagnostics);
+    io::Campaign campaign = io::read_campaign(
+        options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
     if (!d_->model.camera.empty() && d_->model.camera != campaign.camera_name)
       d_->notes.push_back(
@@ -154,7 +155,8 @@ class Run {
     effects_held.variances = d_->search.after.state.variances;
     for (std::size_t o = 0; o < observables; ++o) {
       d_->gaps[o] = {gap(original, before_, o, every), gap(*problem_, d_->search.after.state, o, every),
-                     gap(original, before_, o, d_->held_out), gap(*problem_, effects_held, o, d_->held_out),
+                     some ? gap(original, before_, o, d_->held_out) : NAN,
+                     some ? gap(*problem_, effects_held, o, d_->held_out) : NAN,
                      noise_floor(*problem_, d_->search.after.state, o, d_->held_out)};
     }
     trained_ = effects_held;
@@ -189,7 +191,7 @@ class Run {
         Problem dimmed = *problem_;
         brighten(dimmed, without);
         without = fit_nuisances(dimmed, without, std::vector<double>(d_->held_out.size(), 1)).state;
-        effect.held_out_before = gap(*problem_, without, distance, d_->held_out);
+        effect.held_out_before = d_->put_aside > 0 ? gap(*problem_, without, distance, d_->held_out) : NAN;
         effect.held_out_after = d_->gaps[distance].held_out_after;
       }
       d_->effects.push_back(std::move(effect));

@@ -104,7 +104,7 @@ class Report {
       const Residuals rest = residuals(at_the_end_, d_.search.after.state, o);
       return over_conditions(rest, o, label(o) + ", what no effect explains", limit_of(rest, o));
     }
-    report::HeatMap map{.title = label(o) + ", what no effect explains: its sign may change",
+    report::HeatMap map{.title = label(o) + ", what no effect explains",
                         .unit = unit_of(o),
                         .rows = design_.pixels().rows,
                         .columns = design_.pixels().columns};
@@ -122,7 +122,8 @@ class Report {
   }
 
   void found() {
-    page_.heading("What the model lacks");
+    const bool lacks = std::ranges::any_of(d_.effects, [](const EffectResult& e) { return e.change == "added"; });
+    page_.heading(lacks || d_.effects.empty() ? "What the model lacks" : "What the model has");
     if (d_.effects.empty()) return page_.paragraph("No effect was found, and the model has none.");
     std::vector<Row> rows;
     for (const EffectResult& e : d_.effects) {
@@ -156,6 +157,9 @@ class Report {
     }
     const Row header = {"root mean square", "before", "after", "held out, before", "held out, after", "noise alone"};
     page_.table(header, rows);
+    page_.paragraph(
+        "Noise alone: what the frames and the jitter between conditions make, as the fit needs it, over the held-out "
+        "conditions. These may be quieter than all together.");
   }
 
   /// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
@@ -331,7 +335,8 @@ class Report {
     }
     if (!figures.empty()) page_.figures(figures, "What is left over the image, the mean over all conditions.");
     const std::vector<std::string> shape = {rest_map()};
-    page_.figures(shape, "The largest of what is left.");
+    page_.figures(shape,
+                  "The largest of what is left. Over the image its sign may change from one condition to the next.");
   }
 
   void blind() {
@@ -354,7 +359,9 @@ class Report {
     for (const Alike& pair : d_.audit.alike)
       pairs.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.3f}", pair.cosine)});
     if (pairs.empty()) return;
-    page_.paragraph("Effects whose signatures these data hardly tell apart:");
+    page_.paragraph(
+        "Effects whose signatures these data hardly tell apart, at their typical sizes and in the directions in which "
+        "they are most alike (what was found is compared as it was fitted, above):");
     const Row pair_header = {"effect", "and", "cosine of their signatures"};
     page_.table(pair_header, pairs);
   }

@@ -41,7 +41,7 @@ PatternScan PatternFinder::find(const Problem& problem, const Fit& fit, std::spa
     const bool beyond_chance = score.own_p_value <= limit || significant(score);
     if (!beyond_chance || score.gain < least_gain) continue;
     const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem);
-    result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.p_value,
+    result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.own_p_value,
                                size.mean, significant(score), size.largest,
                                std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});
   }

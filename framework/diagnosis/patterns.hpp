@@ -11,11 +11,11 @@ namespace tofgraph::diagnosis {
 struct Pattern {
   std::size_t observable = 0;
   std::string axis;
-  double gain = 0, p_value = 1;
-  double size = 0;           ///< root mean square, SI
-  bool significant = false;  ///< among all patterns together
-  double largest = 0;        ///< likewise, in the condition where it is largest
-  double share = 0;          ///< of what is beyond noise
+  double gain = 0, p_value = 1;  ///< the latter of this pattern alone, false discoveries controlled
+  double size = 0;               ///< root mean square, SI
+  bool significant = false;      ///< among all patterns together
+  double largest = 0;            ///< likewise, in the condition where it is largest
+  double share = 0;              ///< of what is beyond noise
 };
 
 struct PatternScan {

@@ -77,22 +77,26 @@ json unexplained_of(const Diagnosis& d) {
 
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
-/// Where the gap shrinks most, in units of the noise.
+/// Of the depth where it shrinks by as much as noise, else of the observable that shrinks most in units of its noise.
 std::string shrunk(const Diagnosis& d) {
-  std::size_t most = distance;
-  double best = 0;
-  for (std::size_t o = 0; o < observables; ++o) {
+  const bool aside = d.put_aside > 0;
+  const auto ends = [&](std::size_t o) {
     const Gap& g = d.gaps[o];
-    const double fall =
-        (g.held_out_before * g.held_out_before - g.held_out_after * g.held_out_after) / (g.noise_floor * g.noise_floor);
-    if (std::isfinite(fall) && fall > best) most = o, best = fall;
+    return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
+  };
+  const auto fall = [&](std::size_t o) {
+    const auto [before, after] = ends(o);
+    return (before * before - after * after) / std::pow(d.gaps[o].noise_floor, 2);
+  };
+  std::size_t most = distance;
+  for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
+    if (fall(o) > fall(most)) most = o;
   }
-  const Gap& g = d.gaps[most];
   const double scale = most == distance ? 1e3 : 100;
-  return fmt::format(
-      "the gap of {} on held-out conditions goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
-      observable_labels[most], scale * g.held_out_before, scale * g.held_out_after, scale * g.noise_floor,
-      fmt::arg("unit", most == distance ? "mm" : "%"));
+  return fmt::format("the gap of {} {}goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
+                     observable_labels[most], aside ? "on held-out conditions " : "", scale * ends(most).first,
+                     scale * ends(most).second, scale * d.gaps[most].noise_floor,
+                     fmt::arg("unit", most == distance ? "mm" : "%"));
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
@@ -131,7 +135,7 @@ std::string summary(const Diagnosis& d) {
     case Verdict::unknown:
       return "Measurement and simulation differ, and no known effect explains how.";
     default:
-      return refitted(d).empty() ? "Nothing was found that these data could show."
+      return refitted(d).empty() ? "The model agrees with these data as far as they can show."
                                  : fmt::format("No effect is missing, but the model's own values are off: {}; {}.",
                                                refitted(d), shrink);
   }

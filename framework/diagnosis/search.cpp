@@ -315,6 +315,7 @@ class Search {
       if (capture > hardly)
         result_.nearest.push_back({t.candidate, t.fit.deviance - best_.fit.deviance, capture, false});
     }
+    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Rival::bic);
   }
 
   Problem problem_;

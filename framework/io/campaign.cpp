@@ -85,13 +85,29 @@ void check_truth(const Campaign& campaign, const Value& map, const Condition& co
                     "example: board: {distance: 500 mm}");
 }
 
-Condition read_condition(const Campaign& campaign, const Value& map, Diagnostics& diagnostics) {
+/// Whether a capture is named that is not there and may be missing: then its place.
+std::optional<std::filesystem::path> missing_capture(const Value& map, Captures captures) {
+  const Entry* entry = map.find("capture");
+  if (captures == Captures::must_be_there || entry == nullptr || entry->value.kind != Value::Kind::scalar ||
+      entry->value.text.empty())
+    return std::nullopt;
+  std::filesystem::path file = core::path_at(entry->value.text, entry->value.at);
+  std::error_code error;
+  return std::filesystem::exists(file, error) ? std::nullopt : std::optional(std::move(file));
+}
+
+Condition read_condition(const Campaign& campaign, const Value& map, Captures captures, Diagnostics& diagnostics) {
   const core::Camera* camera = campaign.camera.get();
   Condition condition;
   condition.at = map.at;
   Reader reader(map, diagnostics, "the condition");
   condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
-  condition.capture = reader.input_file("capture", "captures/white_0500.h5");
+  if (const auto missing = missing_capture(map, captures)) {
+    reader.take("capture");
+    condition.capture = *missing;
+  } else {
+    condition.capture = reader.input_file("capture", "captures/white_0500.h5");
+  }
   if (const Entry* frames = reader.take("frames"))
     condition.frames =
         read_span<std::uint64_t>(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
@@ -110,7 +126,7 @@ Condition read_condition(const Campaign& campaign, const Value& map, Diagnostics
   return condition;
 }
 
-void read_conditions(const Value& list, Campaign& campaign, Diagnostics& diagnostics) {
+void read_conditions(const Value& list, Campaign& campaign, Captures captures, Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty()) {
     diagnostics.error(list.at,
                       fmt::format("'conditions' is {}, expected a list of at least one condition",
@@ -119,7 +135,7 @@ void read_conditions(const Value& list, Campaign& campaign, Diagnostics& diagnos
     return;
   }
   for (const Value& item : list.items) {
-    Condition condition = read_condition(campaign, item, diagnostics);
+    Condition condition = read_condition(campaign, item, captures, diagnostics);
     const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
     if (same != campaign.conditions.end())
       diagnostics.error(item.at, fmt::format("two conditions have the id '{}'", condition.id),
@@ -149,7 +165,7 @@ std::string detail::distance_problem(double distance, const core::Camera* camera
                      core::format_quantity(distance, "m"), core::format_quantity(lens, "m"));
 }
 
-Campaign read_campaign(const Value& document, Diagnostics& diagnostics) {
+Campaign read_campaign(const Value& document, Diagnostics& diagnostics, Captures captures) {
   Campaign campaign;
   core::check_version(document, "campaign", 1, diagnostics);
   Reader reader(document, diagnostics, "the campaign");
@@ -166,7 +182,7 @@ Campaign read_campaign(const Value& document, Diagnostics& diagnostics) {
   if (conditions != nullptr && table != nullptr)
     diagnostics.error(table->at, "a campaign has either 'conditions' or a 'table'");
   else if (conditions != nullptr)
-    read_conditions(conditions->value, campaign, diagnostics);
+    read_conditions(conditions->value, campaign, captures, diagnostics);
   else if (table != nullptr)
     detail::read_table(table->value, campaign, diagnostics);
   else if (document.is_map())
@@ -175,8 +191,8 @@ Campaign read_campaign(const Value& document, Diagnostics& diagnostics) {
   return campaign;
 }
 
-Campaign read_campaign(const std::filesystem::path& file, Diagnostics& diagnostics) {
-  return read_campaign(core::load_document(file), diagnostics);
+Campaign read_campaign(const std::filesystem::path& file, Diagnostics& diagnostics, Captures captures) {
+  return read_campaign(core::load_document(file), diagnostics, captures);
 }
 
 }  // namespace tofgraph::io

@@ -28,11 +28,16 @@ struct Campaign {
   bool from_table = false;            ///< statistics only, no captures
 };
 
+/// Whether a capture that is not there is a mistake, or left to whoever opens it.
+enum class Captures { must_be_there, may_be_missing };
+
 /// Reads a campaign: `conditions`, whose captures and scenes must be there, or a `table`. Mistakes go to the
 /// diagnostics, those of a table with its line and column; the result is then not to be used.
-Campaign read_campaign(const core::Value& document, core::Diagnostics& diagnostics);
+Campaign read_campaign(const core::Value& document, core::Diagnostics& diagnostics,
+                       Captures captures = Captures::must_be_there);
 /// @throws core::ConfigurationError when the file cannot be read or is no YAML
-Campaign read_campaign(const std::filesystem::path& file, core::Diagnostics& diagnostics);
+Campaign read_campaign(const std::filesystem::path& file, core::Diagnostics& diagnostics,
+                       Captures captures = Captures::must_be_there);
 
 /// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures
 /// and scenes are written relative to the file's folder.

@@ -181,6 +181,7 @@ std::string curves(const Curves& plot, int width, int height) {
                                                          "#8e44ad", "#d68910", "#555555"};
   std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
                                    quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
+  script += "set key outside below horizontal\nset offsets graph 0.02, graph 0.02, graph 0, graph 0\n";
   if (plot.logarithmic_x) script += "set logscale x\n";
   const auto flat = [](const Curve& c) { return std::ranges::all_of(c.y, [](double y) { return y == 0; }); };
   if (std::ranges::all_of(plot.curves, flat)) script += "set yrange [-1:1]\n";

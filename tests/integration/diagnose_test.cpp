@@ -88,6 +88,14 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   const Outcome skipped = diagnose(folder, "--skip-missing");
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_TRUE(notes(report(folder), missing.filename().string())) << report(folder).at("notes");
+  // The same where there is no file at all.
+  std::filesystem::remove(missing);
+  const Outcome absent = diagnose(folder, "", "absent");
+  EXPECT_EQ(absent.exit_code, 2);
+  EXPECT_NE(absent.err.find(missing.filename().string()), std::string::npos) << absent.err;
+  const Outcome without = diagnose(folder, "--skip-missing", "without");
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
 }
 
 TEST(Diagnose, TwoConditionsAreTooFew) {
@@ -106,6 +114,7 @@ TEST(Diagnose, OneDistanceAndOneFrameAreNoted) {
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_TRUE(notes(report(folder), "one distance"));
   EXPECT_TRUE(notes(report(folder), "one frame only"));
+  EXPECT_FALSE(report(folder)["gap"]["before"].is_null());
   EXPECT_EQ(report(folder).at("verdict"), "nothing_found");
 }
 
