@@ -38,8 +38,10 @@ template <class F> double minimise(F f, Bounds bounds, double centre, double wid
 RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
   const Eigen::Matrix<double, random_directions, 1> scale(variances.jitter, variances.offset, variances.light);
   const RandomMatrix inner = RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
-  log_determinant = std::log(inner.determinant());
-  return scale.asDiagonal() * inner.inverse() * scale.asDiagonal();
+  // g and o may be one and the same, many orders beyond the unit matrix: cofactors would lose what is left of them.
+  const Eigen::LDLT<RandomMatrix> factors(inner);
+  log_determinant = factors.vectorD().array().log().sum();
+  return scale.asDiagonal() * factors.solve(RandomMatrix::Identity()) * scale.asDiagonal();
 }
 
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
