@@ -261,6 +261,22 @@ class Search {
     return false;
   }
 
+  /// Whether a model differs from the best one by no more than conditions do from one to the next, and beyond that by
+  /// less than matters anywhere: however sure that is, it tells nothing apart.
+  bool hardly_differ(const State& other) const {
+    const Variances& sd = best_.fit.state.variances;
+    const auto rows = expected(problem_, best_.fit.state);
+    Column apart = expected(problem_, other);
+    double square = 0;
+    for (std::size_t i = 0; i < apart.size(); ++i) {
+      for (std::size_t row = 0; row < apart[i].size(); ++row) apart[i][row] -= rows[i][row];
+      const auto taken = take_out_jitter(problem_, i, apart[i]);
+      square += std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
+                std::pow(taken(2) / sd.light, 2);
+    }
+    return square < tie_limit && importance(problem_, apart) < 1;
+  }
+
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
@@ -268,9 +284,11 @@ class Search {
     const Base less = gates_.without(best_, t);
     const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
-    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share)) {
+    const char* alike = found.candidate->border().confused_with;
+    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, alike)) {
+      if (!(trial.fit.deviance < less.fit.deviance)) continue;
       Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};
-      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit;
+      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit || hardly_differ(trial.fit.state);
       found.rivals.push_back(rival);
     }
   }

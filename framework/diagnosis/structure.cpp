@@ -21,28 +21,44 @@ Eigen::VectorXd spectrum(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
+Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem, std::size_t i,
+                                                         std::vector<double>& rows) {
+  RandomMatrix information = RandomMatrix::Zero();
+  Eigen::Vector<double, random_directions> score = decltype(score)::Zero();
+  const auto directions = [&](std::size_t row) {
+    return Eigen::Vector<double, random_directions>(problem.design.shift(i)[row], problem.offset_response(i, row),
+                                                    problem.light_response(i, row));
+  };
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const double variance = problem.data[i].variance[row];
+    if (std::isinf(variance)) continue;
+    const auto along = directions(row);
+    information += along * along.transpose() / variance;
+    score += along * rows[row] / variance;
+  }
+  information.diagonal() *= 1 + 1e-9;  // two of them may be one and the same
+  information.diagonal().array() += 1e-9;
+  const Eigen::Vector<double, random_directions> taken = information.ldlt().solve(score);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (!std::isinf(problem.data[i].variance[row])) rows[row] -= taken.dot(directions(row));
+  }
+  return taken;
+}
+
 std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state) {
   const auto rows = expected(problem, state);
-  const std::vector<Gram> grams = grams_of(problem, rows, {});
   const std::size_t n = problem.design.superpixels();
   const auto conditions = static_cast<Eigen::Index>(rows.size());
   std::vector<Eigen::MatrixXd> result(observables, Eigen::MatrixXd::Zero(conditions, static_cast<Eigen::Index>(n)));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    // What jitter, offset and light take out of this condition: all are as free here as the data want them.
-    RandomMatrix information = grams[i].topLeftCorner<random_directions, random_directions>();
-    information.diagonal() *= 1 + 1e-9;
-    information.diagonal().array() += 1e-9;
-    const Eigen::Vector<double, random_directions> taken =
-        information.ldlt().solve(grams[i].col(random_directions).head<random_directions>());
-    for (std::size_t o = 0; o < observables; ++o) {
-      for (std::size_t s = 0; s < n; ++s) {
-        const std::size_t row = o * n + s;
-        const double variance = problem.data[i].variance[row];
-        if (std::isinf(variance)) continue;
-        const double left = problem.data[i].value[row] - rows[i][row] - taken(0) * problem.design.shift(i)[row] -
-                            taken(1) * problem.offset_response(i, row) - taken(2) * problem.light_response(i, row);
-        result[o](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(s)) = left / std::sqrt(variance);
-      }
+    std::vector<double> left = problem.data[i].value;
+    for (std::size_t row = 0; row < left.size(); ++row) left[row] -= rows[i][row];
+    take_out_jitter(problem, i, left);
+    for (std::size_t row = 0; row < left.size(); ++row) {
+      const double variance = problem.data[i].variance[row];
+      if (!std::isinf(variance))
+        result[row / n](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row % n)) =
+            left[row] / std::sqrt(variance);
     }
   }
   return result;

@@ -12,6 +12,11 @@ namespace tofgraph::diagnosis {
 /// Conditions x superpixels, whitened, without what jitter, a camera's offset and the light explain; one an observable.
 std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state);
 
+/// Takes out of a condition's rows what jitter, a camera's offset and the light could make of them.
+/// @returns how much of each, in that order: m, m, ln of the light
+Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem, std::size_t condition,
+                                                         std::vector<double>& rows);
+
 /// What is left of an observable over the image in its largest principal component: root mean square over conditions,
 /// SI, with the component's sign, which may change from one condition to the next. One a superpixel.
 std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable);
