@@ -88,11 +88,12 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
   return rows;
 }
 
-void correct(Problem& problem, const State& state) {
+void correct(Problem& problem, const State& state, bool exactly) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
-  const bool every_pixel =
-      std::ranges::any_of(state.terms, [](const Term& term) { return !term.maps && term.candidate->reads_files(); });
+  const bool every_pixel = exactly || std::ranges::any_of(state.terms, [](const Term& term) {
+                             return !term.maps && term.candidate->reads_files();
+                           });
   std::vector<std::vector<double>> correction(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
     const double light = light_of(problem, state, i);

@@ -47,7 +47,8 @@ struct State {
 
 /// Sets the correction to what a state differs by all over its superpixels from their centres, and how it answers to
 /// light.
-void correct(Problem& problem, const State& state);
+/// @param exactly by every pixel, which takes ten times as long
+void correct(Problem& problem, const State& state, bool exactly = false);
 /// The latter alone.
 void brighten(Problem& problem, const State& state);
 

@@ -62,7 +62,7 @@ class Search {
     exchange(most_rounds);
     while (!confirm()) {
     }
-    if (!result_.found.empty()) take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
+    settle();
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
     look_at_rest();
     result_.refused = trials_.refused();
@@ -82,6 +82,14 @@ class Search {
   void take(Fit fit) {
     best_.columns = own_columns(problem_, fit.state, expected(problem_, fit.state));
     best_.fit = std::move(fit);
+  }
+
+  /// The values that are told: intervals may be narrower than what the finer grid still misses.
+  void settle() {
+    if (terms().empty()) return;
+    say("settling on values");
+    correct(problem_, best_.fit.state, true);
+    take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
   }
 
   /// Reflectivities from the mean of ln amplitude, so that effects of the amount of light start at the right amount.
