@@ -78,8 +78,9 @@ class Reader {
   std::string word(std::string_view key, std::string fallback);
   /// One of a few words; another one is a mistake, and gives the first.
   std::string choice(std::string_view key, std::span<const std::string> words);
-  /// A file that must be there; relative paths are relative to the file that the value stands in.
-  std::filesystem::path input_file(std::string_view key, std::string_view example);
+  /// A file; relative paths are relative to the file that the value stands in.
+  /// @param must_be_there otherwise whoever opens it finds out
+  std::filesystem::path input_file(std::string_view key, std::string_view example, bool must_be_there = true);
   /// A list of numbers of one unit.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example);
   /// The same with a fallback for a list that is not there or wrong; a list of another length than its is a mistake.

@@ -103,7 +103,7 @@ std::string Reader::choice(std::string_view key, std::span<const std::string> wo
   return words.front();
 }
 
-std::filesystem::path Reader::input_file(std::string_view key, std::string_view example) {
+std::filesystem::path Reader::input_file(std::string_view key, std::string_view example, bool must_be_there) {
   const Entry* entry = need(key, example);
   if (entry == nullptr) return {};
   const Value& value = entry->value;
@@ -116,7 +116,7 @@ std::filesystem::path Reader::input_file(std::string_view key, std::string_view 
   std::error_code error;
   if (std::filesystem::is_directory(file, error))
     diagnostics_.error(value.at, fmt::format("'{}': {} is a folder", key, file.string()));
-  else if (!std::filesystem::exists(file, error))
+  else if (must_be_there && !std::filesystem::exists(file, error))
     diagnostics_.error(value.at, fmt::format("'{}': there is no file {}", key, file.string()));
   return file;
 }

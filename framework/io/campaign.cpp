@@ -85,29 +85,13 @@ void check_truth(const Campaign& campaign, const Value& map, const Condition& co
                     "example: board: {distance: 500 mm}");
 }
 
-/// Whether a capture is named that is not there and may be missing: then its place.
-std::optional<std::filesystem::path> missing_capture(const Value& map, Captures captures) {
-  const Entry* entry = map.find("capture");
-  if (captures == Captures::must_be_there || entry == nullptr || entry->value.kind != Value::Kind::scalar ||
-      entry->value.text.empty())
-    return std::nullopt;
-  std::filesystem::path file = core::path_at(entry->value.text, entry->value.at);
-  std::error_code error;
-  return std::filesystem::exists(file, error) ? std::nullopt : std::optional(std::move(file));
-}
-
 Condition read_condition(const Campaign& campaign, const Value& map, Captures captures, Diagnostics& diagnostics) {
   const core::Camera* camera = campaign.camera.get();
   Condition condition;
   condition.at = map.at;
   Reader reader(map, diagnostics, "the condition");
   condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
-  if (const auto missing = missing_capture(map, captures)) {
-    reader.take("capture");
-    condition.capture = *missing;
-  } else {
-    condition.capture = reader.input_file("capture", "captures/white_0500.h5");
-  }
+  condition.capture = reader.input_file("capture", "captures/white_0500.h5", captures == Captures::must_be_there);
   if (const Entry* frames = reader.take("frames"))
     condition.frames =
         read_span<std::uint64_t>(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
