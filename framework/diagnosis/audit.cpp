@@ -53,8 +53,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   }
   if (together.columns.empty()) return result;
   const std::vector<Column> own = own_columns(problem, fit.state, expected(problem, fit.state));
-  const Group* const all = &together;
-  const Eigen::MatrixXd information = scan(problem, fit, own, std::span(&all, 1), 0, 0).scores[0].information;
+  const Eigen::MatrixXd information = score_of(problem, fit, own, together, 0, 0).information;
   std::vector<Eigen::MatrixXd> frames;
   std::vector<Eigen::Index> first;
   Eigen::Index at = 0;

@@ -59,7 +59,7 @@ class Axes {
     };
     smooth("amplitude", bright);
     smooth("time since power-on", condition(&io::Condition::time_since_power_on));
-    if (std::ranges::all_of(design_.conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
+    if (design_.tells_order())
       smooth("order measured",
              [this](std::size_t i, std::size_t) { return static_cast<double>(*design_.conditions()[i].order); });
     smooth("tilt about x", condition(&io::Condition::board_tilt_x));

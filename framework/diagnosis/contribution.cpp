@@ -3,6 +3,7 @@
 #include "diagnosis/contribution.hpp"
 
 #include "diagnosis/maps.hpp"
+#include "diagnosis/structure.hpp"
 
 #include <fmt/format.h>
 
@@ -34,12 +35,9 @@ double square(const Gram& gram, Eigen::Index column, const Variances& variances)
 std::vector<Compared> compare(const Problem& problem, const State& with, const State& without,
                               const std::vector<bool>& held) {
   const auto rows = expected(problem, with), other = expected(problem, without);
-  Column difference = rows;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t r = 0; r < rows[i].size(); ++r) difference[i][r] -= other[i][r];
-  }
-  const std::vector<Gram> one = grams_of(problem, rows, std::span(&difference, 1)),
-                          two = grams_of(problem, other, std::span(&difference, 1));
+  const Column apart = difference(rows, other);
+  const std::vector<Gram> one = grams_of(problem, rows, std::span(&apart, 1)),
+                          two = grams_of(problem, other, std::span(&apart, 1));
   const std::size_t n = problem.design.superpixels();
   std::vector<Compared> result;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -128,14 +126,23 @@ std::string refuted(const HeldOutFall& fall) {
       fall.excess, fall.excess - fall.fall);
 }
 
+bool hardly_differ(const Problem& problem, const State& one, const State& other, double limit) {
+  const Variances& sd = one.variances;
+  Column apart = difference(expected(problem, other), expected(problem, one));
+  double square = 0;
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    const auto taken = take_out_jitter(problem, i, apart[i]);
+    square += std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
+              std::pow(taken(2) / sd.light, 2);
+  }
+  return square < limit && importance(problem, apart) < 1;
+}
+
 std::vector<Column> signature(const Problem& problem, const State& without, const Term& term) {
   State with = without;
   with.terms.push_back(term);
-  const auto rows = expected(problem, with), base = expected(problem, without);
-  std::vector<Column> columns = {rows};
-  for (std::size_t i = 0; i < base.size(); ++i) {
-    for (std::size_t r = 0; r < base[i].size(); ++r) columns[0][i][r] -= base[i][r];
-  }
+  const auto rows = expected(problem, with);
+  std::vector<Column> columns = {difference(rows, expected(problem, without))};
   for (std::size_t k = 0; k < term.candidate->free().size(); ++k)
     columns.push_back(derivative(problem, with, rows, with.terms.size() - 1, k));
   return columns;

@@ -31,6 +31,10 @@ HeldOutFall held_out_fall(const Problem& problem, const State& with, const State
 /// How what was put aside speaks against the effect, or nothing: also where it could not show the effect.
 std::string refuted(const HeldOutFall& fall);
 
+/// Whether two models differ by no more than conditions do from one to the next, and beyond that by less than matters
+/// anywhere: however sure that is, it tells nothing apart. @param limit of chi-square for the former
+bool hardly_differ(const Problem& problem, const State& one, const State& other, double limit);
+
 /// The change that the last term makes at its values, and its derivatives there: what is scored against generic
 /// patterns. @throws simulation::EffectError
 std::vector<Column> signature(const Problem& problem, const State& without, const Term& term);

@@ -67,6 +67,10 @@ class Design {
   bool tells_offset() const {
     return std::ranges::any_of(offsets_, [](const auto& rows) { return !rows.empty(); });
   }
+  /// Whether all conditions say when they were measured.
+  bool tells_order() const {
+    return std::ranges::all_of(conditions_, [](const io::Condition& c) { return c.order.has_value(); });
+  }
   /// The ideal camera's signal, one a superpixel.
   const std::vector<Signal>& ideal(std::size_t condition) const { return ideal_[condition]; }
   /// cos of the angle of incidence on the board as seen from the lens, one a superpixel.

@@ -112,7 +112,7 @@ class Run {
     else if (!m.taps)
       d_->notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
                                    : "The captures have distances only: nothing is known of the null channels.");
-    if (!std::ranges::all_of(m.design->conditions(), [](const io::Condition& c) { return c.order.has_value(); }))
+    if (!m.design->tells_order())
       d_->notes.push_back(
           "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
           "asked.");

@@ -77,9 +77,9 @@ std::string summary(const Diagnosis& diagnosis);
 /// formats: report.json and the extended model.
 nlohmann::json report_json(const Diagnosis& diagnosis);
 std::string model_yaml(const Diagnosis& diagnosis);
-/// The maps that the extended model names, beside it; nothing where none were estimated. @throws std::runtime_error
 inline constexpr const char* map_file_name = "maps.h5";
 inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, where something is left
+/// The maps that the extended model names, beside it; nothing where none were estimated. @throws std::runtime_error
 void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder);
 
 }  // namespace tofgraph::diagnosis

@@ -55,6 +55,22 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
   return problem;
 }
 
+std::vector<double> first_light(const Problem& problem) {
+  std::vector<double> sum(problem.targets.size(), 0), count(problem.targets.size(), 0);
+  const std::size_t n = problem.design.superpixels();
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (problem.target[i] < 0) continue;
+    const auto t = static_cast<std::size_t>(problem.target[i]);
+    for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
+      if (std::isinf(problem.data[i].variance[row])) continue;
+      sum[t] += problem.data[i].value[row];
+      ++count[t];
+    }
+  }
+  for (std::size_t t = 0; t < sum.size(); ++t) sum[t] = count[t] > 0 ? sum[t] / count[t] : 0;
+  return sum;
+}
+
 bool Problem::light_seen() const {
   const std::size_t n = design.superpixels();
   return std::ranges::any_of(data, [n](const Observations& one) {
@@ -125,6 +141,13 @@ void brighten(Problem& problem, const State& state) {
     }
   });
   problem.brightening = std::move(brightening);
+}
+
+Column difference(Column rows, const Column& other) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] -= other[i][row];
+  }
+  return rows;
 }
 
 Column derivative(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,

@@ -88,15 +88,12 @@ void append_columns(const Problem& problem, const State& state, const std::vecto
 
 /// A state with the reflectivities and variances that suit its effects: linear, and all in profile().
 Fit settled_at(const Problem& problem, State state, std::span<const double> weight, const Variances& variances) {
-  const std::vector<Gram> grams = grams_of(problem, expected(problem, state), {});
-  if (!problem.light_seen()) {  // what follows is not linear in them: they go with the effects' steps alone
-    const std::vector<int> none(grams.size(), -1);
-    const Profile held = profile(grams, none, 0, weight, variances);
-    state.variances = held.variances;
-    return {std::move(state), held.solution.deviance, 0, {}};
-  }
-  const Profile after = profile(grams, problem.target, static_cast<int>(problem.targets.size()), weight, variances);
-  for (std::size_t t = 0; t < state.light.size(); ++t)
+  // Where only effects show them reflectivities are not linear: they go with the effects' steps.
+  const bool linear = problem.light_seen();
+  const std::vector<int> none(linear ? 0 : problem.target.size(), -1);
+  const Profile after = profile(grams_of(problem, expected(problem, state), {}), linear ? problem.target : none,
+                                linear ? static_cast<int>(problem.targets.size()) : 0, weight, variances);
+  for (std::size_t t = 0; linear && t < state.light.size(); ++t)
     state.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
   state.variances = after.variances;
   return {std::move(state), after.solution.deviance, 0, {}};
@@ -144,15 +141,16 @@ std::optional<Fit> line_search(const Problem& problem, const Fit& from, const Ei
 /// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
 Fit descend(const Problem& given, State start, std::span<const double> weight, bool effects,
             std::span<const Column> known = {}, double enough = settled) {
-  Problem problem = given;
-  const bool light_seen = problem.light_seen();
+  std::optional<Problem> lit;  // where what reflectivities change is not the same everywhere
+  if (!given.light_seen()) lit.emplace(given);
+  const Problem& problem = lit ? *lit : given;
   const int targets = static_cast<int>(problem.targets.size());
   start.light.resize(problem.targets.size(), 0);
   const Variances variances = start.variances;
   Fit best = effects ? begun_at(problem, std::move(start), weight, variances)
                      : settled_at(problem, std::move(start), weight, variances);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    if (!light_seen) brighten(problem, best.state);  // what reflectivities change is not the same everywhere
+    if (lit) brighten(*lit, best.state);
     const auto rows = expected(problem, best.state);
     std::vector<Column> columns(known.begin(), known.end());
     if (effects) append_columns(problem, best.state, rows, columns);

@@ -60,11 +60,18 @@ struct Fit {
   double bic(std::size_t conditions) const { return deviance + dimension * std::log(static_cast<double>(conditions)); }
 };
 
+/// ln of the targets' factors from their mean ln amplitude, so that effects of the amount of light begin at the right
+/// amount.
+std::vector<double> first_light(const Problem& problem);
+
 /// A column of the linearised problem: the change for one typical step of a parameter. rows, one a condition.
 using Column = std::vector<std::vector<double>>;
 
 /// Rows of every condition as the model expects them. @throws simulation::EffectError, also for what is not finite
 std::vector<std::vector<double>> expected(const Problem& problem, const State& state);
+
+/// What one has more than the other.
+Column difference(Column rows, const Column& other);
 
 /// Derivative by a free parameter of a term, for one typical step.
 /// @param rows expected(problem, state)

@@ -24,8 +24,9 @@ constexpr double least_capture = 0.8;          ///< of the gain of the best gene
 constexpr std::size_t most_waves = 8, conditions_a_wave = 6;
 
 /// The constant, then the half waves, one value a condition; nothing where the order is not told of all.
-std::vector<std::vector<double>> waves_of(const std::vector<io::Condition>& conditions) {
-  if (!std::ranges::all_of(conditions, [](const io::Condition& c) { return c.order.has_value(); })) return {};
+std::vector<std::vector<double>> waves_of(const Design& design) {
+  if (!design.tells_order()) return {};
+  const std::vector<io::Condition>& conditions = design.conditions();
   const auto [first, last] = std::ranges::minmax(conditions, {}, [](const io::Condition& c) { return *c.order; });
   const auto whole = static_cast<double>(*last.order - *first.order);
   std::vector<std::vector<double>> waves;
@@ -66,9 +67,7 @@ Gates::Gates(Problem& problem, const PatternFinder& finder, std::span<const doub
       flips_(flips),
       seed_(seed),
       held_(hold_out(problem.design, seed)),
-      waves_(waves_of(problem.design.conditions())) {}
-
-bool Gates::worth_a_name(const Column& change) const { return importance(problem_, change) > 1; }
+      waves_(waves_of(problem.design)) {}
 
 bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& change) const {
   if (waves_.empty()) return true;
@@ -81,8 +80,7 @@ bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& cha
   for (const std::vector<Column>& wandering :
        {columns_of_waves(waves_, rows, offset), columns_of_waves(waves_, rows, light)}) {
     const Group moving{"wandering", {wandering.begin() + 1, wandering.end()}};
-    const Group* const only = &moving;
-    if (significant(scan(problem_, best, all, std::span(&only, 1), flips_, seed_).scores[0]))
+    if (significant(score_of(problem_, best, all, moving, flips_, seed_)))
       std::ranges::copy(wandering, std::back_inserter(own));
   }
   if (own.size() == less.columns.size()) return true;
@@ -90,13 +88,11 @@ bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& cha
   Fit without = less.fit;
   without.state.variances = best.state.variances;
   const InLightOf there(problem_, less);
-  const Group* const only = &change;
-  return scan(problem_, without, own, std::span(&only, 1), 0, 0).scores[0].gain > least_beyond_wandering;
+  return score_of(problem_, without, own, change, 0, 0).gain > least_beyond_wandering;
 }
 
 double Gates::capture(const Base& less, const Group& group) const {
-  const Group* const only = &group;
-  const double gain = scan(problem_, less.fit, less.columns, std::span(&only, 1), 0, 0).scores[0].gain;
+  const double gain = score_of(problem_, less.fit, less.columns, group, 0, 0).gain;
   const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
   return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
 }
@@ -130,16 +126,15 @@ Found Gates::examined(const Base& best, std::size_t t) {
   const Group direction{group.name, {group.columns[0]}};
   const bool wanders = !term.maps && !beyond_wandering(best.fit, less, direction);
   const InLightOf there(problem_, less);
-  const Group* const only = &direction;
   const Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
-                                : scan(problem_, less.fit, less.columns, std::span(&only, 1), flips_, seed_).scores[0];
+                                : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
   found.p_value = score.p_value;
   found.capture = capture(less, group);
   if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (wanders) {
     found.refutation = "the camera wanders while the conditions are measured, and that may do as much";
-  } else if (!worth_a_name(group.columns[0])) {
+  } else if (importance(problem_, group.columns[0]) <= 1) {
     found.refutation = too_small;
   } else if (found.capture < least_capture) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);

@@ -34,8 +34,6 @@ class Gates {
   Gates(Problem& problem, const PatternFinder& finder, std::span<const double> weight, std::size_t flips,
         std::uint64_t seed);
 
-  /// Whether a change is larger in some condition than what a simulation on a grid leaves open.
-  bool worth_a_name(const Column& change) const;
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
   /// The model without a term. The derivatives are those of the model with it. @throws simulation::EffectError

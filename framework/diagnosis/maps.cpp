@@ -64,10 +64,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
     State with = state;
     with.terms.push_back(
         term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), probe)}}, 0));
-    Column column = expected(problem, with);
-    for (std::size_t i = 0; i < column.size(); ++i) {
-      for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] -= rows[i][row];
-    }
+    Column column = difference(expected(problem, with), rows);
     const double norm = norm_of(problem, column);
     if (!(norm > 0)) continue;
     const double factor = step_norm / norm;
@@ -79,11 +76,6 @@ Response response(const Problem& problem, const State& state, const Candidate& c
     result.group.columns.push_back(std::move(column));
   }
   return result;
-}
-
-Score score(const Problem& problem, const Base& base, const Group& group, std::size_t flips, std::uint64_t seed) {
-  const Group* const only = &group;
-  return scan(problem, base.fit, base.columns, std::span(&only, 1), flips, seed).scores[0];
 }
 
 std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response& response, const Score& score) {
@@ -120,7 +112,7 @@ Response chosen_maps(const Problem& problem, const Base& base, const Response& a
       if (std::ranges::find(chosen, m) != chosen.end()) continue;
       std::vector<std::size_t> more = chosen;
       more.push_back(m);
-      const Score now = score(problem, base, subset(all, more).group, 0, 0);
+      const Score now = score_of(problem, base.fit, base.columns, subset(all, more).group, 0, 0);
       if (now.gain - price * now.dimension <= merit) continue;
       merit = now.gain - price * now.dimension;
       best = m;
@@ -143,7 +135,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   State without = state;
   without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(term));
   const Response answer = response(problem, without, *before.candidate, parameters_of(*before.maps));
-  const Score now = score(problem, {fit, own}, answer.group, 0, 0);
+  const Score now = score_of(problem, fit, own, answer.group, 0, 0);
   const double factor = before.values.front() / before.candidate->free().front().typical;
   std::vector<EstimatedMaps::Map> maps = before.maps->maps();
   for (EstimatedMaps::Map& map : maps) {
@@ -160,7 +152,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
 
 MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candidate, const Response& maps,
                 std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
-  MapTrial result{{&candidate, {}, score(problem, base, maps.group, flips, seed)}};
+  MapTrial result{{&candidate, {}, score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
   State state = base.fit.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
@@ -207,7 +199,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
 Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
                     std::uint64_t seed) {
   const Response answer = response(problem, without.fit.state, *term.candidate, parameters_of(*term.maps));
-  return score(problem, without, answer.group, flips, seed);
+  return score_of(problem, without.fit, without.columns, answer.group, flips, seed);
 }
 
 State with_maps_of(const Problem& problem, State state, std::span<const double> weight) {

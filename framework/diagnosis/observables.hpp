@@ -20,6 +20,9 @@ inline constexpr std::array<std::string_view, observables> observable_names = {"
 /// For readers.
 inline constexpr std::array<const char*, observables> observable_labels = {"depth", "amplitude", "intensity", "N1 / 2I",
                                                                            "N2 / a"};
+/// Lengths in mm, what is relative in percent.
+constexpr double shown_factor(std::size_t observable) { return observable == distance ? 1e3 : 100; }
+constexpr const char* shown_unit(std::size_t observable) { return observable == distance ? "mm" : "%"; }
 /// Of the differences; what is not a length is relative.
 inline constexpr std::array<std::string_view, observables> observable_units = {"m", "", "", "", ""};
 

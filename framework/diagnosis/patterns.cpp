@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -17,6 +19,24 @@ constexpr double least_gain = 30;  ///< of the deviance: less is not worth a lin
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
+}
+
+std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, std::span<const double> weight) {
+  constexpr double repeatable = 1e-3, sure = 20;  // m; of the deviance
+  const Variances& sd = fit.state.variances;
+  if (sd.offset < repeatable) return std::nullopt;
+  State merged = fit.state;
+  merged.variances = {.jitter = std::hypot(sd.jitter, sd.offset), .offset = 0, .light = sd.light};
+  const double gain = fit_nuisances(problem, merged, weight).deviance - fit.deviance;
+  if (gain < sure) return std::nullopt;
+  return Pattern{.observable = distance,
+                 .axis = no_setting,
+                 .gain = gain,
+                 .p_value = std::erfc(std::sqrt(gain / 2)),
+                 .size = sd.offset,
+                 .significant = true,
+                 .largest = sd.offset,
+                 .share = std::numeric_limits<double>::quiet_NaN()};
 }
 
 PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(problem)) {

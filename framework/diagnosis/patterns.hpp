@@ -5,6 +5,8 @@
 
 #include "diagnosis/bases.hpp"
 
+#include <optional>
+
 namespace tofgraph::diagnosis {
 
 /// A generic pattern of the gap.
@@ -28,6 +30,10 @@ struct PatternScan {
 inline constexpr const char* no_setting = "from one condition to the next, as no setting does";
 /// "distance along tilt about x".
 std::string name_of(const Pattern& pattern);
+
+/// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
+/// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
+std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, std::span<const double> weight);
 
 class PatternFinder {
  public:

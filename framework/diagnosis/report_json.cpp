@@ -92,11 +92,10 @@ std::string shrunk(const Diagnosis& d) {
   for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
     if (fall(o) > fall(most)) most = o;
   }
-  const double scale = most == distance ? 1e3 : 100;
+  const double scale = shown_factor(most);
   return fmt::format("the gap of {} {}goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
                      observable_labels[most], aside ? "on held-out conditions " : "", scale * ends(most).first,
-                     scale * ends(most).second, scale * d.gaps[most].noise_floor,
-                     fmt::arg("unit", most == distance ? "mm" : "%"));
+                     scale * ends(most).second, scale * d.gaps[most].noise_floor, fmt::arg("unit", shown_unit(most)));
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".

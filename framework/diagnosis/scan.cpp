@@ -281,6 +281,12 @@ Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, s
   return result;
 }
 
+Score score_of(const Problem& problem, const Fit& fit, std::span<const Column> own, const Group& group,
+               std::size_t flips, std::uint64_t seed) {
+  const Group* const only = &group;
+  return scan(problem, fit, own, std::span(&only, 1), flips, seed).scores[0];
+}
+
 double false_discovery_limit(std::vector<double> p_values, double q) {
   std::ranges::sort(p_values);
   double limit = 0;

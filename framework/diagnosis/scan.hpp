@@ -49,6 +49,10 @@ struct Scan {
 Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
           std::size_t flips, std::uint64_t seed);
 
+/// The score of one group.
+Score score_of(const Problem& problem, const Fit& fit, std::span<const Column> own, const Group& group,
+               std::size_t flips, std::uint64_t seed);
+
 /// Largest rejected p-value of Benjamini and Hochberg's procedure at the rate q; 0 when nothing is rejected.
 double false_discovery_limit(std::vector<double> p_values, double q);
 

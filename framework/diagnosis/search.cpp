@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search.hpp"
 
+#include "core/stream.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/structure.hpp"
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -46,7 +46,7 @@ class Search {
   /// @param refused effects that are not tried, and why
   SearchResult run(const std::map<std::string, std::string>& refused) {
     say("fitting the model as it is");
-    State start{model_, start_light(), {}};
+    State start{model_, first_light(problem_), {}};
     if (!problem_.design.tells_offset()) start.variances.offset = 0;
     if (!model_.empty()) correct(problem_, start);
     take(fit(problem_, start, weight_));
@@ -92,23 +92,6 @@ class Search {
     take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
   }
 
-  /// Reflectivities from the mean of ln amplitude, so that effects of the amount of light start at the right amount.
-  std::vector<double> start_light() const {
-    std::vector<double> sum(problem_.targets.size(), 0), count(problem_.targets.size(), 0);
-    const std::size_t n = problem_.design.superpixels();
-    for (std::size_t i = 0; i < problem_.data.size(); ++i) {
-      if (problem_.target[i] < 0) continue;
-      const auto t = static_cast<std::size_t>(problem_.target[i]);
-      for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
-        if (std::isinf(problem_.data[i].variance[row])) continue;
-        sum[t] += problem_.data[i].value[row];
-        ++count[t];
-      }
-    }
-    for (std::size_t t = 0; t < sum.size(); ++t) sum[t] = count[t] > 0 ? sum[t] / count[t] : 0;
-    return sum;
-  }
-
   void grow() {
     // What is dropped may be tried again, so the rounds are counted, not the effects alone.
     for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
@@ -125,7 +108,7 @@ class Search {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
       if (!significant(t.score)) continue;
       const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
-      if (!gates_.worth_a_name(group.columns[0])) {
+      if (importance(problem_, group.columns[0]) <= 1) {
         note_small(*t.candidate);
         continue;
       }
@@ -269,22 +252,6 @@ class Search {
     return false;
   }
 
-  /// Whether a model differs from the best one by no more than conditions do from one to the next, and beyond that by
-  /// less than matters anywhere: however sure that is, it tells nothing apart.
-  bool hardly_differ(const State& other) const {
-    const Variances& sd = best_.fit.state.variances;
-    const auto rows = expected(problem_, best_.fit.state);
-    Column apart = expected(problem_, other);
-    double square = 0;
-    for (std::size_t i = 0; i < apart.size(); ++i) {
-      for (std::size_t row = 0; row < apart[i].size(); ++row) apart[i][row] -= rows[i][row];
-      const auto taken = take_out_jitter(problem_, i, apart[i]);
-      square += std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
-                std::pow(taken(2) / sd.light, 2);
-    }
-    return square < tie_limit && importance(problem_, apart) < 1;
-  }
-
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
@@ -292,35 +259,14 @@ class Search {
     const Base less = gates_.without(best_, t);
     const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
-    const char* alike = found.candidate->border().confused_with;
+    const std::vector<std::string> alike = core::split_words(found.candidate->border().confused_with);
     for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
       Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};
-      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit || hardly_differ(trial.fit.state);
+      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
+                   hardly_differ(problem_, best_.fit.state, trial.fit.state, tie_limit);
       found.rivals.push_back(rival);
     }
-  }
-
-  /// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
-  /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
-  void look_at_wandering() {
-    constexpr double repeatable = 1e-3, sure = 20;  // m; of the deviance
-    const Fit& best = best_.fit;
-    if (best.state.variances.offset < repeatable) return;
-    State merged = best.state;
-    merged.variances = {.jitter = std::hypot(best.state.variances.jitter, best.state.variances.offset),
-                        .offset = 0,
-                        .light = best.state.variances.light};
-    const double gain = fit_nuisances(problem_, merged, weight_).deviance - best.deviance;
-    if (gain < sure) return;
-    result_.rest.push_back({.observable = distance,
-                            .axis = no_setting,
-                            .gain = gain,
-                            .p_value = std::erfc(std::sqrt(gain / 2)),
-                            .size = best.state.variances.offset,
-                            .significant = true,
-                            .largest = best.state.variances.offset,
-                            .share = std::numeric_limits<double>::quiet_NaN()});
   }
 
   void look_at_rest() {
@@ -330,7 +276,8 @@ class Search {
       if (pattern.significant && pattern.largest > least_change[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
-    look_at_wandering();
+    if (std::optional<Pattern> unsteady = unsteady_camera(problem_, best_.fit, weight_))
+      result_.rest.push_back(std::move(*unsteady));
     result_.lack_of_fit = left.square / left.freedom;
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);

@@ -14,14 +14,6 @@ constexpr std::size_t most_starts = 2;  ///< probes of one candidate that a fit 
 constexpr double second_start = 0.5;    ///< of the best probe's gain
 constexpr double hardly_moved = 0.02;   ///< in typical steps
 
-bool is_word_of(std::string_view words, std::string_view word) {
-  for (std::size_t at = words.find(word); at != std::string_view::npos; at = words.find(word, at + 1)) {
-    const std::size_t end = at + word.size();
-    if ((at == 0 || words[at - 1] == ' ') && (end == words.size() || words[end] == ' ')) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 /// Where a fit begins: at the sizes that the score suggests; with those that it says nothing of at half their typical
@@ -66,7 +58,7 @@ Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) c
 }
 
 std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                                double promising, std::string_view always) const {
+                                double promising, std::span<const std::string> always) const {
   std::vector<std::size_t> order;
   std::vector<const Group*> groups;
   for (std::size_t p = 0; p < probes_.list.size(); ++p) {
@@ -89,7 +81,7 @@ std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64
   for (const std::size_t i : ranked) {
     const Probe& probe = probes_.list[order[i]];
     const Score& score = scanned.scores[i];
-    const bool asked = is_word_of(always, probe.candidate->name());
+    const bool asked = std::ranges::find(always, probe.candidate->name()) != always.end();
     if (probe.candidate == except || (!asked && score.gain < promising * most)) continue;
     if (!asked && !tried.contains(probe.candidate) && tried.size() >= shortlist) continue;
     auto& [starts, first_gain] = tried.try_emplace(probe.candidate, 0, score.gain).first->second;

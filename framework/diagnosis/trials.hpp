@@ -35,9 +35,9 @@ class Trials {
   /// The best candidates, fitted, best first by BIC.
   /// @param except a candidate that is scored and not fitted, or nullptr
   /// @param promising share of the best score below which none is fitted
-  /// @param always names of those that are fitted whatever their score, with blanks between them
+  /// @param always names of those that are fitted whatever their score
   std::vector<Trial> best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                          double promising, std::string_view always = "") const;
+                          double promising, std::span<const std::string> always = {}) const;
 
  private:
   std::vector<State> starts(const State& state, const Probe& probe, const Score& score) const;
