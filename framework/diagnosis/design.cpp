@@ -5,8 +5,11 @@
 #include "physics/constants.hpp"
 #include "simulation/simulation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -43,6 +46,14 @@ Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition>
     offsets_.back().assign(rows(), 0);
     std::fill_n(offsets_.back().begin() + static_cast<std::ptrdiff_t>(distance * pixels_.size()), pixels_.size(), 1.0);
   }
+}
+
+void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
+  if (conditions >= fewest_conditions) return;
+  throw std::invalid_argument(fmt::format(
+      "{} condition{} can be used, and a search needs {} at least: what is a model's error and what is a "
+      "condition's own cannot be told apart{}",
+      conditions, conditions == 1 ? "" : "s", fewest_conditions, left_out.empty() ? "" : "; left out: " + left_out[0]));
 }
 
 simulation::BoardPose pose_of(const io::Condition& c) {

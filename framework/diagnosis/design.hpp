@@ -25,6 +25,11 @@ inline constexpr std::size_t fine = 5;
 /// Where a search begins to estimate it.
 inline constexpr double unknown_reflectivity = 0.5;
 
+/// With fewer conditions what is a model's error and what is a condition's own cannot be told apart.
+inline constexpr std::size_t fewest_conditions = 3;
+/// @throws std::invalid_argument when conditions are too few for a search @param left_out which are not among them
+void require_enough(std::size_t conditions, const std::vector<std::string>& left_out);
+
 /// The board of a condition; where its reflectivity is not known it is unknown_reflectivity.
 simulation::BoardPose pose_of(const io::Condition& condition);
 

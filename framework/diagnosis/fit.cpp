@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/fit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -66,11 +68,13 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
     }
   }
   if (kept.size() == columns.size()) return step;
-  const int targets = static_cast<int>(problem.targets.size());
-  const std::vector<Gram> grams = columns_of(grams_of(problem, rows, columns), kept);
-  const Eigen::VectorXd less = profile(grams, problem.target, targets, weight, free.variances).solution.values;
+  std::vector<Column> inside;
+  for (const Eigen::Index c : kept) inside.push_back(columns[static_cast<std::size_t>(c)]);
+  const Eigen::VectorXd less =
+      profile(grams_of(problem, rows, inside), problem.unknowns(inside.size()), weight, free.variances).solution.values;
   step.head(j).setZero();
   for (std::size_t c = 0; c < kept.size(); ++c) step(kept[c]) = less(static_cast<Eigen::Index>(c));
+  const auto targets = static_cast<Eigen::Index>(problem.targets.size());
   step.tail(targets) = less.tail(targets);
   return step;
 }
@@ -91,8 +95,8 @@ Fit settled_at(const Problem& problem, State state, std::span<const double> weig
   // Where only effects show them reflectivities are not linear: they go with the effects' steps.
   const bool linear = problem.light_seen();
   const std::vector<int> none(linear ? 0 : problem.target.size(), -1);
-  const Profile after = profile(grams_of(problem, expected(problem, state), {}), linear ? problem.target : none,
-                                linear ? static_cast<int>(problem.targets.size()) : 0, weight, variances);
+  const Profile after = profile(grams_of(problem, expected(problem, state), {}),
+                                linear ? problem.unknowns(0) : Unknowns{0, none, 0}, weight, variances);
   for (std::size_t t = 0; linear && t < state.light.size(); ++t)
     state.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
   state.variances = after.variances;
@@ -141,10 +145,11 @@ std::optional<Fit> line_search(const Problem& problem, const Fit& from, const Ei
 /// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
 Fit descend(const Problem& given, State start, std::span<const double> weight, bool effects,
             std::span<const Column> known = {}, double enough = settled) {
+  const auto left = static_cast<std::size_t>(std::ranges::count_if(weight, [](double w) { return w != 0; }));
+  require_enough(left, {fmt::format("{} that are put aside", weight.size() - left)});
   std::optional<Problem> lit;  // where what reflectivities change is not the same everywhere
   if (!given.light_seen()) lit.emplace(given);
   const Problem& problem = lit ? *lit : given;
-  const int targets = static_cast<int>(problem.targets.size());
   start.light.resize(problem.targets.size(), 0);
   const Variances variances = start.variances;
   Fit best = effects ? begun_at(problem, std::move(start), weight, variances)
@@ -155,7 +160,7 @@ Fit descend(const Problem& given, State start, std::span<const double> weight, b
     std::vector<Column> columns(known.begin(), known.end());
     if (effects) append_columns(problem, best.state, rows, columns);
     const Profile now =
-        profile(grams_of(problem, rows, columns), problem.target, targets, weight, best.state.variances);
+        profile(grams_of(problem, rows, columns), problem.unknowns(columns.size()), weight, best.state.variances);
     best.covariance = now.solution.covariance;
     best.dimension = now.solution.dimension + of_maps(best.state);
     if (best.deviance - now.solution.deviance < enough) break;
@@ -211,8 +216,7 @@ double deviance_of(const Problem& problem, const State& state) {
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
   const std::vector<double> all(grams.size(), 1);
-  return solve(assemble(grams, determinants, problem.target, static_cast<int>(problem.targets.size()), all), 0)
-      .deviance;
+  return solve(assemble(grams, determinants, problem.unknowns(0), all), 0).deviance;
 }
 
 Fit fit(const Problem& problem, State start, std::span<const double> weight) {

@@ -26,6 +26,10 @@ struct Problem {
   /// Whether amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
   /// first target, which is unknown_reflectivity.
   bool light_seen() const;
+  /// Of a fit with so many effects' columns.
+  Unknowns unknowns(std::size_t effects) const {
+    return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size())};
+  }
   /// Change for a metre that the camera shows more. Of a row of observables x superpixels, as is the next.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
   double light_response(std::size_t condition, std::size_t row) const {
@@ -96,6 +100,7 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
 
 /// Minimises the deviance over all free parameters. @param weight of each condition: 0 leaves it out
 /// @throws simulation::EffectError
+/// @throws std::invalid_argument when too few conditions are left
 Fit fit(const Problem& problem, State start, std::span<const double> weight);
 
 /// Where a size below zero means the same as its opposite with an angle half a turn on: that.

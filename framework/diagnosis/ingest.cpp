@@ -164,15 +164,6 @@ class Reader {
 
 }  // namespace
 
-void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
-  constexpr std::size_t fewest = 3;
-  if (conditions >= fewest) return;
-  throw std::invalid_argument(fmt::format(
-      "{} condition{} can be used, and a search needs {} at least: what is a model's error and what is a "
-      "condition's own cannot be told apart{}",
-      conditions, conditions == 1 ? "" : "s", fewest, left_out.empty() ? "" : "; left out: " + left_out[0]));
-}
-
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   Measurements result;
   const Reader reader(campaign, options);

@@ -28,9 +28,6 @@ struct IngestOptions {
   std::function<void(double share)> progress;
 };
 
-/// @throws std::invalid_argument when conditions are too few for a search
-void require_enough(std::size_t conditions, const std::vector<std::string>& left_out);
-
 /// Reads all captures, one condition at a time.
 /// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
 /// @throws std::invalid_argument when too little is left to search in

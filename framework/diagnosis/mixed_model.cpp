@@ -53,10 +53,10 @@ Gram marginal(const Gram& gram, const Variances& variances, double& log_determin
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
-                         std::span<const int> target, int targets, std::span<const double> weight) {
-  const Eigen::Index p = marginals.front().cols() - gram_tail, light = p + random_directions - 1,
-                     residual = p + random_directions;
-  NormalEquations sum{Eigen::MatrixXd::Zero(p + targets, p + targets), Eigen::VectorXd::Zero(p + targets), 0, 0};
+                         const Unknowns& unknowns, std::span<const double> weight) {
+  const Eigen::Index p = unknowns.effects, light = p + random_directions - 1, residual = p + random_directions,
+                     all = p + unknowns.targets;
+  NormalEquations sum{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all), 0, 0};
   for (std::size_t i = 0; i < marginals.size(); ++i) {
     const double w = weight[i];
     if (w == 0) continue;
@@ -65,8 +65,8 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
     sum.score.head(p) += w * m.col(residual).head(p);
     sum.square += w * m(residual, residual);
     sum.log_determinant += w * log_determinants[i];
-    if (target[i] < 0) continue;
-    const Eigen::Index t = p + target[i];
+    if (unknowns.target[i] < 0) continue;
+    const Eigen::Index t = p + unknowns.target[i];
     sum.information.col(t).head(p) += w * m.col(light).head(p);
     sum.information.row(t).head(p) += w * m.col(light).head(p).transpose();
     sum.information(t, t) += w * m(light, light);
@@ -89,16 +89,15 @@ Solution solve(const NormalEquations& equations, Eigen::Index effects) {
   return result;
 }
 
-Profile profile(std::span<const Gram> grams, std::span<const int> target, int targets, std::span<const double> weight,
+Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
                 const Variances& start) {
-  const Eigen::Index effects = grams.front().cols() - gram_tail;
   std::vector<Gram> marginals(grams.size());
   std::vector<double> determinants(grams.size());
   const auto at = [&](const Variances& variances) {
     for (std::size_t i = 0; i < grams.size(); ++i) {
       if (weight[i] != 0) marginals[i] = marginal(grams[i], variances, determinants[i]);
     }
-    return solve(assemble(marginals, determinants, target, targets, weight), effects);
+    return solve(assemble(marginals, determinants, unknowns, weight), unknowns.effects);
   };
   Variances best = start;
   for (const double width : {3.0, 1.0}) {
@@ -115,16 +114,6 @@ Profile profile(std::span<const Gram> grams, std::span<const int> target, int ta
     vary(&Variances::light, light_bounds);
   }
   return {best, at(best)};
-}
-
-std::vector<Gram> columns_of(std::span<const Gram> grams, std::span<const Eigen::Index> which) {
-  std::vector<Eigen::Index> all(which.begin(), which.end());
-  const Eigen::Index tail = grams.front().cols() - gram_tail;
-  for (Eigen::Index k = 0; k < gram_tail; ++k) all.push_back(tail + k);
-  std::vector<Gram> result;
-  result.reserve(grams.size());
-  for (const Gram& gram : grams) result.emplace_back(gram(all, all));
-  return result;
 }
 
 }  // namespace tofgraph::diagnosis

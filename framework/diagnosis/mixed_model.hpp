@@ -34,7 +34,14 @@ RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, doub
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);
 
-/// The normal equations over conditions. Unknowns: the effects' columns, then the targets' ln reflectivities.
+/// What is solved for: the effects' columns, then the targets' ln reflectivities.
+struct Unknowns {
+  Eigen::Index effects;         ///< columns of every Gram before its tail
+  std::span<const int> target;  ///< of each condition, -1: its reflectivity is known
+  Eigen::Index targets;
+};
+
+/// The normal equations over conditions.
 struct NormalEquations {
   Eigen::MatrixXd information;
   Eigen::VectorXd score;
@@ -42,9 +49,9 @@ struct NormalEquations {
   double log_determinant = 0;  ///< sum of the conditions'
 };
 
-/// @param target of each condition, -1: its reflectivity is known @param weight of each condition (times it counts)
+/// @param weight of each condition (times it counts); of one without, the Gram may be empty
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
-                         std::span<const int> target, int targets, std::span<const double> weight);
+                         const Unknowns& unknowns, std::span<const double> weight);
 
 struct Solution {
   Eigen::VectorXd values;
@@ -63,10 +70,7 @@ struct Profile {
   Variances variances;
   Solution solution;
 };
-Profile profile(std::span<const Gram> grams, std::span<const int> target, int targets, std::span<const double> weight,
+Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
                 const Variances& start);
-
-/// Of each Gram the columns in `which`, and the tail.
-std::vector<Gram> columns_of(std::span<const Gram> grams, std::span<const Eigen::Index> which);
 
 }  // namespace tofgraph::diagnosis

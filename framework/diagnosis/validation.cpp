@@ -67,7 +67,9 @@ std::vector<bool> hold_out(const Design& design, std::uint64_t seed) {
     const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(setting.levels)));
     for (std::size_t k = 0; k < std::max<std::size_t>(wanted, 1) && !setting.inner.empty(); ++k) {
       const auto pick = static_cast<std::ptrdiff_t>(generator() % setting.inner.size());
-      for (const std::size_t i : setting.inner[static_cast<std::size_t>(pick)]) held[i] = true;
+      std::vector<bool> more = held;
+      for (const std::size_t i : setting.inner[static_cast<std::size_t>(pick)]) more[i] = true;
+      if (static_cast<std::size_t>(std::ranges::count(more, false)) >= fewest_conditions) held = std::move(more);
       setting.inner.erase(setting.inner.begin() + pick);
     }
   }
@@ -102,19 +104,18 @@ double noise_floor(const Problem& problem, const State& state, std::size_t obser
 std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed) {
   const auto rows = expected(problem, fit.state);
   const std::vector<Column> columns = own_columns(problem, fit.state, rows);
-  const auto count = static_cast<Eigen::Index>(columns.size());
-  const int targets = static_cast<int>(problem.targets.size());
+  const Unknowns unknowns = problem.unknowns(columns.size());
   std::vector<Gram> grams = grams_of(problem, rows, columns);
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
   std::vector<double> weight(grams.size(), 1.0);
-  const Solution whole = solve(assemble(grams, determinants, problem.target, targets, weight), count);
+  const Solution whole = solve(assemble(grams, determinants, unknowns, weight), unknowns.effects);
   std::mt19937_64 generator(seed);
   std::vector<std::vector<double>> drawn(columns.size());
   for (int d = 0; d < draws; ++d) {
     std::ranges::fill(weight, 0.0);
     for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
-    const Solution one = solve(assemble(grams, determinants, problem.target, targets, weight), count);
+    const Solution one = solve(assemble(grams, determinants, unknowns, weight), unknowns.effects);
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const auto j = static_cast<Eigen::Index>(c);
       drawn[c].push_back(one.values(j) - whole.values(j));

@@ -10,7 +10,7 @@
 namespace tofgraph::diagnosis {
 
 /// Whole levels of distance, integration time and target are put aside: a quarter of the conditions, and more where
-/// settings have few levels.
+/// settings have few levels, but for those without which too few would be left for a fit.
 /// @returns for each condition whether it is held out; none where no setting has four levels
 std::vector<bool> hold_out(const Design& design, std::uint64_t seed);
 

@@ -50,7 +50,7 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   std::vector<Gram> marginals(6);
   std::vector<double> determinants(6);
   for (std::size_t i = 0; i < 6; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
-  const Solution solution = solve(assemble(marginals, determinants, target, targets, weight), effects);
+  const Solution solution = solve(assemble(marginals, determinants, {effects, target, targets}, weight), effects);
 
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(effects + targets, effects + targets);
   Eigen::VectorXd score = Eigen::VectorXd::Zero(effects + targets);
@@ -93,7 +93,7 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   }
   const std::vector<int> target(400, -1);
   const std::vector<double> weight(400, 1.0);
-  const Profile found = profile(grams, target, 0, weight, {});
+  const Profile found = profile(grams, {0, target, 0}, weight, {});
   EXPECT_NEAR(found.variances.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
