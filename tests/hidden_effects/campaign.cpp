@@ -67,19 +67,18 @@ double wander(std::mt19937_64 random, double place) {
   return sum * std::sqrt(2.0 / 3);
 }
 
-/// A random order, where each board really stood, and the drift of the camera while it was measured.
+/// Puts the conditions in the order in which they are measured, a random one. Where each board really stood, and the
+/// drift of the camera meanwhile.
 std::vector<View> measured_views(const CampaignOptions& options, std::vector<io::Condition>& conditions) {
-  std::vector<std::size_t> run(conditions.size());
-  for (std::size_t i = 0; i < run.size(); ++i) run[i] = i;
   std::mt19937_64 random = generator(options.seed, order_draw);
-  std::shuffle(run.begin(), run.end(), random);
+  std::shuffle(conditions.begin(), conditions.end(), random);
   std::normal_distribution<double> normal;
-  std::vector<View> views(conditions.size());
-  double earlier = conditions[run[0]].board_distance;
-  for (std::size_t order = 0; order < run.size(); ++order) {
-    io::Condition& condition = conditions[run[order]];
+  std::vector<View> views;
+  double earlier = conditions.front().board_distance;
+  for (std::size_t order = 0; order < conditions.size(); ++order) {
+    io::Condition& condition = conditions[order];
     condition.order = order;
-    View& view = views[run[order]] = view_of(condition);
+    View& view = views.emplace_back(view_of(condition));
     view.order = order;
     view.earlier_distance = earlier;
     earlier = condition.board_distance;
@@ -87,7 +86,7 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
     view.distance += 0.5e-3 * options.jitter * normal(random);
     view.reflectivity *= 1 + 0.01 * options.jitter * normal(random);
     if (options.noise != NoiseKind::drift) continue;
-    const double place = static_cast<double>(order) / static_cast<double>(run.size());
+    const double place = static_cast<double>(order) / static_cast<double>(conditions.size());
     view.drift_distance = 0.5e-3 * wander(generator(options.seed, drift_draw), place);
     view.drift_amplitude = 1 + 5e-3 * wander(generator(options.seed + 1, drift_draw), place);
   }
