@@ -51,7 +51,7 @@ constexpr Kind kinds[] = {
     {"profile", check_profile}, {"scene", check_scene}, {"model", check_model}, {"campaign", check_campaign}};
 
 /// Checks a file by the kind that its first key names.
-int check(const PipelineArguments& arguments, const Common& common) {
+int check(const PipelineArguments& arguments, bool force, const Common& common) {
   const core::Value document = arguments.document();
   for (const Kind& kind : kinds) {
     if (document.entries.empty() || document.entries.front().key != kind.key) continue;
@@ -62,8 +62,7 @@ int check(const PipelineArguments& arguments, const Common& common) {
     if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));
     return done;
   }
-  // Existing outputs are a matter of the run, not of the pipeline.
-  const auto graph = build(document, arguments, common, true);
+  const auto graph = build(document, arguments, common, force);
   if (!common.quiet) say(fmt::format("{}: the pipeline is right, {} nodes", arguments.pipeline, graph->nodes().size()));
   return done;
 }
@@ -76,8 +75,9 @@ void add_check(CLI::App& app, Common& common) {
       app.add_subcommand("check", "Say every mistake in a pipeline, profile, scene or campaign; run nothing");
   command->footer("Example: tofgraph check pipelines/quickstart.yaml --set save.encoding=ascii");
   arguments->add_to(*command);
-  command->callback(
-      [arguments, &common] { common.command = [arguments, &common] { return check(*arguments, common); }; });
+  auto force = std::make_shared<bool>(false);
+  command->add_flag("--force", *force, "Outputs that exist may be replaced");
+  command->callback([=, &common] { common.command = [=, &common] { return check(*arguments, *force, common); }; });
 }
 
 }  // namespace tofgraph::cli

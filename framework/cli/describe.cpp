@@ -52,9 +52,21 @@ void print_parameter(const json& p) {
              text_of(p, "text"));
 }
 
+/// What must and must not have been applied to a port's channel, what it is computed from, what it counts as.
+void print_meaning(const json& port) {
+  std::string text;
+  for (const char* key : {"needs", "refuses", "from", "adds", "of"}) {
+    if (port.contains(key)) text += fmt::format("{}{} {}", text.empty() ? "" : "; ", key, text_of(port, key));
+  }
+  if (!text.empty()) fmt::print("  {:24} {}\n", "", text);
+}
+
 void print(const json& plugin) {
   fmt::print("{} {} (version {}): {}\n", text_of(plugin, "kind"), text_of(plugin, "name"), text_of(plugin, "version"),
              text_of(plugin, "summary"));
+  for (const char* key : {"author", "licence", "file"}) {
+    if (!text_of(plugin, key).empty()) fmt::print("{}: {}\n", key, text_of(plugin, key));
+  }
   for (const char* direction : {"in", "inout", "out"}) {
     static const std::map<std::string, const char*> titles = {{"in", "reads"}, {"inout", "changes"}, {"out", "makes"}};
     bool first = true;
@@ -67,10 +79,12 @@ void print(const json& plugin) {
                  shape.empty() ? "" : " [" + shape + "]", unit.empty() ? "" : " " + unit,
                  port["optional"].get<bool>() ? ", optional" : "",
                  text_of(port, "text").empty() ? "" : "; " + text_of(port, "text"));
+      print_meaning(port);
     }
   }
   if (plugin.contains("level")) {
-    fmt::print("\nacts on the {}; touches {}\n", text_of(plugin, "level"), text_of(plugin, "touches"));
+    fmt::print("\nacts on the {}; belongs to the {}; touches {}\n", text_of(plugin, "level"),
+               text_of(plugin, "belongs_to"), text_of(plugin, "touches"));
     if (!text_of(plugin, "confused_with").empty()) fmt::print("confused with: {}\n", text_of(plugin, "confused_with"));
     if (!text_of(plugin, "experiment").empty()) fmt::print("separated by: {}\n", text_of(plugin, "experiment"));
   }
@@ -129,6 +143,7 @@ int describe(const std::string& name, bool as_json, const Common& common) {
   }
   const json plugin = catalogue.describe({*file}).at(file->path.string());
   if (plugin.contains("error")) throw core::ConfigurationError("error: " + plugin["error"].get<std::string>());
+  tell_hidden(catalogue, common, name);
   if (as_json)
     fmt::print("{}\n", plugin.dump(2));
   else

@@ -50,10 +50,8 @@ json cameras() {
 }
 
 /// Files in the folders of plugins that no plugin is called like, one remark a folder.
-void tell_strays() {
-  std::vector<std::filesystem::path> folders = core::plugin_path_from_environment();  // --plugin-path is in front of it
-  folders.push_back(core::plugin_folder());
-  for (const auto& folder : folders) {
+void tell_strays(const Common& common) {
+  for (const auto& folder : common.plugin_folders) {
     std::vector<std::string> strays;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -94,7 +92,8 @@ int list(const std::string& what, bool as_json, const Common& common) {
   if (what == "plugins") {
     for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
   }
-  if (what != "cameras" && !common.quiet) tell_strays();
+  if (what != "cameras" && !common.quiet) tell_strays(common);
+  if (what != "cameras") tell_hidden(core::Catalogue(common.plugin_folders), common);
   if (as_json)
     fmt::print("{}\n", entries.dump(2));
   else

@@ -27,17 +27,12 @@ int with_output_written(int code) {
 }
 
 /// A folder of the environment may be there on another machine only: a remark, no mistake.
-void look_at_plugin_path(const Common& common) {
+void look_at_plugin_path(Common& common) {
   for (const auto& folder : core::plugin_path_from_environment()) {
     if (!common.quiet && !std::filesystem::is_directory(folder))
       say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
   }
-  if (!common.plugin_folders.empty()) const core::Catalogue given(common.plugin_folders);  // refuses what is no folder
-  // Plugins that load plugins themselves, as the simulator its effects, look there too.
-  std::string path;
-  for (const auto& folder : common.plugin_folders) path += std::filesystem::absolute(folder).string() + ":";
-  const char* before = std::getenv("TOFGRAPH_PLUGIN_PATH");
-  if (!path.empty()) setenv("TOFGRAPH_PLUGIN_PATH", (path + (before != nullptr ? before : "")).c_str(), 1);
+  common.plugin_folders = core::plugin_path(common.plugin_folders);
 }
 
 }  // namespace
@@ -53,6 +48,14 @@ void PipelineArguments::add_to(CLI::App& command) {
   command.add_option("--set", settings, "NODE.PARAMETER=VALUE: replaces a parameter of a node")
       ->take_all()
       ->expected(1);
+}
+
+void tell_hidden(const core::Catalogue& catalogue, const Common& common, const std::string& name) {
+  for (const auto& [hidden, before] : catalogue.hidden()) {
+    if (common.quiet || (!name.empty() && hidden.name != name)) continue;
+    say(fmt::format("warning: {} hides {}: the first in the plugin path is taken", before.path.string(),
+                    hidden.path.string()));
+  }
 }
 
 core::Value PipelineArguments::document() const { return core::document_of(pipeline, camera); }

@@ -103,35 +103,21 @@ int write_statistics(const RunArguments& arguments, const core::Graph& graph, co
   }
 }
 
-/// A sink of one file a frame numbers the files where more than one frame comes.
-std::string written_as(const std::string& path) {
-  std::error_code error;
-  const bool there = path.find('{') != std::string::npos || std::filesystem::exists(path, error);
-  return there ? path : io::OutputPattern(path).with_number().text();
-}
-
 /// When the members of the numbered series at an output's path were written, those that are there.
 using Series = std::map<std::filesystem::path, std::filesystem::file_time_type>;
 
-Series series_at(const std::string& path) {
+Series series_at(const io::OutputPattern& pattern) {
   Series series;
-  io::OutputPattern pattern;
-  try {
-    pattern = io::OutputPattern(path);
-  } catch (const std::runtime_error&) {
-    return series;  // braces that are no pattern: a sink with one file, or with a grammar of its own
-  }
   std::error_code error;
-  for (const auto& file : (pattern.numbered() ? pattern : pattern.with_number()).members())
-    series[file] = std::filesystem::last_write_time(file, error);
+  if (!pattern.numbered()) return series;
+  for (const auto& file : pattern.members()) series[file] = std::filesystem::last_write_time(file, error);
   return series;
 }
 
 /// What a former run left of a series and this one did not replace, in one line; empty: nothing.
-std::string older_files(const std::string& path, const Series& before) {
+std::string older_files(const io::OutputPattern& pattern, const Series& before) {
   std::vector<std::string> older;
-  if (path.find('{') == std::string::npos) return {};
-  for (const auto& [file, time] : series_at(path)) {
+  for (const auto& [file, time] : series_at(pattern)) {
     const auto there = before.find(file);
     if (there != before.end() && there->second == time) older.push_back(file.filename().string());
   }
@@ -140,23 +126,11 @@ std::string older_files(const std::string& path, const Series& before) {
   return fmt::format("older files of this series stay: {}{}", older.front(), last);
 }
 
-/// The output files of a node as its parameters name them, from the current folder.
-std::vector<std::string> outputs_of(const core::Node& node) {
-  std::vector<std::string> files;
-  const tofgraph_descriptor& stage = node.stage();
-  for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
-    const char* path = node.values().data()[i].text;
-    if (stage.parameters[i].kind == TOFGRAPH_OUTPUT_FILE && *path != 0)
-      files.push_back(std::filesystem::proximate(path).string());
-  }
-  return files;
-}
-
 /// The series that are there before a run.
 Series series_of(const core::Graph& graph) {
   Series all;
   for (const auto& node : graph.nodes()) {
-    for (const std::string& file : outputs_of(*node)) all.merge(series_at(file));
+    for (const io::OutputPattern& files : node->outputs()) all.merge(series_at(files));
   }
   return all;
 }
@@ -165,10 +139,10 @@ Series series_of(const core::Graph& graph) {
 void report_outputs(const core::Graph& graph, const core::RunResult& result, const Series& before) {
   for (const auto& node : graph.nodes()) {
     if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
-    for (const std::string& file : outputs_of(*node)) {
-      const std::string written = written_as(file);
-      say(fmt::format("  {} wrote {}", node->name, written));
-      if (const std::string older = older_files(written, before); !older.empty())
+    for (const io::OutputPattern& files : node->outputs()) {
+      if (files.text().empty()) continue;
+      say(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(files.text()).string()));
+      if (const std::string older = older_files(files, before); !older.empty())
         say(fmt::format("  {}: {}", node->name, older));
     }
   }

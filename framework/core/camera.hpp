@@ -27,6 +27,7 @@ class Camera {
   std::string name_, profile_;
   std::vector<std::string> light_names_;
   std::vector<tofgraph_light> lights_;
+  std::vector<tofgraph_exposure> exposures_;
   std::vector<float> rays_;
 };
 

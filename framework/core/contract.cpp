@@ -13,12 +13,6 @@
 namespace tofgraph::core {
 namespace {
 
-std::vector<std::string> alternatives(const tofgraph_port& port) {
-  std::string text = port.channel;
-  std::ranges::replace(text, '|', ' ');
-  return split_words(text);
-}
-
 std::string joined(const std::vector<std::string>& words, const char* separator) {
   return fmt::format("{}", fmt::join(words, separator));
 }
@@ -26,7 +20,7 @@ std::string joined(const std::vector<std::string>& words, const char* separator)
 std::string names_of(const Stream& stream) {
   std::vector<std::string> names;
   for (const Channel& channel : stream.channels) {
-    if (channel.name != "rays") names.push_back(channel.name);
+    if (channel.name != "rays" && !is_alias(channel.name)) names.push_back(channel.name);
   }
   return names.empty() ? "nothing" : joined(names, ", ");
 }
@@ -36,22 +30,24 @@ std::string names_of(const Stream& stream) {
 bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, Diagnostics& diagnostics) const {
   const std::string wanted = values_.text_of("channel");
   bool right = true;
-  for (std::uint64_t i = 0; i < stage_.port_count; ++i) {
-    const tofgraph_port& port = stage_.ports[i];
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
     bound.push_back(nullptr);
-    if (port.direction == TOFGRAPH_OUT || (port.flags & TOFGRAPH_EVERY) != 0) continue;
+    if (port.direction == TOFGRAPH_DIRECTION_OUT || (port.flags & TOFGRAPH_PORT_EVERY) != 0) continue;
     const std::vector<std::string> names = alternatives(port);
     const bool chosen = names.size() > 1 && std::ranges::find(names, wanted) != names.end();
     for (const std::string& channel : names) {
-      if (bound.back() == nullptr && (!chosen || channel == wanted)) bound.back() = stream.find(channel);
+      if (bound.back() != nullptr || (chosen && channel != wanted)) continue;
+      const Channel* own = stream.find(alias_of(channel, port.name));
+      bound.back() = own != nullptr ? own : stream.find(channel);
     }
     if (bound.back() != nullptr) {
       right = check_input(stream, port, *bound.back(), diagnostics) && right;
-    } else if ((port.flags & TOFGRAPH_OPTIONAL) == 0) {
+    } else if ((port.flags & TOFGRAPH_PORT_OPTIONAL) == 0) {
       const bool rays = names.front() == "rays";
       diagnostics.error(
           at,
-          fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage_.name,
+          fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage().name,
                       chosen ? wanted : joined(names, " or "), names_of(stream)),
           rays ? "the rays are those of the camera: --camera NAME, or camera: NAME at the top of the pipeline file"
                : "");
@@ -64,10 +60,10 @@ bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, Diagno
 bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
                        Diagnostics& diagnostics) const {
   const auto error = [&](const std::string& text, const std::string& hint = {}) {
-    diagnostics.error(at, fmt::format("node '{}' ({}): {}", name, stage_.name, text), hint);
+    diagnostics.error(at, fmt::format("node '{}' ({}): {}", name, stage().name, text), hint);
     return false;
   };
-  if (port.type != TOFGRAPH_ANY && channel.type != TOFGRAPH_ANY && port.type != channel.type) {
+  if (port.type != TOFGRAPH_TYPE_ANY && channel.type != TOFGRAPH_TYPE_ANY && port.type != channel.type) {
     return error(
         fmt::format("'{}' is {}, expected {}", channel.name, element_name(channel.type), element_name(port.type)));
   }
@@ -85,7 +81,7 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
   const bool has_one = std::ranges::any_of(needs, [&](const std::string& word) { return channel.has_applied(word); });
   if (!needs.empty() && !has_one)
     return error(fmt::format("'{}' must have been through {} before", channel.name, joined(needs, " or ")));
-  if ((port.direction & TOFGRAPH_OUT) == 0) return true;
+  if ((port.direction & TOFGRAPH_DIRECTION_OUT) == 0) return true;
   for (const Channel& other : stream.channels) {
     if (!other.is_from(channel.name)) continue;
     return error(fmt::format("changes '{}', but '{}' was already computed from it", channel.name, other.name),
@@ -98,8 +94,8 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
 
 std::vector<std::string> Node::names_made() const {
   std::vector<std::string> names;
-  for (const tofgraph_port& port : std::span(stage_.ports, stage_.port_count)) {
-    if (port.direction == TOFGRAPH_OUT) names.emplace_back(port.channel);
+  for (const tofgraph_port& port : std::span(stage().ports, stage().port_count)) {
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) names.emplace_back(port.channel);
   }
   return names;
 }
@@ -118,15 +114,15 @@ std::string Node::without_recorded(const Stream& stream, const std::vector<std::
 bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
                          Diagnostics& diagnostics) const {
   bool right = true;
-  for (std::uint64_t i = 0; i < stage_.port_count; ++i) {
-    const tofgraph_port& port = stage_.ports[i];
-    if (port.direction != TOFGRAPH_OUT || is_sink()) continue;
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
+    if (port.direction != TOFGRAPH_DIRECTION_OUT || is_sink()) continue;
     const Channel* existing = input.find(port.channel);
     const bool read_too = std::ranges::any_of(bound, [&](const Channel* c) { return c != nullptr && c == existing; });
     if (existing == nullptr || read_too) continue;
     const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", applied_text(existing->applied));
     diagnostics.error(
-        at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage_.name, port.channel, how),
+        at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage().name, port.channel, how),
         input.is_from_source(*existing)
             ? without_recorded(input, names_made())
             : "a correction is applied once: take one out, or let each read its own node with " +
@@ -136,60 +132,20 @@ bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>&
   return right;
 }
 
-Channel Node::output_channel(const tofgraph_port& port) const {
-  Channel channel;
-  channel.name = port.channel;
-  channel.type = port.type;
-  channel.unit = port.unit;
-  channel.of = port.of;
-  channel.made_by = index;
-  std::uint64_t height = output_.camera ? output_.camera->view().height : 0;
-  std::uint64_t width = output_.camera ? output_.camera->view().width : 0;
-  for (std::uint64_t i = 0; i < stage_.port_count; ++i) {  // the size of what is read
-    const tofgraph_port& input = stage_.ports[i];
-    const Channel* read = input.direction == TOFGRAPH_OUT ? nullptr : output_.find(alternatives(input).front());
-    const std::vector<std::string> shape = split_words(input.shape);
-    if (read == nullptr || read->rank != shape.size()) continue;
-    for (std::size_t k = 0; k < shape.size(); ++k) {
-      if (shape[k] == "H") height = read->extent[k];
-      if (shape[k] == "W") width = read->extent[k];
-    }
-    break;
-  }
-  channel.extent = extents_of(port.shape, height, width, channel.rank);
-  channel.from = split_words(port.from);
-  const std::vector<std::string> direct = channel.from;
-  for (const std::string& source : direct) {
-    const Channel* parent = output_.find(source);
-    if (parent == nullptr) continue;
-    if (channel.applied.empty()) channel.applied = parent->applied;
-    for (const std::string& word : parent->from) {
-      if (!channel.is_from(word)) channel.from.push_back(word);
-    }
-  }
-  channel.applied.emplace_back(stage_.name);
-  std::ranges::copy(split_words(port.adds), std::back_inserter(channel.applied));
-  return channel;
-}
-
 void Node::announce_outputs(const std::vector<const Channel*>& bound) {
-  for (std::uint64_t i = 0; i < stage_.port_count; ++i) {
-    const tofgraph_port& port = stage_.ports[i];
-    const bool every = (port.flags & TOFGRAPH_EVERY) != 0;
-    if (is_sink() || port.direction == TOFGRAPH_IN) continue;
-    if (port.direction == TOFGRAPH_OUT) {
-      if (every || (port.flags & TOFGRAPH_OPTIONAL) != 0) continue;
-      Channel made = output_channel(port);
-      if (Channel* existing = output_.find(made.name))
-        *existing = std::move(made);
-      else
-        output_.channels.push_back(std::move(made));
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
+    const bool every = (port.flags & TOFGRAPH_PORT_EVERY) != 0;
+    if (is_sink() || port.direction == TOFGRAPH_DIRECTION_IN) continue;
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) {
+      if (every || (port.flags & TOFGRAPH_PORT_OPTIONAL) != 0) continue;
+      leaving_.stream.put(output_channel(stage(), port, output(), index));
       continue;
     }
-    for (Channel& channel : output_.channels) {
+    for (Channel& channel : leaving_.stream.channels) {
       if (!every && (bound[i] == nullptr || channel.name != bound[i]->name)) continue;
       channel.made_by = index;
-      if (!channel.has_applied(stage_.name)) channel.applied.emplace_back(stage_.name);
+      if (!channel.has_applied(stage().name)) channel.applied.emplace_back(stage().name);
       std::ranges::copy(split_words(port.adds), std::back_inserter(channel.applied));
       if (*port.of != 0) channel.of = port.of;
     }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/host_calls.hpp"
+#include "core/instance.hpp"
 #include "core/runner.hpp"
 
 #include <tofgraph/pipeline.hpp>
@@ -24,7 +24,9 @@ struct Pipeline::Impl {
 
   std::unique_ptr<Graph> build() const {
     Diagnostics diagnostics;
-    auto graph = build_graph(document_of(pipeline, camera), settings, options, diagnostics);
+    GraphOptions complete = options;
+    complete.plugin_folders = core::plugin_path(options.plugin_folders);
+    auto graph = build_graph(document_of(pipeline, camera), settings, complete, diagnostics);
     for (const auto& [node, receive] : receivers) {
       const auto named = [&](const auto& other) { return other->name == node; };
       if (!std::ranges::any_of(graph->nodes(), named))

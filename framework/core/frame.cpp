@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/frame.hpp"
 
+#include "core/border.hpp"
+#include "core/instance.hpp"
+
 #include <tofgraph/array.hpp>
 
 #include <algorithm>
@@ -46,11 +49,19 @@ void tofgraph_frame::clear() {
   for (Channel& channel : channels) channel.buffer = {};
 }
 
-void tofgraph_frame::merge(const tofgraph_frame& other) {
+void tofgraph_frame::merge(const tofgraph_frame& other,
+                           const std::vector<std::pair<std::string, std::string>>& aliases) {
   for (const Channel& channel : other.channels) {
     if (!channel.buffer || find(channel.name) != nullptr) continue;
     Channel& mine = slot(channel.name);
     mine = channel;
+  }
+  for (const auto& [name, alias] : aliases) {
+    const Channel* channel = other.find(name);
+    if (channel == nullptr) continue;
+    Channel& mine = slot(alias);
+    mine = *channel;
+    mine.name = alias;
   }
 }
 
@@ -60,23 +71,42 @@ namespace {
 /// A call of the host never throws over the border.
 template <class Call> int guarded(Call&& call) noexcept {
   try {
-    return call() ? TOFGRAPH_OK : TOFGRAPH_ERROR;
+    return call() ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
+  } catch (const std::exception& error) {
+    tofgraph::core::last_failure() = {"", error.what()};
   } catch (...) {
-    return TOFGRAPH_ERROR;
+    tofgraph::core::last_failure() = {"", "the host failed"};
   }
+  return TOFGRAPH_STATUS_ERROR;
+}
+
+/// A call that no plugin should make.
+bool refuse(const char* why) { throw std::invalid_argument(std::string(why) + ": this is a defect of the plugin"); }
+
+/// As much of a view as the other side has room for.
+bool fill(tofgraph_view* view, const tofgraph_frame::Channel& channel) {
+  const std::uint32_t size = view->size;
+  if (size < tofgraph::core::first_size<tofgraph_view>) return refuse("a view has no size: it is set before the call");
+  const tofgraph_view full = view_of(channel);
+  std::memcpy(view, &full, std::min<std::size_t>(size, sizeof full));
+  view->size = size;
+  return true;
 }
 
 int read(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
   return guarded([&] {
     const auto* channel = frame->find(name);
-    if (channel != nullptr) *view = view_of(*channel);
-    return channel != nullptr;
+    return channel != nullptr && fill(view, *channel);
   });
 }
 
-int write(tofgraph_frame* frame, const tofgraph_channel* made, tofgraph_view* view) {
+int write(tofgraph_frame* frame, const tofgraph_channel* given, tofgraph_view* view) {
   return guarded([&] {
-    if (made->rank < 1 || made->rank > 4 || element_size(made->type) == 0) return false;
+    const tofgraph_channel channel_made = tofgraph::core::host_sized(*given);
+    const tofgraph_channel* made = &channel_made;
+    if (made->name == nullptr) return refuse("a channel without a name cannot be written");
+    if (made->rank < 1 || made->rank > 4 || element_size(made->type) == 0)
+      return refuse("a channel has one to four dimensions and a type of element");
     const std::size_t bytes = channel_bytes(made->type, made->rank, made->extent);
     auto& channel = frame->slot(made->name);
     if (!channel.buffer || !channel.buffer.unique() || channel.buffer.capacity() < bytes) {
@@ -86,8 +116,7 @@ int write(tofgraph_frame* frame, const tofgraph_channel* made, tofgraph_view* vi
     channel.type = made->type;
     channel.rank = made->rank;
     std::copy_n(made->extent, 4, channel.extent);
-    *view = view_of(channel);
-    return true;
+    return fill(view, channel);
   });
 }
 
@@ -101,17 +130,20 @@ int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
       std::memcpy(own.data(), channel->buffer.data(), bytes);
       frame->replace(*channel, std::move(own));
     }
-    *view = view_of(*channel);
-    return true;
+    return fill(view, *channel);
   });
 }
 
-int share(tofgraph_frame* frame, const tofgraph_view* view, void* owner, void (*release)(void*)) {
+int share(tofgraph_frame* frame, const tofgraph_view* given, void* owner, void (*release)(void*)) {
   return guarded([&] {
-    if (view->rank < 1 || view->rank > 4 || element_size(view->type) == 0 || view->data == nullptr) return false;
+    const tofgraph_view shared = tofgraph::core::host_sized(*given);
+    const tofgraph_view* view = &shared;
+    if (view->rank < 1 || view->rank > 4 || element_size(view->type) == 0 || view->data == nullptr ||
+        view->channel == nullptr)
+      return refuse("what is shared needs data, a channel, a type and one to four dimensions");
     auto stride = static_cast<std::int64_t>(element_size(view->type));
     for (std::uint32_t i = view->rank; i-- > 0;) {
-      if (view->stride[i] != stride) return false;
+      if (view->stride[i] != stride) return refuse("what is shared has gaps");
       stride *= static_cast<std::int64_t>(view->extent[i]);
     }
     const std::size_t bytes = channel_bytes(view->type, view->rank, view->extent);
@@ -133,6 +165,19 @@ int drop(tofgraph_frame* frame, const char* name) {
   });
 }
 
+int rename(tofgraph_frame* frame, const char* name, const char* other) {
+  return guarded([&] {
+    auto* channel = frame->find(name);
+    if (channel == nullptr || frame->find(other) != nullptr) return false;
+    auto& renamed = frame->slot(other);
+    const std::string kept = renamed.name;
+    renamed = *channel;
+    renamed.name = kept;
+    channel->buffer = {};
+    return true;
+  });
+}
+
 tofgraph_metadata* metadata(tofgraph_frame* frame) { return &frame->metadata; }
 
 }  // namespace
@@ -149,6 +194,7 @@ std::size_t channel_bytes(std::uint32_t type, std::uint32_t rank, const std::uin
 
 tofgraph_view view_of(const tofgraph_frame::Channel& channel) {
   tofgraph_view view{};
+  view.size = sizeof view;
   view.data = channel.buffer.data();
   view.type = channel.type;
   view.rank = channel.rank;
@@ -169,6 +215,7 @@ void fill_frame_calls(tofgraph_host& host) {
   host.modify = modify;
   host.share = share;
   host.drop = drop;
+  host.rename = rename;
   host.metadata = metadata;
 }
 

@@ -10,6 +10,7 @@
 #include <deque>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 /// What the border calls a frame.
@@ -37,8 +38,8 @@ struct tofgraph_frame {
   void views_ended() { replaced.clear(); }
   /// Gives the buffers back; memory of the slots is kept.
   void clear();
-  /// Adds the channels of another frame that this one does not have.
-  void merge(const tofgraph_frame& other);
+  /// Adds the channels of another frame that this one does not have. @param aliases names, and those that they get
+  void merge(const tofgraph_frame& other, const std::vector<std::pair<std::string, std::string>>& aliases);
 };
 
 namespace tofgraph::core {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <set>
 #include <span>
 
@@ -24,6 +25,29 @@ std::vector<const Entry*> pointers(const std::vector<Entry>& entries) {
   return result;
 }
 
+/// Every sink's `overwrite: true`: existing outputs may be replaced.
+bool take_overwrite(std::vector<const Entry*>& entries, Diagnostics& diagnostics) {
+  const auto found = std::ranges::find(entries, "overwrite", [](const Entry* entry) { return entry->key; });
+  if (found == entries.end()) return false;
+  const Value& value = (*found)->value;
+  bool allowed = false;
+  if (!value.is_scalar() || !parse_bool(value.text, allowed))
+    diagnostics.error(value.at, fmt::format("'overwrite' is {}: it is neither true nor false", value.described()),
+                      "example: " + assignment(value.at, "overwrite", "true"));
+  entries.erase(found);
+  return allowed;
+}
+
+/// Hashed once: libraries do not change while they are loaded.
+const std::string& library_hash(const Plugin& plugin) {
+  static std::mutex mutex;
+  static std::map<std::string, std::string> hashes;
+  const std::scoped_lock lock(mutex);
+  std::string& hash = hashes[plugin.file.path.string()];
+  if (hash.empty()) hash = sha256_of_file(plugin.file.path);
+  return hash;
+}
+
 }  // namespace
 
 Graph::~Graph() = default;
@@ -33,8 +57,15 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
   host_.overwrite = options.overwrite;
   host_.message = options.message;
   host_.version = TOFGRAPH_VERSION;
+  host_.plugin_path = joined_path(options.plugin_folders);
   const Catalogue catalogue(options.plugin_folders);
   const WrittenNodes written(pipeline, catalogue, diagnostics);
+  for (const auto& [hidden, before] : catalogue.hidden()) {
+    const auto used = [&](const NodeSpec& node) { return node.stage == hidden.name; };
+    if (host_.message && std::ranges::any_of(pipeline.nodes, used))
+      host_.message(hidden.name, fmt::format("{} is taken, it hides {}", before.path.string(), hidden.path.string()),
+                    true);
+  }
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   make_nodes(written, diagnostics);
   // Without the camera that was named, every stage that needs one would complain.
@@ -48,33 +79,57 @@ void Graph::make_nodes(const WrittenNodes& written, Diagnostics& diagnostics) {
     const NodeSpec& spec = written.spec(i);
     const std::size_t index = made[spec.name] = nodes_.size();
     const std::size_t errors = diagnostics.errors();
-    ParameterValues values(*written.stage(i), pointers(spec.parameters), spec.at, diagnostics);
+    std::vector<const Entry*> entries = pointers(spec.parameters);
+    const bool overwrite = written.stage(i)->file.kind == "sink" && take_overwrite(entries, diagnostics);
+    ParameterValues values(*written.stage(i), std::move(entries), spec.at, diagnostics);
     usable_.push_back(diagnostics.errors() == errors);
     nodes_.push_back(std::make_unique<Node>(index, spec.name, spec.at, *written.stage(i), std::move(values), host_));
+    nodes_.back()->set_overwrite(overwrite);
     if (nodes_.back()->is_source() && spec.queue) queue_ = *spec.queue;
     auto& inputs = inputs_.emplace_back();
     for (const InputSpec& input : written.inputs(i)) inputs.push_back(made.at(input.node));
     input_specs_.push_back(written.inputs(i));
+    aliases_.emplace_back(inputs.size());
   }
 }
 
-Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) const {
+/// A channel of the k-th input, beside those that are there. With ports by name each reads its own.
+bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all,
+                         Diagnostics& diagnostics) {
+  const Channel* mine = all.find(channel.name);
+  const InputSpec& input = input_specs_[node][k];
+  if (mine == nullptr) {
+    all.channels.push_back(channel);
+  } else if (mine->made_by != channel.made_by && !input.port.empty()) {
+    const Node& self = *nodes_[node];
+    const auto reads = [&](const tofgraph_port& port) {
+      const std::vector<std::string> names = alternatives(port);
+      return input.port == port.name && std::ranges::find(names, channel.name) != names.end();
+    };
+    if (std::ranges::none_of(self.stage().own_ports, reads)) return true;  // the frame is the first input's
+    Channel own = channel;
+    own.name = alias_of(channel.name, input.port);
+    aliases_[node][k].emplace_back(channel.name, own.name);
+    all.channels.push_back(std::move(own));
+  } else if (mine->made_by != channel.made_by) {
+    diagnostics.error(
+        input.at,
+        fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
+                    channel.name, nodes_[mine->made_by]->name, nodes_[channel.made_by]->name),
+        fmt::format("take one out or rename it before the join, e.g. with the stage channels and {}",
+                    assignment(input.at, "drop", fmt::format("[{}]", channel.name))));
+    return false;
+  }
+  return true;
+}
+
+Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) {
   Stream all = nodes_[inputs_[node].front()]->output();
   const Node& self = *nodes_[node];
   for (std::size_t k = 1; k < inputs_[node].size(); ++k) {
     const Node& other = *nodes_[inputs_[node][k]];
-    for (const Channel& channel : other.output().channels) {
-      const Channel* mine = all.find(channel.name);
-      if (mine == nullptr) {
-        all.channels.push_back(channel);
-      } else if (mine->made_by != channel.made_by) {
-        diagnostics.error(input_specs_[node][k].at,
-                          fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", self.name,
-                                      channel.name, nodes_[mine->made_by]->name, nodes_[channel.made_by]->name),
-                          "read only one of the two, or take the other one out with a stage before the join");
-        right = false;
-      }
-    }
+    for (const Channel& channel : other.output().channels)
+      right = join_channel(node, k, channel, all, diagnostics) && right;
     for (const std::size_t step : other.output().history) {
       if (std::ranges::find(all.history, step) == all.history.end()) all.history.push_back(step);
     }
@@ -98,20 +153,18 @@ bool Graph::ports_are_served(std::size_t node, Diagnostics& diagnostics) const {
     if (input.port.empty()) continue;
     std::vector<std::string> ports;
     const tofgraph_port* port = nullptr;
-    for (const tofgraph_port& candidate : std::span(self.stage().ports, self.stage().port_count)) {
-      if (candidate.direction == TOFGRAPH_OUT) continue;
+    for (const tofgraph_port& candidate : self.stage().own_ports) {
+      if (candidate.direction == TOFGRAPH_DIRECTION_OUT) continue;
       ports.emplace_back(candidate.name);
       if (input.port == candidate.name) port = &candidate;
     }
-    std::string channels = port != nullptr ? port->channel : "";
-    std::ranges::replace(channels, '|', ' ');
     const auto has = [&](const std::string& channel) {
       return nodes_[inputs_[node][k]]->output().find(channel) != nullptr;
     };
     if (port == nullptr) {
       diagnostics.error(input.at, fmt::format("the stage {} has no input '{}'", self.stage().name, input.port),
                         suggestion(input.port, ports, "inputs"));
-    } else if (std::ranges::none_of(split_words(channels), has)) {
+    } else if (std::ranges::none_of(alternatives(*port), has)) {
       diagnostics.error(input.at, fmt::format("node '{}' gives no {} for the input '{}' of '{}'", input.node,
                                               port->channel, input.port, self.name));
     } else {
@@ -174,6 +227,7 @@ nlohmann::json Graph::provenance(std::size_t node) const {
     stages.push_back({{"node", step.name},
                       {"stage", step.stage().name},
                       {"version", step.stage().version},
+                      {"library", {{"path", step.stage().file.path.string()}, {"sha256", library_hash(step.stage())}}},
                       {"parameters", step.values().shown()},
                       {"files", std::move(files)}});
   }
@@ -183,6 +237,7 @@ nlohmann::json Graph::provenance(std::size_t node) const {
                          {"pipeline", name_},
                          {"stages", std::move(stages)}};
   const Stream& out = nodes_[node]->output();
+  if (out.source != "{}") json["source"] = nlohmann::json::parse(out.source);
   if (out.camera) {
     json["camera"] = {{"name", out.camera->view().name}, {"measured", out.camera->measured}};
     if (!out.camera->file.empty()) {

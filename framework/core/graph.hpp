@@ -15,7 +15,7 @@
 namespace tofgraph::core {
 
 struct GraphOptions {
-  std::vector<std::filesystem::path> plugin_folders;  ///< before TOFGRAPH_PLUGIN_PATH and the installed folder
+  std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
   bool overwrite = false;
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
 };
@@ -34,23 +34,29 @@ class Graph {
   const std::vector<std::size_t>& inputs(std::size_t node) const { return inputs_[node]; }
   const Queue& queue() const { return queue_; }
   const std::string& name() const { return name_; }
-  NodeHost& host() { return host_; }
+  Host& host() { return host_; }
+  /// Of the k-th node that a node reads: channels that arrive under another name, for a named port.
+  const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
+    return aliases_[node][k];
+  }
   /// What was done to the frames that reach a node, as data.
   nlohmann::json provenance(std::size_t node) const;
 
  private:
   void make_nodes(const WrittenNodes& written, Diagnostics& diagnostics);
   void prepare(Diagnostics& diagnostics);
-  Stream joined(std::size_t node, Diagnostics& diagnostics, bool& right) const;
+  Stream joined(std::size_t node, Diagnostics& diagnostics, bool& right);
+  bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all, Diagnostics& diagnostics);
   bool ports_are_served(std::size_t node, Diagnostics& diagnostics) const;
 
   std::string name_;
-  NodeHost host_;
+  Host host_;
   CameraPtr camera_;
   std::vector<std::unique_ptr<Node>> nodes_;
   std::vector<std::vector<std::size_t>> inputs_;
   std::vector<std::vector<InputSpec>> input_specs_;
-  std::vector<bool> usable_;  ///< whose parameters were right
+  std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
+  std::vector<bool> usable_;                                                            ///< whose parameters were right
   Queue queue_;
 };
 

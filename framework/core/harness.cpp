@@ -3,6 +3,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "core/node.hpp"
+#include "core/paths.hpp"
 #include "core/pipeline.hpp"
 #include "core/plugin.hpp"
 #include "io/profile.hpp"
@@ -19,7 +20,7 @@ namespace tofgraph {
 using namespace core;
 
 struct Harness::Impl {
-  NodeHost host;
+  Host host;
   BufferPool pool;
   std::unique_ptr<Node> node;
   Stream input;
@@ -32,7 +33,8 @@ struct Harness::Impl {
   }
 };
 
-Harness::Harness(const std::string& line) : impl_(std::make_unique<Impl>()) {
+Harness::Harness(const std::string& line, const std::vector<std::string>& plugin_folders)
+    : impl_(std::make_unique<Impl>()) {
   Impl& self = *impl_;
   self.host.version = TOFGRAPH_VERSION;
   self.host.message = [&self](const std::string&, const std::string& text, bool) { self.messages.push_back(text); };
@@ -40,15 +42,23 @@ Harness::Harness(const std::string& line) : impl_(std::make_unique<Impl>()) {
   const PipelineSpec pipeline = parse_pipeline(pipeline_from_line(line, ""), diagnostics);
   self.check(diagnostics);
   const NodeSpec& spec = pipeline.nodes.at(0);
-  const Catalogue catalogue({});
+  const Catalogue catalogue(plugin_path({plugin_folders.begin(), plugin_folders.end()}));
+  self.host.plugin_path = joined_path(catalogue.folders());
   const PluginFile* file = catalogue.find(spec.stage);
   if (file == nullptr) throw std::runtime_error("there is no stage " + spec.stage);
-  const tofgraph_descriptor& stage = load_plugin(*file);
+  const Plugin& stage = load_plugin(*file);
   std::vector<const Entry*> entries;
-  for (const Entry& entry : spec.parameters) entries.push_back(&entry);
+  bool overwrite = false;
+  for (const Entry& entry : spec.parameters) {
+    if (entry.key == "overwrite" && file->kind == "sink")
+      overwrite = entry.value.text == "true";
+    else
+      entries.push_back(&entry);
+  }
   ParameterValues values(stage, entries, spec.at, diagnostics);
   self.check(diagnostics);
   self.node = std::make_unique<Node>(0, spec.name, spec.at, stage, std::move(values), self.host);
+  self.node->set_overwrite(overwrite);
   if (!self.node->create(diagnostics)) self.check(diagnostics);
   self.in.pool = self.out.pool = &self.pool;
   self.in.metadata.size = sizeof(tofgraph_metadata);
@@ -72,7 +82,7 @@ void Harness::camera(const std::string& profile) {
 const tofgraph_camera& Harness::camera() const { return impl_->input.camera->view(); }
 tofgraph_metadata& Harness::metadata() { return impl_->in.metadata; }
 void Harness::known(std::uint64_t bits) { impl_->input.known = bits; }
-void Harness::overwrite(bool allowed) { impl_->host.overwrite = allowed; }
+void Harness::overwrite(bool allowed) { impl_->node->set_overwrite(allowed); }
 
 void Harness::put_bytes(const std::string& name, std::uint32_t type, const std::vector<std::uint64_t>& extent,
                         const void* data, std::size_t bytes, const Meaning& meaning) {
@@ -88,13 +98,14 @@ void Harness::put_bytes(const std::string& name, std::uint32_t type, const std::
   channel.from = split_words(meaning.from);
   channel.made_by = SIZE_MAX;
   std::string applied, from;
-  tofgraph_view view{};
+  tofgraph_view view = empty_view();
   const tofgraph_channel border = channel.view(applied, from);
   if (channel_bytes(type, channel.rank, extent.data()) != bytes)
     throw std::invalid_argument(name + ": extents and values differ");
   tofgraph_host host{};
   fill_frame_calls(host);
-  if (host.write(&impl_->in, &border, &view) != TOFGRAPH_OK) throw std::invalid_argument(name + ": cannot be written");
+  if (host.write(&impl_->in, &border, &view) != TOFGRAPH_STATUS_OK)
+    throw std::invalid_argument(name + ": cannot be written");
   if (bytes != 0) std::memcpy(view.data, data, bytes);
   if (impl_->prepared) return;
   if (Channel* existing = impl_->input.find(name))

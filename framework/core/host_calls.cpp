@@ -1,31 +1,50 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/host_calls.hpp"
-
-#include "core/node.hpp"
+// What plugins ask of the host, over the border.
+#include "core/border.hpp"
+#include "core/instance.hpp"
+#include "core/open_outputs.hpp"
 #include "core/paths.hpp"
 #include "io/profile.hpp"
 
+#include <tofgraph/array.hpp>
+
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 namespace tofgraph::core {
 
-/// The calls that need a node; `context` is the node.
+/// The calls; `context` is the instance.
 struct HostCalls {
-  static Node& node(void* context) { return *static_cast<Node*>(context); }
+  static Instance& instance(void* context) { return *static_cast<Instance*>(context); }
 
   /// Nothing that the host throws may pass the border.
-  template <class Call> static void guarded(Call&& call) noexcept {
+  template <class Call> static int guarded(Call&& call) noexcept {
     try {
       call();
+      return TOFGRAPH_STATUS_OK;
     } catch (const std::exception& error) {
       last_failure() = {"", error.what()};
     } catch (...) {
       last_failure() = {"", "the host failed"};
     }
+    return TOFGRAPH_STATUS_ERROR;
+  }
+
+  /// The stream that the running prepare shapes.
+  static Leaving& leaving(Instance& self, const char* service) {
+    if (self.leaving_ != nullptr) return *self.leaving_;
+    throw std::runtime_error(
+        fmt::format("the plugin called {}() {}: this is a defect of the plugin", service,
+                    self.plugin_.effect != nullptr ? ", but an effect has no stream" : "outside of prepare()"));
+  }
+  static const char* needed(const char* text, const char* what) {
+    if (text == nullptr)
+      throw std::runtime_error(fmt::format("the plugin gave null as {}: this is a defect of the plugin", what));
+    return text;
   }
 
   static void fail(void*, const char* parameter, const char* text) {
@@ -34,54 +53,60 @@ struct HostCalls {
 
   static void message(void* context, std::uint32_t level, const char* text) {
     guarded([&] {
-      Node& self = node(context);
-      if (self.preparing_ != nullptr && level == TOFGRAPH_WARNING)
-        self.preparing_->warning(self.at, text);
+      Instance& self = instance(context);
+      const bool warning = level == TOFGRAPH_MESSAGE_WARNING;
+      if (self.starting_ && warning)
+        self.warnings_.emplace_back(needed(text, "the text of a message"));
       else if (self.host_.message)
-        self.host_.message(self.name, text, level == TOFGRAPH_WARNING);
+        self.host_.message(self.name_, needed(text, "the text of a message"), warning);
     });
   }
 
-  static int stopping(void* context) { return node(context).host_.stopping.load() ? 1 : 0; }
-  static int overwrite(void* context) { return node(context).host_.overwrite ? 1 : 0; }
+  static int stopping(void* context) { return instance(context).host_.stopping.load() ? 1 : 0; }
+  static int overwrite(void* context) {
+    return instance(context).host_.overwrite || instance(context).overwrite_ ? 1 : 0;
+  }
 
   static void provide(void* context, const tofgraph_channel* view) {
     guarded([&] {
-      Node& self = node(context);
+      Instance& self = instance(context);
+      Stream& stream = leaving(self, "provide").stream;
       Channel channel = Channel::from_view(*view);
-      channel.made_by = self.index;
-      const tofgraph_descriptor& d = self.stage_;
-      const auto* end = d.ports + d.port_count;
-      const auto* port = std::find_if(d.ports, end, [&](const tofgraph_port& p) {
-        return (p.direction & TOFGRAPH_OUT) != 0 && channel.name == p.channel;
+      channel.made_by = self.index_;
+      if (is_alias(channel.name)) throw std::runtime_error("a channel's name has no @");
+      const std::span ports(self.plugin_.own_ports);
+      const auto port = std::ranges::find_if(ports, [&](const tofgraph_port& p) {
+        return (p.direction & TOFGRAPH_DIRECTION_OUT) != 0 && channel.name == p.channel;
       });
-      if (channel.rank == 0 && port != end) {
-        Channel declared = self.output_channel(*port);
+      if (channel.rank == 0 && port != ports.end()) {
+        Channel declared = output_channel(self.plugin_, *port, stream, self.index_);
         if (!channel.of.empty()) declared.of = channel.of;
         channel = std::move(declared);
       }
-      if (Channel* existing = self.output_.find(channel.name))
-        *existing = std::move(channel);
-      else
-        self.output_.channels.push_back(std::move(channel));
+      stream.put(std::move(channel));
     });
   }
 
   static void withdraw(void* context, const char* name) {
-    std::erase_if(node(context).output_.channels, [&](const Channel& c) { return c.name == name; });
+    guarded([&] {
+      const std::string_view wanted = needed(name, "a channel's name");
+      std::erase_if(leaving(instance(context), "withdraw").stream.channels,
+                    [&](const Channel& c) { return c.name == wanted; });
+    });
   }
 
   static void set_camera(void* context, const tofgraph_camera* camera) {
     guarded([&] {
-      Node& self = node(context);
-      tofgraph_camera changed = *camera;
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "set_camera");
+      tofgraph_camera changed = host_sized(*camera);
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
       changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
-      self.own_camera_ = self.output_.camera = std::make_shared<Camera>(changed);
-      self.output_.camera_made_by = self.index;
-      if (Channel* rays = self.output_.find("rays")) {
-        rays->made_by = self.index;
-        rays->extent = {camera->height, camera->width, 3, 0};
+      leaves.own_camera = leaves.stream.camera = std::make_shared<Camera>(changed);
+      leaves.stream.camera_made_by = self.index_;
+      if (Channel* rays = leaves.stream.find("rays")) {
+        rays->made_by = self.index_;
+        rays->extent = {changed.height, changed.width, 3, 0};
       }
     });
   }
@@ -98,58 +123,78 @@ struct HostCalls {
   }
 
   static int use_profile(void* context, const char* name, const char* text) {
-    int result = TOFGRAPH_ERROR;
-    guarded([&] {
-      Node& self = node(context);
+    bool found = false;
+    const int status = guarded([&] {
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "use_profile");
       Diagnostics mistakes;
       CameraPtr camera;
       if (text != nullptr) {
-        camera = io::read_profile(parse_document(std::string("profile of ") + name, text), mistakes);
-      } else if (const auto file = io::find_profile(name, {}); !file.empty()) {
+        camera = io::read_profile(parse_document(std::string("profile of ") + needed(name, "a profile's name"), text),
+                                  mistakes);
+      } else if (const auto file = io::find_profile(needed(name, "a profile's name"), {}); !file.empty()) {
         camera = io::load_profile(file);
         self.files_.push_back({file.string(), sha256_of_file(file)});
       }
       if (!mistakes.ok())
         throw ConfigurationError(fmt::format("the profile that came with it cannot be used:\n{}", mistakes.text()));
       if (!camera) return;
-      self.output_.camera = std::move(camera);
-      self.output_.camera_made_by = self.index;
-      if (self.arriving_ != nullptr) self.arriving_->camera = &self.output_.camera->view();
-      result = TOFGRAPH_OK;
+      leaves.stream.set_camera(std::move(camera), self.index_);
+      if (leaves.arriving != nullptr) leaves.arriving->camera = &leaves.stream.camera->view();
+      found = true;
     });
-    return result;
+    return status == TOFGRAPH_STATUS_OK && found ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
   }
 
   static void set_frames(void* context, std::uint64_t frames, std::uint64_t known) {
-    node(context).output_.frames = frames;
-    node(context).output_.known = known;
-  }
-
-  static void uses_file(void* context, const char* path) {
     guarded([&] {
-      // The hash of a long recording would cost more time than to work on it, and be needed for each check.
-      constexpr std::uintmax_t greatest = 256U << 20U;
-      Node& self = node(context);
-      std::error_code unknown;
-      const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-      if (unknown || size <= greatest) {
-        self.files_.push_back({path, sha256_of_file(path)});
-        return;
-      }
-      self.files_.push_back({path, ""});
-      if (self.host_.message)
-        self.host_.message(
-            self.name, fmt::format("{} has more than 256 MiB: its hash is left out of the provenance", path), false);
+      Stream& stream = leaving(instance(context), "set_frames").stream;
+      stream.frames = frames;
+      stream.known = known;
     });
   }
 
-  static const char* provenance(void* context) { return node(context).provenance_.c_str(); }
-};
+  static void set_exposures(void* context, const tofgraph_exposure* exposures, std::uint32_t size,
+                            std::uint64_t count) {
+    guarded([&] {
+      std::vector<tofgraph_exposure> all;
+      for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
+        all.push_back(host_sized<tofgraph_exposure>(&one, size));
+      leaving(instance(context), "set_exposures").stream.exposures = std::move(all);
+    });
+  }
 
-Failure& last_failure() {
-  thread_local Failure failure;
-  return failure;
-}
+  static void set_source(void* context, const char* json) {
+    guarded([&] {
+      const auto known = nlohmann::json::parse(needed(json, "what is known of the source"), nullptr, false);
+      if (!known.is_object()) throw std::runtime_error("set_source() was given no JSON object");
+      leaving(instance(context), "set_source").stream.source = known.dump();
+    });
+  }
+
+  static void uses_file(void* context, const char* path) {
+    guarded([&] { instance(context).add_file(needed(path, "a file's path")); });
+  }
+
+  static const char* provenance(void* context) { return instance(context).provenance_.c_str(); }
+  static const char* plugin_path(void* context) { return instance(context).host_.plugin_path.c_str(); }
+
+  static int output(void* context, const char* parameter, const char* companion, std::uint64_t frame,
+                    const char** path) {
+    return guarded([&] {
+      const Instance& self = instance(context);
+      const std::string_view name = needed(parameter, "the parameter of an output");
+      const std::span parameters(self.plugin_.own_parameters);
+      const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
+      const auto place = static_cast<std::size_t>(found - parameters.begin());
+      if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
+        throw std::runtime_error(fmt::format("output() was asked for '{}', which names no output", name));
+      const io::OutputPattern& files = self.outputs_[place];
+      const bool once = companion != nullptr || found->kind == TOFGRAPH_KIND_OUTPUT_FILE;
+      *path = open_outputs().open(companion != nullptr ? files.companion(companion) : files.path(frame), once);
+    });
+  }
+};
 
 const tofgraph_host& host_table() {
   static const tofgraph_host table = [] {
@@ -166,8 +211,12 @@ const tofgraph_host& host_table() {
     host.set_camera = HostCalls::set_camera;
     host.use_profile = HostCalls::use_profile;
     host.set_frames = HostCalls::set_frames;
+    host.set_exposures = HostCalls::set_exposures;
+    host.set_source = HostCalls::set_source;
     host.uses_file = HostCalls::uses_file;
     host.provenance = HostCalls::provenance;
+    host.plugin_path = HostCalls::plugin_path;
+    host.output = HostCalls::output;
     fill_frame_calls(host);
     return host;
   }();

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/node.hpp"
 
-#include "core/host_calls.hpp"
-
 #include <tofgraph/array.hpp>
 
 #include <fmt/format.h>
@@ -24,6 +22,7 @@ struct Node::BorderStream {
     for (const Channel* channel : bound_channels) bound.push_back(channel != nullptr ? channel->name.c_str() : nullptr);
     view.size = sizeof view;
     view.channel_size = sizeof(tofgraph_channel);
+    view.exposure_size = sizeof(tofgraph_exposure);
     view.node = from.c_str();
     view.camera = stream.camera ? &stream.camera->view() : nullptr;
     view.channels = channels.data();
@@ -32,6 +31,10 @@ struct Node::BorderStream {
     view.known = stream.known;
     view.bound = bound.data();
     view.bound_count = bound.size();
+    const bool own = !stream.exposures.empty();
+    view.exposures = own ? stream.exposures.data() : stream.camera ? stream.camera->view().exposures : nullptr;
+    view.exposure_count = own ? stream.exposures.size() : stream.camera ? stream.camera->view().exposure_count : 0;
+    view.source = stream.source.c_str();
   }
   BorderStream(BorderStream&&) = default;
   tofgraph_stream view{};
@@ -40,26 +43,35 @@ struct Node::BorderStream {
   std::vector<const char*> bound;
 };
 
-Node::Node(std::size_t node_index, std::string node_name, Position position, const tofgraph_descriptor& stage,
-           ParameterValues values, NodeHost& host)
+Node::Node(std::size_t node_index, std::string node_name, Position position, const Plugin& plugin,
+           ParameterValues values, Host& host)
     : index(node_index),
       name(std::move(node_name)),
       at(std::move(position)),
-      stage_(stage),
       values_(std::move(values)),
-      host_(host) {}
+      instance_(plugin, name, host),
+      host_(host),
+      overwrite_(host.overwrite) {}
 
-Node::~Node() {
-  if (self_ != nullptr) stage_.destroy(self_);
+void Node::set_overwrite(bool allowed) {
+  overwrite_ = overwrite_ || allowed;
+  instance_.set_overwrite(overwrite_);
 }
 
 bool Node::create(Diagnostics& diagnostics) {
-  last_failure() = {};
-  if (stage_.create(&host_table(), this, values_.data(), &self_) == TOFGRAPH_OK) return true;
-  self_ = nullptr;
-  diagnostics.error(at,
-                    fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage_.name, last_failure().text),
+  const std::optional<Failure> failure = instance_.create(values_.data());
+  if (!failure) return true;
+  diagnostics.error(at, fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage().name, failure->text),
                     "this is a defect of the plugin");
+  return false;
+}
+
+/// @returns true when nothing failed
+bool Node::tell(const std::optional<Failure>& failure, Diagnostics& diagnostics) const {
+  if (!failure) return true;
+  const Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
+  const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
+  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->text));
   return false;
 }
 
@@ -74,62 +86,96 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
     streams.emplace_back(*inputs[i], input_names[i], bound);
     if (i == 0) first_bound = std::move(bound);
   }
-  if (!right) return false;
-  if (!check_outputs(*inputs.front(), first_bound, diagnostics)) return false;
-  output_ = *inputs.front();
-  output_.history.push_back(index);
+  const Stream& first = *inputs.front();
+  if (first.camera) right = values_.images_fit(first.camera->view(), diagnostics) && right;
+  if (!right || !check_outputs(first, first_bound, diagnostics)) return false;
+  leaving_.stream = first;
+  leaving_.stream.history.push_back(index);
+  for (const Channel& channel : first.channels) {
+    if (is_alias(channel.name)) aliases_.push_back(channel.name);
+  }
+  std::erase_if(leaving_.stream.channels, [](const Channel& channel) { return is_alias(channel.name); });
   announce_outputs(first_bound);
 
   std::vector<const tofgraph_stream*> views;
   for (const BorderStream& stream : streams) views.push_back(&stream.view);
-  last_failure() = {};
-  preparing_ = &diagnostics;
-  arriving_ = &streams.front().view;
-  const int status = stage_.prepare(self_, views.data(), views.size());
-  arriving_ = nullptr;
-  preparing_ = nullptr;
-  if (status == TOFGRAPH_OK && last_failure().text.empty()) {
-    if (is_source() && output_.camera) announce_rays();
-    return true;
+  leaving_.arriving = &streams.front().view;
+  const bool prepared = tell(instance_.prepare(views, index, &leaving_), diagnostics);
+  leaving_.arriving = nullptr;
+  for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
+  if (!prepared || !choose_files(first.frames, diagnostics)) return false;
+  for (const std::string& file : values_.files()) instance_.add_file(file);
+  if (is_source() && output().camera) announce_rays();
+  return true;
+}
+
+/// The names of what the node writes, and whether it may. @param frames how many come, 0: unknown
+bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
+  bool right = true;
+  outputs_.resize(stage().parameter_count);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    const tofgraph_parameter& p = stage().own_parameters[i];
+    const bool each = p.kind == TOFGRAPH_KIND_FRAME_FILES;
+    const std::string path = values_.data()[i].text != nullptr ? values_.data()[i].text : "";
+    if ((!each && p.kind != TOFGRAPH_KIND_OUTPUT_FILE) || path.empty()) continue;
+    std::string problem;
+    try {
+      outputs_[i] = io::OutputPattern(path);
+      if (each && !outputs_[i].numbered() && frames != 1) {
+        outputs_[i] = outputs_[i].with_number();
+        diagnostics.warning(
+            at, fmt::format("{} names one file where more than one frame may come: they are written to {}", p.name,
+                            outputs_[i].text()));
+      }
+      if (!each && outputs_[i].numbered()) problem = "is one file for the whole run: {frame} has no place in its name";
+      if (problem.empty()) problem = io::output_problem(outputs_[i], overwrite_);
+      for (const std::string& ending : split_words(p.choices))
+        if (problem.empty()) problem = io::output_problem(outputs_[i].companion(ending), overwrite_);
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    if (problem.empty()) continue;
+    right = tell(Failure{p.name, problem}, diagnostics);
   }
-  const Failure& failure = last_failure();
-  const Position where = failure.parameter.empty() ? at : values_.position_of(failure.parameter);
-  const std::string which = failure.parameter.empty() ? "" : fmt::format(", parameter '{}'", failure.parameter);
-  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage_.name, which,
-                                       failure.text.empty() ? "failed without saying why" : failure.text));
-  return false;
+  instance_.set_outputs(outputs_);
+  return right;
 }
 
 /// The rays travel as a channel, so that what is computed from them is known.
 void Node::announce_rays() {
-  const tofgraph_camera& camera = output_.camera->view();
+  const tofgraph_camera& camera = output().camera->view();
   Channel rays;
   rays.name = "rays";
-  rays.type = TOFGRAPH_F32;
+  rays.type = TOFGRAPH_TYPE_F32;
   rays.rank = 3;
   rays.extent = {camera.height, camera.width, 3, 0};
   rays.made_by = index;
-  output_.channels.push_back(std::move(rays));
-}
-
-void Node::fail(const char* otherwise) const {
-  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().text);
+  leaving_.stream.channels.push_back(std::move(rays));
 }
 
 bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
-  if (!last_failure().text.empty()) last_failure() = {};
-  const int status = stage_.process(self_, frames, count);
-  for (tofgraph_frame* frame : std::span(frames, count)) frame->views_ended();
-  if (status == TOFGRAPH_END && !is_sink()) return false;
-  if (status != TOFGRAPH_OK) fail("the stage failed without saying why");
+  struct ViewsEnd {
+    std::span<tofgraph_frame* const> frames;
+    ~ViewsEnd() {
+      for (tofgraph_frame* frame : frames) frame->views_ended();
+    }
+  };
+  int status = TOFGRAPH_STATUS_OK;
+  {
+    const ViewsEnd end{{frames, count}};
+    status = instance_.process(end.frames);
+  }
+  if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
+  if (status == TOFGRAPH_STATUS_END) throw std::runtime_error("the sink said that nothing leaves it");
   tofgraph_frame& frame = *frames[0];
-  if (own_camera_ || (is_source() && output_.camera)) {  // the rays of the camera that leaves
-    const tofgraph_camera& camera = output_.camera->view();
+  for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
+  if (leaving_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
+    const tofgraph_camera& camera = output().camera->view();
     tofgraph_frame::Channel& rays = frame.slot("rays");
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
-    rays.buffer =
-        BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_F32, 3, extent), nullptr, nullptr);
-    rays.type = TOFGRAPH_F32;
+    rays.buffer = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent),
+                                   nullptr, nullptr);
+    rays.type = TOFGRAPH_TYPE_F32;
     rays.rank = 3;
     std::copy_n(extent, 4, rays.extent);
   }
@@ -139,7 +185,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
 
 void Node::verify(const tofgraph_frame& frame) const {
   std::size_t found = 0;
-  for (const Channel& promised : output_.channels) {
+  for (const Channel& promised : output().channels) {
     const tofgraph_frame::Channel* channel = frame.find(promised.name);
     if (channel == nullptr)
       throw std::runtime_error(fmt::format("the stage did not write '{}', which it had announced", promised.name));
@@ -156,24 +202,10 @@ void Node::verify(const tofgraph_frame& frame) const {
         fmt::format("'{}' is {}, announced was {}", promised.name, actual.described(), promised.described()));
   }
   for (const auto& channel : frame.channels) {
-    if (channel.buffer && found < frame.channels.size() && output_.find(channel.name) == nullptr) {
+    if (channel.buffer && found < frame.channels.size() && output().find(channel.name) == nullptr) {
       throw std::runtime_error(fmt::format("the stage wrote '{}', which it had not announced", channel.name));
     }
   }
-}
-
-void Node::finish() {
-  if (stage_.finish == nullptr || self_ == nullptr) return;
-  last_failure() = {};
-  if (stage_.finish(self_) != TOFGRAPH_OK) fail("the stage could not finish and did not say why");
-}
-
-void Node::stop() {
-  if (stage_.stop == nullptr || self_ == nullptr) return;
-  last_failure() = {};
-  stage_.stop(self_);
-  if (const Failure failure = std::exchange(last_failure(), {}); !failure.text.empty() && host_.message)
-    host_.message(name, "cannot be stopped: " + failure.text, true);
 }
 
 }  // namespace tofgraph::core

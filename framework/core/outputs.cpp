@@ -25,28 +25,15 @@ std::string resolved(const std::filesystem::path& path) {
   return error ? path.string() : (folder / path.filename()).string();
 }
 
-void add_claims(const Node& node, const tofgraph_parameter& parameter, const char* path, std::vector<Claim>& claims) {
-  io::OutputPattern pattern;
-  try {
-    pattern = io::OutputPattern(resolved(path));
-  } catch (const std::exception&) {
-    return;  // the stage refuses it, or knows a grammar of its own
-  }
-  claims.push_back({&node, parameter.name, pattern});
-  for (const std::string& ending : split_words(parameter.choices))
-    claims.push_back({&node, parameter.name, io::OutputPattern(pattern.companion(ending).string())});
-  // A sink of one file a frame numbers the files where more than one frame may come.
-  if (!pattern.numbered() && node.output().frames != 1)
-    claims.push_back({&node, parameter.name, pattern.with_number()});
-}
-
 std::vector<Claim> claims_of(const Node& node) {
   std::vector<Claim> claims;
-  const tofgraph_descriptor& stage = node.stage();
-  for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
-    const char* path = node.values().data()[i].text;
-    if (stage.parameters[i].kind == TOFGRAPH_OUTPUT_FILE && *path != 0)
-      add_claims(node, stage.parameters[i], path, claims);
+  for (std::size_t i = 0; i < node.outputs().size(); ++i) {
+    if (node.outputs()[i].text().empty()) continue;
+    const tofgraph_parameter& parameter = node.stage().own_parameters[i];
+    const io::OutputPattern files(resolved(node.outputs()[i].text()));
+    claims.push_back({&node, parameter.name, files});
+    for (const std::string& ending : split_words(parameter.choices))
+      claims.push_back({&node, parameter.name, io::OutputPattern(files.companion(ending).string())});
   }
   return claims;
 }

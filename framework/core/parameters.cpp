@@ -21,21 +21,28 @@ std::string example(const tofgraph_parameter& p, const Position& at) {
   const auto of = [&](std::string_view value) { return "example: " + assignment(at, p.name, value); };
   if (p.fallback != nullptr && *p.fallback != 0) return of(p.fallback);
   const std::vector<std::string> choices = split_words(p.choices);
-  if (!choices.empty() && p.kind != TOFGRAPH_OUTPUT_FILE) return of(choices.front());
+  const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
+  if (!choices.empty() && !files) return of(choices.front());
   const double middle = !std::isnan(p.minimum) && !std::isnan(p.maximum) ? (p.minimum + p.maximum) / 2 : 1;
   switch (p.kind) {
-    case TOFGRAPH_BOOL:
+    case TOFGRAPH_KIND_BOOL:
       return of("true");
-    case TOFGRAPH_INTEGER:
+    case TOFGRAPH_KIND_INTEGER:
       return of(fmt::format("{}", static_cast<long>(middle)));
-    case TOFGRAPH_NUMBER:
+    case TOFGRAPH_KIND_NUMBER:
       return of(format_quantity(middle, p.unit));
-    case TOFGRAPH_NUMBERS:
+    case TOFGRAPH_KIND_NUMBERS:
       return of(fmt::format("[{}, {}]", format_quantity(middle, p.unit), format_quantity(middle, p.unit)));
-    case TOFGRAPH_INPUT_FILE:
+    case TOFGRAPH_KIND_INPUT_FILE:
       return of("recording.h5");
-    case TOFGRAPH_OUTPUT_FILE:
+    case TOFGRAPH_KIND_OUTPUT_FILE:
       return of("out/result");
+    case TOFGRAPH_KIND_FRAME_FILES:
+      return of("out/frame_{frame:06}");
+    case TOFGRAPH_KIND_INPUT_FOLDER:
+      return of("recordings");
+    case TOFGRAPH_KIND_IMAGE:
+      return of("{file: map.h5, dataset: map}");
     default:
       return of("text");
   }
@@ -66,39 +73,16 @@ std::string list_text(const Value& list) {
   return text.empty() ? "[]" : text + "]";
 }
 
-bool parse_bool(const std::string& text, std::int64_t& value) {
-  if (text == "true" || text == "yes" || text == "on")
-    value = 1;
-  else if (text == "false" || text == "no" || text == "off")
-    value = 0;
-  else
-    return false;
-  return true;
-}
-
-/// A file written as a map, `map: {file: F, dataset: D}`, is the parameters `map: F` and `map_dataset: D`.
-std::deque<Entry> parts_of_files(const tofgraph_descriptor& stage, std::vector<const Entry*>& written) {
-  std::deque<Entry> parts;
-  for (std::size_t i = 0; i < written.size(); ++i) {
-    const Entry& entry = *written[i];
-    const auto parameters = std::span(stage.parameters, stage.parameter_count);
-    const bool file = std::ranges::any_of(
-        parameters, [&](const auto& p) { return p.name == entry.key && p.kind == TOFGRAPH_INPUT_FILE; });
-    if (!file || !entry.value.is_map()) continue;
-    written.erase(written.begin() + static_cast<std::ptrdiff_t>(i--));
-    for (const Entry& part : entry.value.entries)
-      parts.push_back({part.key == "file" ? entry.key : entry.key + "_" + part.key, part.at, part.value});
-  }
-  for (const Entry& part : parts) written.push_back(&part);
-  return parts;
-}
-
 }  // namespace
+
+bool parse_bool(const std::string& text, bool& value) {
+  value = text == "true" || text == "yes" || text == "on";
+  return value || text == "false" || text == "no" || text == "off";
+}
 
 ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<const Entry*> written,
                                  const Position& at, Diagnostics& diagnostics)
     : at_(at), values_(stage.parameter_count) {
-  const std::deque<Entry> parts = parts_of_files(stage, written);
   const char* what = std::string_view(stage.kind) == "effect" ? "effect" : "stage";
   std::vector<std::string> names;
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) names.emplace_back(stage.parameters[i].name);
@@ -110,14 +94,14 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
   }
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
     const tofgraph_parameter& p = stage.parameters[i];
-    values_[i] = {0, std::numeric_limits<double>::quiet_NaN(), "", nullptr, 0, 0};
+    values_[i] = {sizeof(tofgraph_value), 0, 0, std::numeric_limits<double>::quiet_NaN(), "", nullptr, 0, nullptr};
     const auto entry = std::ranges::find(written, names[i], [](const Entry* e) { return e->key; });
     if (entry != written.end()) {
       values_[i].given = 1;
       parse(p, (*entry)->value, values_[i], diagnostics);
     } else if (p.fallback != nullptr) {
       parse(p, parse_value(p.fallback, at), values_[i], diagnostics);
-    } else if (p.required != 0) {
+    } else if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0) {
       diagnostics.error(at, fmt::format("the {} {} needs the parameter '{}': {}", what, stage.name, p.name, p.text),
                         example(p, at));
     }
@@ -148,8 +132,9 @@ bool ParameterValues::parse_number(const tofgraph_parameter& p, const Value& ite
 
 void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tofgraph_value& out,
                             Diagnostics& diagnostics) {
+  if (p.kind == TOFGRAPH_KIND_IMAGE) return parse_image(p, value, out, diagnostics);
   std::string problem;
-  const bool list_of_words = value.is_list() && (p.kind == TOFGRAPH_TEXT);
+  const bool list_of_words = value.is_list() && (p.kind == TOFGRAPH_KIND_TEXT);
   std::string text = value.text;
   if (list_of_words) {
     text.clear();
@@ -161,14 +146,17 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
   }
   const std::vector<std::string> choices = split_words(p.choices);
   const bool word = std::ranges::find(choices, text) != choices.end() && value.is_scalar();
-  if (!value.is_scalar() && !list_of_words && p.kind != TOFGRAPH_NUMBERS)
+  if (!value.is_scalar() && !list_of_words && p.kind != TOFGRAPH_KIND_NUMBERS)
     problem = "is not one value";
   else
     switch (p.kind) {
-      case TOFGRAPH_BOOL:
-        if (!parse_bool(text, out.integer)) problem = "is neither true nor false";
+      case TOFGRAPH_KIND_BOOL: {
+        bool yes = false;
+        if (!parse_bool(text, yes)) problem = "is neither true nor false";
+        out.integer = yes ? 1 : 0;
         break;
-      case TOFGRAPH_INTEGER: {
+      }
+      case TOFGRAPH_KIND_INTEGER: {
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out.integer);
         if (error != std::errc() || end != text.data() + text.size())
           problem = "is no whole number";
@@ -176,7 +164,7 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
           problem = range_problem(p, static_cast<double>(out.integer));
         break;
       }
-      case TOFGRAPH_NUMBER:
+      case TOFGRAPH_KIND_NUMBER:
         if (word) {
           out.text = keep(text);
         } else {
@@ -187,14 +175,14 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
           out.text = keep(number.unit);
         }
         break;
-      case TOFGRAPH_CHOICE:
+      case TOFGRAPH_KIND_CHOICE:
         out.text = keep(text);
         if (!word) {
           diagnostics.error(value.at, fmt::format("'{}' is '{}'", p.name, text), suggestion(text, choices, "choices"));
           return;
         }
         break;
-      case TOFGRAPH_NUMBERS: {
+      case TOFGRAPH_KIND_NUMBERS: {
         auto& list = kept_->lists.emplace_back();
         const std::vector<Value> one = {value};
         for (const Value& item : value.is_list() ? value.items : one) {
@@ -207,10 +195,15 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
         out.count = list.size();
         break;
       }
-      case TOFGRAPH_INPUT_FILE:
-      case TOFGRAPH_OUTPUT_FILE:
+      case TOFGRAPH_KIND_INPUT_FILE:
+      case TOFGRAPH_KIND_INPUT_FOLDER:
+      case TOFGRAPH_KIND_OUTPUT_FILE:
+      case TOFGRAPH_KIND_FRAME_FILES:
         out.text = text.empty() ? "" : keep(absolute_path(value, text));
         if (text.empty() && out.given != 0) problem = "is empty";
+        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FOLDER && !std::filesystem::is_directory(out.text))
+          problem = "is no folder that is there";
+        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FILE) files_.emplace_back(out.text);
         break;
       default:
         out.text = keep(text);
@@ -220,6 +213,50 @@ void ParameterValues::parse(const tofgraph_parameter& p, const Value& value, tof
                       example(p, value.at));
   }
   shown_[p.name] = value.is_list() && !list_of_words ? list_text(value) : text;
+}
+
+/// A file, or {file, dataset, unit}: the values of the pixels, read here and once.
+void ParameterValues::parse_image(const tofgraph_parameter& p, const Value& value, tofgraph_value& out,
+                                  Diagnostics& diagnostics) {
+  std::string file, dataset, unit;
+  if (value.is_map()) {
+    Reader reader(value, diagnostics, fmt::format("'{}'", p.name));
+    const Entry* entry = reader.need("file", "map.h5");
+    if (entry != nullptr) file = absolute_path(entry->value, entry->value.text);
+    dataset = reader.word("dataset", "");
+    unit = reader.word("unit", "");
+    reader.finish();
+    if (entry == nullptr) return;
+  } else if (value.is_scalar() && !value.text.empty()) {
+    file = absolute_path(value, value.text);
+  } else {
+    diagnostics.error(value.at, fmt::format("'{}' is {}, expected a file", p.name, value.described()),
+                      example(p, value.at));
+    return;
+  }
+  shown_[p.name] = dataset.empty() ? nlohmann::json(file) : nlohmann::json{{"file", file}, {"dataset", dataset}};
+  try {
+    out.image = &kept_->images.emplace_back(p.name, file, dataset, unit, p.unit).view();
+    files_.push_back(file);
+  } catch (const std::exception& error) {
+    diagnostics.error(value.at, fmt::format("'{}': {}", p.name, error.what()), example(p, value.at));
+  }
+}
+
+std::vector<std::string> ParameterValues::files() const { return files_; }
+
+bool ParameterValues::images_fit(const tofgraph_camera& camera, Diagnostics& diagnostics) const {
+  bool right = true;
+  for (const ImageFile& image : kept_->images) {
+    const tofgraph_view& view = image.view();
+    if (view.extent[0] == camera.height && view.extent[1] == camera.width) continue;
+    diagnostics.error(position_of(image.parameter()),
+                      fmt::format("'{}': the image in {} is {} x {} px, the camera {} has {} x {} (width x height)",
+                                  image.parameter(), image.file(), view.extent[1], view.extent[0], camera.name,
+                                  camera.width, camera.height));
+    right = false;
+  }
+  return right;
 }
 
 std::string ParameterValues::text_of(std::string_view name) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/document.hpp"
+#include "core/image_file.hpp"
 
 #include <tofgraph/plugin.h>
 
@@ -15,6 +16,9 @@
 #include <vector>
 
 namespace tofgraph::core {
+
+/// true, yes, on and their opposites. @returns whether the text is one of them
+bool parse_bool(const std::string& text, bool& value);
 
 /// The values of one node's parameters, in the order of the declaration; owns their texts.
 class ParameterValues {
@@ -30,11 +34,17 @@ class ParameterValues {
   const nlohmann::json& shown() const { return shown_; }
   /// The text of a parameter, "" when there is none of that name.
   std::string text_of(std::string_view name) const;
+  /// The files that were given to read, images included.
+  std::vector<std::string> files() const;
+  /// Whether the images have the camera's size; where not, that is an error.
+  bool images_fit(const tofgraph_camera& camera, Diagnostics& diagnostics) const;
   /// Where a parameter was written; the node when it was not.
   Position position_of(std::string_view name) const;
 
  private:
   void parse(const tofgraph_parameter& parameter, const Value& value, tofgraph_value& out, Diagnostics& diagnostics);
+  void parse_image(const tofgraph_parameter& parameter, const Value& value, tofgraph_value& out,
+                   Diagnostics& diagnostics);
   /// In SI, and which unit it had where the parameter allows several.
   struct Number {
     double value = 0;
@@ -44,12 +54,14 @@ class ParameterValues {
   struct Kept {
     std::deque<std::string> texts;
     std::deque<std::vector<double>> lists;
+    std::deque<ImageFile> images;
   };
   bool parse_number(const tofgraph_parameter& parameter, const Value& item, Number& number, std::string& problem) const;
   const char* keep(std::string text);
 
   Position at_;
   std::vector<tofgraph_value> values_;
+  std::vector<std::string> files_;
   std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies point to the same texts
   std::vector<std::pair<std::string, Position>> positions_;
   nlohmann::json shown_ = nlohmann::json::object();

@@ -21,13 +21,13 @@ std::filesystem::path prefix() {
   return folder.parent_path();
 }
 
+}  // namespace
+
 std::filesystem::path library_folder() {
   Dl_info info{};
   dladdr(reinterpret_cast<const void*>(&plugin_folder), &info);
   return std::filesystem::weakly_canonical(info.dli_fname).parent_path() / "tofgraph";
 }
-
-}  // namespace
 
 std::filesystem::path plugin_folder() { return library_folder() / "plugins"; }
 std::filesystem::path command_folder() { return library_folder() / "commands"; }
@@ -44,9 +44,21 @@ std::filesystem::path cache_folder() {
 }
 
 std::vector<std::filesystem::path> plugin_path_from_environment() {
-  std::vector<std::filesystem::path> folders;
   const char* path = std::getenv("TOFGRAPH_PLUGIN_PATH");
-  std::string_view rest = path != nullptr ? path : "";
+  return split_path(path != nullptr ? path : "");
+}
+
+std::string joined_path(const std::vector<std::filesystem::path>& folders) {
+  std::string path;
+  for (const auto& folder : folders) {
+    if (!path.empty()) path += ':';
+    path += folder.string();
+  }
+  return path;
+}
+
+std::vector<std::filesystem::path> split_path(std::string_view rest) {
+  std::vector<std::filesystem::path> folders;
   while (!rest.empty()) {
     const auto end = std::min(rest.find(':'), rest.size());
     if (end > 0) folders.emplace_back(rest.substr(0, end));

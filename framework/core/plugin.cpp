@@ -7,10 +7,13 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdio>
+#include <mutex>
+#include <span>
 
 #include <tofgraph/array.hpp>
 
@@ -36,93 +39,69 @@ namespace {
   refuse(file, "cannot be loaded: " + error, "is it a shared library for this machine?");
 }
 
-void check_version(const PluginFile& file, const tofgraph_descriptor& d) {
-  const auto version = [](std::uint32_t major, std::uint32_t minor) { return fmt::format("{}.{}", major, minor); };
-  if (d.api_major == TOFGRAPH_API_MAJOR && d.api_minor <= TOFGRAPH_API_MINOR) return;
-  const bool newer = d.api_major > TOFGRAPH_API_MAJOR || d.api_major == TOFGRAPH_API_MAJOR;
-  refuse(file,
-         fmt::format("was built for plugin API {}, this program has {}", version(d.api_major, d.api_minor),
-                     version(TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR)),
-         newer ? "install a newer tofgraph, or build the plugin against this one"
-               : "build the plugin anew against this tofgraph");
-}
+/// As long as it lives, what is printed to standard output goes to standard error: a plugin's words are no data.
+class OutputAside {
+ public:
+  OutputAside() {
+    std::fflush(stdout);
+    kept_ = dup(STDOUT_FILENO);
+    if (kept_ >= 0) dup2(STDERR_FILENO, STDOUT_FILENO);
+  }
+  ~OutputAside() {
+    std::fflush(stdout);
+    if (kept_ < 0) return;
+    dup2(kept_, STDOUT_FILENO);
+    close(kept_);
+  }
+  OutputAside(const OutputAside&) = delete;
+  OutputAside& operator=(const OutputAside&) = delete;
 
-void check_descriptor(const PluginFile& file, const tofgraph_descriptor* d) {
-  const std::string advice = "build it with TOFGRAPH_STAGE or TOFGRAPH_EFFECT and tofgraph_add_plugin()";
-  const bool effect = file.kind == "effect";
-  if (d == nullptr) refuse(file, "its tofgraph_plugin() gave no descriptor", advice);
-  check_version(file, *d);
-  if (d->size < sizeof(tofgraph_descriptor))
-    refuse(file, fmt::format("its descriptor has {} bytes, expected {}", d->size, sizeof(tofgraph_descriptor)), advice);
-  const bool complete =
-      d->kind != nullptr && d->name != nullptr && d->summary != nullptr && d->version != nullptr &&
-      d->create != nullptr && d->prepare != nullptr && (d->process != nullptr || effect) && d->destroy != nullptr &&
-      (d->port_count == 0 || (d->ports != nullptr && d->port_size == sizeof(tofgraph_port))) &&
-      (d->parameter_count == 0 || (d->parameters != nullptr && d->parameter_size == sizeof(tofgraph_parameter)));
-  if (!complete) refuse(file, "its descriptor is not complete", advice);
-  if (file.kind != d->kind || file.name != d->name) {
-    refuse(file, fmt::format("calls itself {} '{}'", d->kind, d->name),
-           "name the file tofgraph_KIND_NAME.so after what is in it");
-  }
-  if ((d->flags & TOFGRAPH_MANY_INPUTS) != 0 && std::string_view(d->kind) != "sink") {
-    refuse(file,
-           fmt::format("is a {} over any number of streams: only a sink can be, a {} has one frame to hand on", d->kind,
-                       d->kind),
-           "take one frame: process(Frame&); streams that belong together are joined with inputs: [a, b]");
-  }
-  if (effect && effect_of(*d) == nullptr) {
-    refuse(file, "has no extension \"effect\" of version 1 with a level and apply()",
-           "end the file with TOFGRAPH_EFFECT(Class, \"text\")");
-  }
-}
+ private:
+  int kept_ = -1;
+};
 
 /// A bound as data: NaN, "no bound", is null.
 nlohmann::json number_or_null(double value) { return std::isnan(value) ? nlohmann::json() : nlohmann::json(value); }
 
 nlohmann::json describe_port(const tofgraph_port& port) {
   static constexpr const char* directions[] = {"", "in", "out", "inout"};
-  return {{"name", port.name},
-          {"direction", directions[port.direction & 3U]},
-          {"channel", port.channel},
-          {"shape", port.shape},
-          {"type", element_name(port.type)},
-          {"unit", port.unit},
-          {"optional", (port.flags & TOFGRAPH_OPTIONAL) != 0},
-          {"text", port.text}};
+  nlohmann::json json = {{"name", port.name},
+                         {"direction", directions[port.direction]},
+                         {"channel", port.channel},
+                         {"shape", port.shape},
+                         {"type", element_name(port.type)},
+                         {"unit", port.unit},
+                         {"optional", (port.flags & TOFGRAPH_PORT_OPTIONAL) != 0},
+                         {"text", port.text}};
+  const std::pair<const char*, const char*> meanings[] = {
+      {"needs", port.needs}, {"refuses", port.refuses}, {"from", port.from}, {"adds", port.adds}, {"of", port.of}};
+  for (const auto& [key, words] : meanings) {
+    if (*words != 0) json[key] = words;
+  }
+  return json;
 }
 
 nlohmann::json describe_parameter(const tofgraph_parameter& p) {
-  static constexpr const char* kinds[] = {"",       "bool",    "integer",    "number",     "text",
-                                          "choice", "numbers", "input file", "output file"};
+  static constexpr const char* kinds[] = {
+      "",        "bool",       "integer",     "number",          "text",         "choice",
+      "numbers", "input file", "output file", "file each frame", "input folder", "image"};
   nlohmann::json json = {{"name", p.name},
-                         {"type", p.kind < std::size(kinds) ? kinds[p.kind] : "unknown"},
+                         {"type", kinds[p.kind]},
                          {"unit", p.unit},
-                         {"required", p.required != 0},
+                         {"required", (p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0},
                          {"text", p.text},
                          {"default", p.fallback != nullptr ? nlohmann::json(p.fallback) : nlohmann::json()},
                          {"minimum", number_or_null(p.minimum)},
                          {"maximum", number_or_null(p.maximum)}};
-  if (*p.choices != 0) json[p.kind == TOFGRAPH_OUTPUT_FILE ? "companions" : "choices"] = p.choices;
+  const bool file = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
+  if (*p.choices != 0) json[file ? "companions" : "choices"] = p.choices;
+  if ((p.flags & TOFGRAPH_PARAMETER_LIVE) != 0) json["live"] = true;
   if (!std::isnan(p.off)) json["off"] = p.off;
   if (!std::isnan(p.typical)) json["typical"] = p.typical;
   return json;
 }
 
 }  // namespace
-
-const tofgraph_effect* effect_of(const tofgraph_descriptor& d) {
-  for (std::uint64_t i = 0; i < d.extension_count && d.extensions != nullptr; ++i) {
-    const tofgraph_extension& extension = d.extensions[i];
-    if (std::strcmp(extension.name, "effect") != 0 || extension.version != 1) continue;
-    const auto* effect = static_cast<const tofgraph_effect*>(extension.data);
-    const bool complete = effect != nullptr && effect->size >= sizeof(tofgraph_effect) && effect->apply != nullptr &&
-                          effect->level >= TOFGRAPH_GEOMETRY && effect->level <= TOFGRAPH_TAPS &&
-                          effect->touches != nullptr && effect->confused_with != nullptr &&
-                          effect->experiment != nullptr;
-    return complete ? effect : nullptr;
-  }
-  return nullptr;
-}
 
 const char* level_name(const tofgraph_effect& effect) {
   static constexpr const char* names[] = {"", "geometry", "phasor", "samples", "taps"};
@@ -140,59 +119,84 @@ PluginFile plugin_file(const std::filesystem::path& path) {
   return {};
 }
 
-const tofgraph_descriptor& load_plugin(const PluginFile& file) {
-  void* library = dlopen(file.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-  if (library == nullptr) refuse_library(file, dlerror());
-  dlerror();
-  void* symbol = dlsym(library, TOFGRAPH_PLUGIN_SYMBOL);
-  if (symbol == nullptr) {
-    refuse(file, "has no symbol '" TOFGRAPH_PLUGIN_SYMBOL "'",
-           "a plugin exports it: write TOFGRAPH_STAGE(Class, \"text\") at the end of its file");
+const Plugin& load_plugin(const PluginFile& file) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<const Plugin>> loaded;  // never unloaded
+  const std::scoped_lock lock(mutex);
+  if (const auto known = loaded.find(file.path.string()); known != loaded.end()) return *known->second;
+  auto plugin = std::make_unique<Plugin>();
+  plugin->file = file;
+  const tofgraph_descriptor* descriptor = nullptr;
+  {
+    const OutputAside aside;
+    void* library = dlopen(file.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+    if (library == nullptr) refuse_library(file, dlerror());
+    dlerror();
+    void* symbol = dlsym(library, TOFGRAPH_PLUGIN_SYMBOL);
+    if (symbol == nullptr) {
+      refuse(file, "has no symbol '" TOFGRAPH_PLUGIN_SYMBOL "'",
+             "a plugin exports it: write TOFGRAPH_STAGE(Class, \"text\") at the end of its file");
+    }
+    descriptor = reinterpret_cast<tofgraph_plugin_function>(symbol)();
   }
-  const tofgraph_descriptor* descriptor = reinterpret_cast<tofgraph_plugin_function>(symbol)();
-  check_descriptor(file, descriptor);
-  return *descriptor;
+  read_descriptor(descriptor, *plugin);
+  return *(loaded[file.path.string()] = std::move(plugin));
 }
 
-nlohmann::json describe(const tofgraph_descriptor& d) {
+nlohmann::json describe(const Plugin& d) {
   nlohmann::json json = {{"kind", d.kind},
                          {"name", d.name},
                          {"summary", d.summary},
                          {"version", d.version},
+                         {"author", d.author},
+                         {"licence", d.licence},
+                         {"file", d.file.path.string()},
                          {"api", fmt::format("{}.{}", d.api_major, d.api_minor)},
-                         {"stateless", (d.flags & TOFGRAPH_STATELESS) != 0},
-                         {"many_inputs", (d.flags & TOFGRAPH_MANY_INPUTS) != 0},
+                         {"stateless", (d.flags & TOFGRAPH_STAGE_STATELESS) != 0},
+                         {"many_inputs", (d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0},
                          {"ports", nlohmann::json::array()},
                          {"parameters", nlohmann::json::array()}};
-  for (std::uint64_t i = 0; i < d.port_count; ++i) json["ports"].push_back(describe_port(d.ports[i]));
-  for (std::uint64_t i = 0; i < d.parameter_count; ++i)
-    json["parameters"].push_back(describe_parameter(d.parameters[i]));
-  if (const tofgraph_effect* effect = effect_of(d)) {
-    json["level"] = level_name(*effect);
-    json["touches"] = effect->touches;
-    json["confused_with"] = effect->confused_with;
-    json["experiment"] = effect->experiment;
+  for (const tofgraph_port& port : d.own_ports) json["ports"].push_back(describe_port(port));
+  for (const tofgraph_parameter& parameter : d.own_parameters)
+    json["parameters"].push_back(describe_parameter(parameter));
+  if (d.effect != nullptr) {
+    json["level"] = level_name(*d.effect);
+    json["belongs_to"] = d.effect->scope == TOFGRAPH_SCOPE_SETUP ? "set-up" : "camera";
+    json["touches"] = d.effect->touches;
+    json["confused_with"] = d.effect->confused_with;
+    json["experiment"] = d.effect->experiment;
   }
   return json;
 }
 
-Catalogue::Catalogue(const std::vector<std::filesystem::path>& folders) {
-  std::vector<std::filesystem::path> path = folders;
-  std::ranges::copy(plugin_path_from_environment(), std::back_inserter(path));
-  path.push_back(plugin_folder());
-  for (const auto& folder : folders) {
-    if (!std::filesystem::is_directory(folder))
-      throw ConfigurationError(
-          fmt::format("plugin path {}: error: this is no folder\n         a plugin path is the folder that holds "
-                      "tofgraph_KIND_NAME.so",
-                      folder.string()));
+std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given) {
+  std::vector<std::filesystem::path> path;
+  for (const auto& folder : given) {
+    constexpr std::string_view advice = "a plugin path is the folder that holds tofgraph_KIND_NAME.so";
+    const auto refuse_folder = [&](const char* why) {
+      throw ConfigurationError(fmt::format("plugin path {}: error: {}\n         {}", folder.string(), why, advice));
+    };
+    if (!std::filesystem::is_directory(folder)) refuse_folder("this is no folder");
+    if (access(folder.c_str(), R_OK | X_OK) != 0) refuse_folder("this folder cannot be read");
+    path.push_back(std::filesystem::absolute(folder).lexically_normal());
   }
-  for (const auto& folder : path) {
+  for (const auto& folder : plugin_path_from_environment()) path.push_back(std::filesystem::absolute(folder));
+  path.push_back(plugin_folder());
+  return path;
+}
+
+Catalogue::Catalogue(const std::vector<std::filesystem::path>& folders) : folders_(folders) {
+  for (const auto& folder : folders_) {
     std::vector<PluginFile> found;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
       PluginFile file = plugin_file(entry.path());
-      if (!file.kind.empty() && find(file.name) == nullptr) found.push_back(std::move(file));
+      if (file.kind.empty()) continue;
+      const PluginFile* before = find(file.name);
+      if (before == nullptr)
+        found.push_back(std::move(file));
+      else if (!std::filesystem::equivalent(before->path, file.path, error))
+        hidden_.emplace_back(std::move(file), *before);
     }
     std::ranges::sort(found, {}, &PluginFile::name);
     std::ranges::move(found, std::back_inserter(files_));
@@ -212,8 +216,7 @@ const PluginFile* Catalogue::find(const std::string& name) const {
   return found == files_.end() ? nullptr : &*found;
 }
 
-const tofgraph_descriptor& Catalogue::load(const PluginFile& file,
-                                           const std::map<std::string, nlohmann::json>& seen) const {
+const Plugin& Catalogue::load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const {
   const nlohmann::json& plugin = seen.at(file.path.string());
   if (plugin.contains("error")) throw PluginError(plugin.at("error").get<std::string>());
   return load_plugin(file);

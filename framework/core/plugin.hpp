@@ -4,7 +4,7 @@
 /// never unloaded.
 #pragma once
 
-#include <tofgraph/plugin.h>
+#include <tofgraph/effect.h>
 
 #include <nlohmann/json.hpp>
 
@@ -28,30 +28,50 @@ struct PluginFile {
   std::filesystem::path path;
 };
 
-/// Loads a library and checks its descriptor against the border's rules. The library stays loaded.
-/// @throws PluginError
-const tofgraph_descriptor& load_plugin(const PluginFile& file);
+/// A plugin that was loaded: its descriptor with all that it points to in the host's own sizes and without nulls, but
+/// for defaults of parameters and the calls that may be absent.
+struct Plugin : tofgraph_descriptor {
+  Plugin() : tofgraph_descriptor{} {}
+  Plugin(const Plugin&) = delete;
+  Plugin& operator=(const Plugin&) = delete;
+
+  PluginFile file;
+  const tofgraph_effect* effect = nullptr;  ///< null: a stage
+  std::vector<tofgraph_port> own_ports;
+  std::vector<tofgraph_parameter> own_parameters;
+  tofgraph_effect own_effect{};
+};
+
+/// Loads a library and checks its descriptor against the border's rules. The library stays loaded; what it prints
+/// meanwhile goes to standard error. @throws PluginError
+const Plugin& load_plugin(const PluginFile& file);
+
+/// Fills a plugin in from the descriptor that a library gave. @throws PluginError naming the field that is wrong
+void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin);
 
 /// The kind and name in a file's name; kind is empty when it is no plugin's.
 PluginFile plugin_file(const std::filesystem::path& path);
-
-/// What makes a plugin an effect; null for a stage.
-const tofgraph_effect* effect_of(const tofgraph_descriptor& descriptor);
 
 /// geometry, phasor, samples or taps.
 const char* level_name(const tofgraph_effect& effect);
 
 /// A descriptor as data: what `describe`, the schema and the documentation are made from.
-nlohmann::json describe(const tofgraph_descriptor& descriptor);
+nlohmann::json describe(const Plugin& plugin);
+
+/// The folders that plugins are looked for in: those given, of TOFGRAPH_PLUGIN_PATH, the installed one. Absolute.
+/// @throws ConfigurationError when a given one is no folder that can be read
+std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given);
 
 /// The plugins of a search path.
 class Catalogue {
  public:
-  /// Folders given first win; those of TOFGRAPH_PLUGIN_PATH and the installed one follow.
-  /// @throws ConfigurationError when a given one is no folder
+  /// @param folders those given first win
   explicit Catalogue(const std::vector<std::filesystem::path>& folders);
 
+  const std::vector<std::filesystem::path>& folders() const { return folders_; }
   const std::vector<PluginFile>& files() const { return files_; }
+  /// Plugins that cannot be reached, as one of the same name stands before them: the hidden one, and what hides it.
+  const std::vector<std::pair<PluginFile, PluginFile>>& hidden() const { return hidden_; }
   std::vector<std::string> names() const;
   /// The plugin of that name, or null.
   const PluginFile* find(const std::string& name) const;
@@ -61,12 +81,14 @@ class Catalogue {
   std::map<std::string, nlohmann::json> describe(const std::vector<PluginFile>& files) const;
 
   /// Loads a plugin into this process after it proved harmless in another. @throws PluginError
-  const tofgraph_descriptor& load(const PluginFile& file) const { return load(file, describe({file})); }
+  const Plugin& load(const PluginFile& file) const { return load(file, describe({file})); }
   /// The same of one of many. @param seen describe() of them all, which costs hardly more than of one
-  const tofgraph_descriptor& load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const;
+  const Plugin& load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const;
 
  private:
+  std::vector<std::filesystem::path> folders_;
   std::vector<PluginFile> files_;
+  std::vector<std::pair<PluginFile, PluginFile>> hidden_;
 };
 
 }  // namespace tofgraph::core

@@ -249,7 +249,7 @@ void Runner::Impl::take_inputs(std::size_t index, Token& token) {
   else
     frame.channels = read.channels;
   frame.metadata = read.metadata;
-  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]]);
+  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]], graph_.aliases(index, k));
 }
 
 void Runner::Impl::run_node(std::size_t index, Token& token) {

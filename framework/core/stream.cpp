@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/stream.hpp"
 
+#include "core/border.hpp"
+
 #include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
 
 #include <fmt/format.h>
 
@@ -45,6 +48,7 @@ tofgraph_channel Channel::view(std::string& applied_words, std::string& from_wor
   applied_words = join_words(applied);
   from_words = join_words(from);
   tofgraph_channel view{};
+  view.size = sizeof view;
   view.name = name.c_str();
   view.type = type;
   view.rank = rank;
@@ -56,7 +60,10 @@ tofgraph_channel Channel::view(std::string& applied_words, std::string& from_wor
   return view;
 }
 
-Channel Channel::from_view(const tofgraph_channel& view) {
+Channel Channel::from_view(const tofgraph_channel& given) {
+  const tofgraph_channel view = host_sized(given);
+  if (view.name == nullptr) throw std::invalid_argument("a channel has no name");
+  if (view.rank > 4) throw std::invalid_argument("a channel has more than four dimensions");
   const auto text = [](const char* value) { return std::string(value != nullptr ? value : ""); };
   Channel channel;
   channel.name = text(view.name);
@@ -80,21 +87,31 @@ std::string Channel::described() const {
 }
 
 std::string applied_text(const std::vector<std::string>& applied) {
-  static constexpr std::pair<std::string_view, std::string_view> meanings[] = {
-      {"non_linearity", "the bent light path corrected"}, {"T_world_camera", "moved into the world's frame"}};
   std::string text;
   for (const std::string& word : applied) {
-    const auto* meaning = std::ranges::find(meanings, word, &std::pair<std::string_view, std::string_view>::first);
-    if (meaning == std::end(meanings))
+    const auto* meaning = std::ranges::find(known_corrections, word, &Correction::name);
+    if (meaning == std::end(known_corrections) || meaning->shown.empty())
       text += (text.empty() ? "" : ", ") + word;
     else
-      text += text.empty() ? std::string(meaning->second) : fmt::format(" ({})", meaning->second);
+      text += text.empty() ? std::string(meaning->shown) : fmt::format(" ({})", meaning->shown);
   }
   return text;
 }
 
+std::uint64_t Stream::exposure_count() const {
+  if (!exposures.empty()) return exposures.size();
+  return camera && camera->view().exposure_count != 0 ? camera->view().exposure_count : 4;
+}
+
 bool Stream::is_from_source(const Channel& channel) const {
   return !history.empty() && channel.made_by == history.front();
+}
+
+void Stream::put(Channel channel) {
+  if (Channel* existing = find(channel.name))
+    *existing = std::move(channel);
+  else
+    channels.push_back(std::move(channel));
 }
 
 const Channel* Stream::find(std::string_view name) const {
@@ -115,14 +132,61 @@ bool fits_shape(const Channel& channel, std::string_view shape) {
   return true;
 }
 
-std::array<std::uint64_t, 4> extents_of(std::string_view shape, std::uint64_t height, std::uint64_t width,
-                                        std::uint32_t& rank) {
+std::array<std::uint64_t, 4> extents_of(std::string_view shape, const Sizes& sizes, std::uint32_t& rank) {
   std::array<std::uint64_t, 4> extent{};
   const std::vector<std::string> words = split_words(shape);
   rank = static_cast<std::uint32_t>(std::min<std::size_t>(words.size(), 4));
   for (std::uint32_t i = 0; i < rank; ++i)
-    extent[i] = words[i] == "H" ? height : words[i] == "W" ? width : fixed_extent(words[i]);
+    extent[i] = words[i] == "H"   ? sizes.height
+                : words[i] == "W" ? sizes.width
+                : words[i] == "P" ? sizes.exposures
+                                  : fixed_extent(words[i]);
   return extent;
+}
+
+std::vector<std::string> alternatives(const tofgraph_port& port) {
+  std::string text = port.channel;
+  std::ranges::replace(text, '|', ' ');
+  return split_words(text);
+}
+
+Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& port, const Stream& stream,
+                       std::size_t node) {
+  Channel channel;
+  channel.name = port.channel;
+  channel.type = port.type;
+  channel.unit = port.unit;
+  channel.of = port.of;
+  channel.made_by = node;
+  Sizes sizes{stream.camera ? stream.camera->view().height : 0, stream.camera ? stream.camera->view().width : 0,
+              stream.exposure_count()};
+  for (std::uint64_t i = 0; i < stage.port_count; ++i) {  // the size of what is read
+    const tofgraph_port& input = stage.ports[i];
+    const Channel* read =
+        input.direction == TOFGRAPH_DIRECTION_OUT ? nullptr : stream.find(alternatives(input).front());
+    const std::vector<std::string> shape = split_words(input.shape);
+    if (read == nullptr || read->rank != shape.size()) continue;
+    for (std::size_t k = 0; k < shape.size(); ++k) {
+      if (shape[k] == "H") sizes.height = read->extent[k];
+      if (shape[k] == "W") sizes.width = read->extent[k];
+      if (shape[k] == "P") sizes.exposures = read->extent[k];
+    }
+    break;
+  }
+  channel.extent = extents_of(port.shape, sizes, channel.rank);
+  channel.from = split_words(port.from);
+  const std::vector<std::string> direct = channel.from;
+  for (const std::string& source : direct) {
+    const Channel* parent = stream.find(source);
+    if (parent == nullptr) continue;
+    if (channel.applied.empty()) channel.applied = parent->applied;
+    for (const std::string& word : parent->from) {
+      if (!channel.is_from(word)) channel.from.push_back(word);
+    }
+  }
+  channel.applied.emplace_back(stage.name);
+  std::ranges::copy(split_words(port.adds), std::back_inserter(channel.applied));
+  return channel;
 }
 
 }  // namespace tofgraph::core

@@ -5,7 +5,7 @@
 
 #include "core/camera.hpp"
 
-#include <tofgraph/plugin.h>
+#include <tofgraph/effect.h>
 
 #include <array>
 #include <memory>
@@ -44,12 +44,39 @@ struct Stream {
   std::size_t camera_made_by = 0;
   std::uint64_t frames = 0;
   std::uint64_t known = 0;
-  std::vector<std::size_t> history;  ///< nodes that the frames went through, in order
+  std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
+  std::vector<tofgraph_exposure> exposures;  ///< of the raw images; empty: the camera's
+  std::string source = "{}";                 ///< what is known of where the frames come from, JSON
+
+  void set_camera(CameraPtr chosen, std::size_t node) {
+    camera = std::move(chosen);
+    camera_made_by = node;
+  }
+  std::uint64_t exposure_count() const;
+  /// Adds a channel, or replaces the one of its name.
+  void put(Channel channel);
 
   /// True when no node has written the channel since the source gave it.
   bool is_from_source(const Channel& channel) const;
   Channel* find(std::string_view name);
   const Channel* find(std::string_view name) const;
+};
+
+/// A class of corrections that stages name in `adds`, `needs` and `refuses`: who makes a depth from a distance adds
+/// non_linearity, and takes part in the check against correcting twice. Other words may be used; nobody else knows
+/// them.
+struct Correction {
+  std::string_view name;
+  std::string_view shown;  ///< in a message; "": the name
+  std::string_view text;
+};
+inline constexpr Correction known_corrections[] = {
+    {"non_linearity", "the bent light path corrected", "a depth or range was made from the half path"},
+    {"offset", "", "offsets by integration time and reflectivity were taken out"},
+    {"effects", "", "effects of a camera model were undone"},
+    {"denoised", "", "filtered in space or time"},
+    {"rectified", "", "resampled to an ideal lens"},
+    {"T_world_camera", "moved into the world's frame", "points are no longer in the optical frame"},
 };
 
 /// What was applied to a channel, for people: "optimized_bistatic (the bent light path corrected)".
@@ -58,8 +85,23 @@ std::string applied_text(const std::vector<std::string>& applied);
 /// A port's shape word by word: a number, or H, W, N. @returns false when the channel has another one.
 bool fits_shape(const Channel& channel, std::string_view shape);
 
+/// The name of a channel that arrives at a named port, where the frame has another one of that name.
+inline std::string alias_of(std::string_view channel, std::string_view port) {
+  return std::string(channel).append("@").append(port);
+}
+inline bool is_alias(std::string_view channel) { return channel.find('@') != std::string_view::npos; }
+
+/// What an output port makes of the stream as it is: size, history and unit of its channel.
+Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& port, const Stream& stream,
+                       std::size_t node);
+
+/// The channels that a port takes, the first first.
+std::vector<std::string> alternatives(const tofgraph_port& port);
+
 /// The extents of a shape for an image of this size; N and unknown sizes are 0.
-std::array<std::uint64_t, 4> extents_of(std::string_view shape, std::uint64_t height, std::uint64_t width,
-                                        std::uint32_t& rank);
+struct Sizes {
+  std::uint64_t height, width, exposures;
+};
+std::array<std::uint64_t, 4> extents_of(std::string_view shape, const Sizes& sizes, std::uint32_t& rank);
 
 }  // namespace tofgraph::core

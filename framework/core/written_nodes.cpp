@@ -11,7 +11,7 @@
 namespace tofgraph::core {
 namespace {
 
-const tofgraph_descriptor* find_stage(const NodeSpec& node, const Catalogue& catalogue, Diagnostics& diagnostics) {
+const Plugin* find_stage(const NodeSpec& node, const Catalogue& catalogue, Diagnostics& diagnostics) {
   if (node.stage.empty()) return nullptr;
   const PluginFile* file = catalogue.find(node.stage);
   if (file == nullptr || file->kind == "effect") {

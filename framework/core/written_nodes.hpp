@@ -21,7 +21,7 @@ class WrittenNodes {
   std::vector<std::size_t> order(Diagnostics& diagnostics) const;
 
   const NodeSpec& spec(std::size_t node) const { return specs_[node]; }
-  const tofgraph_descriptor* stage(std::size_t node) const { return stages_[node]; }  ///< null: not known
+  const Plugin* stage(std::size_t node) const { return stages_[node]; }  ///< null: not known
   const std::vector<InputSpec>& inputs(std::size_t node) const { return inputs_[node]; }
   /// The number of nodes where there is no such name.
   std::size_t index_of(const std::string& name) const;
@@ -34,7 +34,7 @@ class WrittenNodes {
 
   const std::vector<NodeSpec>& specs_;
   std::vector<std::string> names_;
-  std::vector<const tofgraph_descriptor*> stages_;
+  std::vector<const Plugin*> stages_;
   std::vector<std::vector<InputSpec>> inputs_;
 };
 

@@ -4,23 +4,17 @@
 
 #include <fmt/format.h>
 
+#include "core/image_file.hpp"
 #include "diagnosis/observables.hpp"
-#include "io/capture_map.hpp"
-
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <numbers>
-#include <system_error>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-std::shared_ptr<const core::ParameterValues> defaults_of(const tofgraph_descriptor& descriptor) {
+std::shared_ptr<const core::ParameterValues> defaults_of(const core::Plugin& descriptor) {
   core::Diagnostics diagnostics;
   auto values = std::make_shared<const core::ParameterValues>(descriptor, std::vector<const core::Entry*>{},
                                                               core::Position{}, diagnostics);
@@ -45,45 +39,22 @@ std::vector<double> tried(const FreeParameter& shape) {
   return values;
 }
 
-std::size_t parameter_at(const tofgraph_descriptor& descriptor, const std::string& name) {
-  const std::span all(descriptor.parameters, descriptor.parameter_count);
-  return static_cast<std::size_t>(std::ranges::find(all, name, &tofgraph_parameter::name) - all.begin());
-}
-
 }  // namespace
 
 EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera)
-    : maps_(std::move(maps)), dimension_(dimension), grid_(grid), width_(camera.width), height_(camera.height) {
-  std::vector<io::PixelMapData> data;
-  for (const Map& map : maps_) data.push_back({map.parameter.name, of_pixels(map)});
-  file_ = (std::filesystem::temp_directory_path() / "tofgraph-maps-XXXXXX").string();
-  const int descriptor = mkstemp(file_.data());
-  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), file_);
-  close(descriptor);
-  try {
-    io::write_pixel_maps(file_, data, height_, width_);
-    io::remember_pixel_maps(file_, data, height_, width_);
-  } catch (...) {
-    std::remove(file_.c_str());
-    throw;
+    : maps_(std::move(maps)), dimension_(dimension) {
+  for (const Map& map : maps_) {
+    std::vector<double>& values = pixels_.emplace_back(std::size_t{camera.width} * camera.height);
+    for (std::size_t p = 0; p < values.size(); ++p)
+      values[p] = map.values[superpixel_of(p / camera.width, camera.height, grid) * grid +
+                             superpixel_of(p % camera.width, camera.width, grid)];
+    images_.push_back(core::image_view(values.data(), camera.height, camera.width, map.parameter.name.c_str(),
+                                       map.parameter.unit.c_str()));
   }
 }
 
-EstimatedMaps::~EstimatedMaps() {
-  io::forget_pixel_maps(file_);
-  std::remove(file_.c_str());
-}
-
-std::vector<double> EstimatedMaps::of_pixels(const Map& map) const {
-  std::vector<double> values(width_ * height_);
-  for (std::size_t p = 0; p < values.size(); ++p)
-    values[p] =
-        map.values[superpixel_of(p / width_, height_, grid_) * grid_ + superpixel_of(p % width_, width_, grid_)];
-  return values;
-}
-
-Candidate::Candidate(const tofgraph_descriptor& descriptor)
-    : descriptor_(&descriptor), owned_(defaults_of(descriptor)), written_(owned_.get()) {
+Candidate::Candidate(const core::Plugin& plugin)
+    : descriptor_(&plugin), owned_(defaults_of(plugin)), written_(owned_.get()) {
   find_free();
   find_maps();
 }
@@ -95,7 +66,7 @@ Candidate::Candidate(const simulation::ModelEffect& effect) : descriptor_(effect
 void Candidate::find_free() {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
-    if (p.kind != TOFGRAPH_NUMBER || !std::isfinite(p.typical)) continue;
+    if (p.kind != TOFGRAPH_KIND_NUMBER || !std::isfinite(p.typical)) continue;
     const bool shape = !std::isfinite(p.off);
     const auto bound = [](double value, double none) { return std::isnan(value) ? none : value; };
     free_.push_back({i, p.name, p.unit, shape, shape ? p.typical : p.off, p.typical,
@@ -110,9 +81,7 @@ void Candidate::find_maps() {
   if (free_.size() != 1 || free_.front().shape || free_.front().off != 0) return;
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
-    const std::size_t dataset = parameter_at(*descriptor_, std::string(p.name) + "_dataset");
-    if (p.kind == TOFGRAPH_INPUT_FILE && written_->data()[i].given == 0 && dataset < descriptor_->parameter_count)
-      maps_.push_back({i, dataset, p.name});
+    if (p.kind == TOFGRAPH_KIND_IMAGE && written_->data()[i].given == 0) maps_.push_back({i, p.name, p.unit});
   }
 }
 
@@ -122,7 +91,9 @@ std::size_t Candidate::sizes() const {
 
 bool Candidate::reads_files() const {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
-    if (descriptor_->parameters[i].kind == TOFGRAPH_INPUT_FILE && written_->data()[i].given != 0) return true;
+    const std::uint32_t kind = descriptor_->parameters[i].kind;
+    const bool file = kind == TOFGRAPH_KIND_INPUT_FILE || kind == TOFGRAPH_KIND_IMAGE;
+    if (file && written_->data()[i].given != 0) return true;
   }
   return false;
 }
@@ -150,19 +121,18 @@ std::vector<std::vector<double>> Candidate::probes() const {
 }
 
 simulation::EffectPtr Candidate::make(std::span<const double> free_values, const tofgraph_camera& camera,
-                                      const EstimatedMaps* maps) const {
+                                      std::shared_ptr<const EstimatedMaps> maps) const {
   std::vector<tofgraph_value> values(written_->data(), written_->data() + descriptor_->parameter_count);
   for (std::size_t i = 0; i < free_.size(); ++i) {
     values[free_[i].index].number = free_values[i];
     values[free_[i].index].given = 1;
   }
   for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {
-    const MapParameter& map = maps->maps()[m].parameter;
-    values[map.index].text = maps->file().c_str();
-    values[map.dataset].text = map.name.c_str();
-    values[map.index].given = values[map.dataset].given = 1;
+    tofgraph_value& map = values[maps->maps()[m].parameter.index];
+    map.image = &maps->image(m);
+    map.given = 1;
   }
-  return std::make_shared<const simulation::Effect>(*descriptor_, values.data(), camera);
+  return std::make_shared<const simulation::Effect>(*descriptor_, values.data(), camera, std::move(maps));
 }
 
 std::string Candidate::yaml(std::span<const double> free_values, const EstimatedMaps* maps,
@@ -189,7 +159,7 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
 
 simulation::ForwardModel forward_model(std::span<const Term> terms, const tofgraph_camera& camera, bool physical) {
   std::vector<simulation::EffectPtr> effects;
-  for (const Term& term : terms) effects.push_back(term.candidate->make(term.values, camera, term.maps.get()));
+  for (const Term& term : terms) effects.push_back(term.candidate->make(term.values, camera, term.maps));
   return {camera, physical, std::move(effects)};
 }
 

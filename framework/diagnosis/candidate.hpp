@@ -23,10 +23,10 @@ struct FreeParameter {
   double off = 0, typical = 0, minimum = 0, maximum = 0;  ///< SI; off only of a size
 };
 
-/// A parameter that names a file with a number for every pixel.
+/// A parameter that is a number for every pixel.
 struct MapParameter {
-  std::size_t index = 0, dataset = 0;  ///< among the descriptor's parameters: the file, and its dataset's name
-  std::string name;
+  std::size_t index = 0;  ///< among the descriptor's parameters
+  std::string name, unit;
 };
 
 /// Maps that were estimated where no model names a file: constant within a superpixel.
@@ -37,35 +37,34 @@ class EstimatedMaps {
     std::vector<double> values;  ///< grid x grid, SI
   };
   /// @param dimension how many of the values the data determine
-  /// Writes the maps where effects can read them, for as long as this lives. @throws std::runtime_error
   EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera);
-  ~EstimatedMaps();
   EstimatedMaps(const EstimatedMaps&) = delete;
   EstimatedMaps& operator=(const EstimatedMaps&) = delete;
 
   const std::vector<Map>& maps() const { return maps_; }
-  const std::string& file() const { return file_; }
   double dimension() const { return dimension_; }
-  /// height x width
-  std::vector<double> of_pixels(const Map& map) const;
+  /// Of the m-th map height x width values; they live as long as this.
+  const std::vector<double>& of_pixels(std::size_t m) const { return pixels_[m]; }
+  /// The same as an effect takes it.
+  const tofgraph_view& image(std::size_t m) const { return images_[m]; }
 
  private:
   std::vector<Map> maps_;
   double dimension_;
-  std::size_t grid_, width_, height_;
-  std::string file_;
+  std::vector<std::vector<double>> pixels_;
+  std::vector<tofgraph_view> images_;
 };
 
 class Candidate {
  public:
   /// With the defaults of its parameters. @throws core::ConfigurationError when one has none
-  explicit Candidate(const tofgraph_descriptor& descriptor);
+  explicit Candidate(const core::Plugin& plugin);
   /// With the values of a model; these must live on.
   explicit Candidate(const simulation::ModelEffect& effect);
 
   std::string name() const { return descriptor_->name; }
-  const tofgraph_descriptor& descriptor() const { return *descriptor_; }
-  const tofgraph_effect& border() const { return *core::effect_of(*descriptor_); }
+  const core::Plugin& descriptor() const { return *descriptor_; }
+  const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
   std::size_t sizes() const;
 
@@ -80,7 +79,7 @@ class Candidate {
   std::vector<std::vector<double>> probes() const;
   /// @throws simulation::EffectError
   simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera,
-                             const EstimatedMaps* maps = nullptr) const;
+                             std::shared_ptr<const EstimatedMaps> maps = nullptr) const;
   /// The parameters as a model file has them: those that are free from the argument, the others as they are.
   /// @param map_file where estimated maps will be, under map_dataset()
   std::string yaml(std::span<const double> free_values, const EstimatedMaps* maps = nullptr,
@@ -91,7 +90,7 @@ class Candidate {
   void find_free();
   void find_maps();
 
-  const tofgraph_descriptor* descriptor_;
+  const core::Plugin* descriptor_;
   std::shared_ptr<const core::ParameterValues> owned_;  ///< of defaults
   const core::ParameterValues* written_;
   std::vector<FreeParameter> free_;

@@ -75,9 +75,9 @@ class Recording {
   std::vector<float> floats(const char* name, std::size_t frame) const {
     const auto as = [](const auto& values) { return std::vector<float>(values.begin(), values.end()); };
     switch (channels_.at(name).type) {
-      case TOFGRAPH_I16:
+      case TOFGRAPH_TYPE_I16:
         return as(read<std::int16_t>(name, frame));
-      case TOFGRAPH_I32: {
+      case TOFGRAPH_TYPE_I32: {
         std::vector<float> result;
         for (const std::int32_t v : read<std::int32_t>(name, frame)) result.push_back(static_cast<float>(v));
         return result;

@@ -195,7 +195,7 @@ void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
   for (const Term& term : d.search.after.state.terms) {
     for (std::size_t m = 0; term.maps && m < term.maps->maps().size(); ++m) {
       const EstimatedMaps::Map& map = term.maps->maps()[m];
-      data.push_back({term.candidate->map_dataset(map.parameter), term.maps->of_pixels(map)});
+      data.push_back({term.candidate->map_dataset(map.parameter), map.parameter.unit, term.maps->of_pixels(m)});
     }
   }
   if (data.empty()) {

@@ -28,8 +28,8 @@ struct CaptureHeader {
 /// One dataset of /frames: N x extent.
 struct CaptureChannel {
   std::string name;
-  std::uint32_t type = TOFGRAPH_ANY;  ///< in memory: flags are always uint16
-  std::vector<std::uint64_t> extent;  ///< of one frame
+  std::uint32_t type = TOFGRAPH_TYPE_ANY;  ///< in memory: flags are always uint16
+  std::vector<std::uint64_t> extent;       ///< of one frame
   std::string unit, of, applied, from;
 
   std::uint64_t elements() const;

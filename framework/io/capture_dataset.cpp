@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t longest_text = 1U << 24U;       // bytes
 constexpr std::size_t greatest_frame = 1ULL << 31U;   // bytes of one frame of a channel
 constexpr std::size_t greatest_chunk = 64ULL << 20U;  // bytes read at once, where it is more than a frame
+constexpr hsize_t exposures = 4;                       // of a frame
 constexpr int greatest_rank = 5;                      // frames and four dimensions
 
 /// Never wraps around: what is too great stays the greatest number.
@@ -45,14 +46,14 @@ Handle open_attribute(hid_t object, const char* name) {
   return attribute;
 }
 
-/// The extents that a shape of the channel table asks for: "4 H W". Empty for a channel without a fixed shape.
+/// The extents that a shape of the channel table asks for: "P H W". Empty for a channel without a fixed shape.
 std::vector<hsize_t> expected_extent(const ChannelInfo& info, const CaptureHeader& header) {
   std::vector<hsize_t> extent;
   std::string_view shape = info.shape;
   while (!shape.empty()) {
     const auto end = std::min(shape.find(' '), shape.size());
     const std::string_view word = shape.substr(0, end);
-    hsize_t number = word == "H" ? header.height : word == "W" ? header.width : 0;
+    hsize_t number = word == "H" ? header.height : word == "W" ? header.width : word == "P" ? exposures : 0;
     if (number == 0) std::from_chars(word.data(), word.data() + word.size(), number);
     extent.push_back(number);
     shape.remove_prefix(std::min(end + 1, shape.size()));
@@ -62,8 +63,8 @@ std::vector<hsize_t> expected_extent(const ChannelInfo& info, const CaptureHeade
 
 std::vector<std::uint32_t> expected_types(const ChannelInfo& info) {
   const std::string_view name = info.name;
-  if (name == "phases") return {TOFGRAPH_F32, TOFGRAPH_I16, TOFGRAPH_I32};
-  if (name == "flags") return {TOFGRAPH_U16, TOFGRAPH_U8};
+  if (name == "phases") return {TOFGRAPH_TYPE_F32, TOFGRAPH_TYPE_I16, TOFGRAPH_TYPE_I32};
+  if (name == "flags") return {TOFGRAPH_TYPE_U16, TOFGRAPH_TYPE_U8};
   return {info.type};
 }
 
@@ -74,6 +75,16 @@ std::string names_of(const std::vector<std::uint32_t>& types) {
 }
 
 }  // namespace
+
+void write_text(hid_t object, const char* name, const std::string& value) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(H5Acreate2(object, name, type, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const char* text = value.c_str();
+  check(H5Awrite(attribute, type, &text), fmt::format("attribute {} cannot be written", name));
+}
 
 std::string text_attribute(hid_t object, const char* name) {
   const Handle attribute = open_attribute(object, name);
@@ -163,7 +174,8 @@ std::size_t Dataset::stored_frames(bool all) const {
 
 std::string Dataset::described() const {
   const std::uint32_t type = element_type_of(type_);
-  return fmt::format("{} {}", fmt::join(size_, " x "), type != TOFGRAPH_ANY ? element_name(type) : "of another type");
+  return fmt::format("{} {}", fmt::join(size_, " x "),
+                     type != TOFGRAPH_TYPE_ANY ? element_name(type) : "of another type");
 }
 
 std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) const {
@@ -177,7 +189,7 @@ std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) c
   channel.from = text_attribute(dataset_, "from");
   const ChannelInfo* info = known_channel(name_);
   if (info == nullptr) {
-    if (channel.type == TOFGRAPH_ANY || channel.extent.size() < 2) return std::nullopt;
+    if (channel.type == TOFGRAPH_TYPE_ANY || channel.extent.size() < 2) return std::nullopt;
     return channel;
   }
   const std::vector<hsize_t> extent = expected_extent(*info, header);
@@ -188,7 +200,7 @@ std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) c
   if (!channel.unit.empty() && channel.unit != info->unit)
     fail(fmt::format("is in {}, expected {}", channel.unit, *info->unit != 0 ? info->unit : "no unit"));
   channel.unit = info->unit;
-  if (channel.type == TOFGRAPH_U8) channel.type = TOFGRAPH_U16;  // flags: HDF5 converts when it reads
+  if (channel.type == TOFGRAPH_TYPE_U8) channel.type = TOFGRAPH_TYPE_U16;  // flags: HDF5 converts when it reads
   return channel;
 }
 

@@ -33,17 +33,17 @@ std::string last_error() {
 
 hid_t memory_type(std::uint32_t element_type) {
   switch (element_type) {
-    case TOFGRAPH_F32:
+    case TOFGRAPH_TYPE_F32:
       return H5T_NATIVE_FLOAT;
-    case TOFGRAPH_F64:
+    case TOFGRAPH_TYPE_F64:
       return H5T_NATIVE_DOUBLE;
-    case TOFGRAPH_U8:
+    case TOFGRAPH_TYPE_U8:
       return H5T_NATIVE_UINT8;
-    case TOFGRAPH_U16:
+    case TOFGRAPH_TYPE_U16:
       return H5T_NATIVE_UINT16;
-    case TOFGRAPH_I16:
+    case TOFGRAPH_TYPE_I16:
       return H5T_NATIVE_INT16;
-    case TOFGRAPH_I32:
+    case TOFGRAPH_TYPE_I32:
       return H5T_NATIVE_INT32;
     default:
       throw std::invalid_argument("an element type that captures do not hold");
@@ -54,12 +54,13 @@ std::uint32_t element_type_of(hid_t type) {
   const std::size_t size = H5Tget_size(type);
   switch (H5Tget_class(type)) {
     case H5T_FLOAT:
-      return size == 4 ? TOFGRAPH_F32 : size == 8 ? TOFGRAPH_F64 : TOFGRAPH_ANY;
+      return size == 4 ? TOFGRAPH_TYPE_F32 : size == 8 ? TOFGRAPH_TYPE_F64 : TOFGRAPH_TYPE_ANY;
     case H5T_INTEGER:
-      if (H5Tget_sign(type) == H5T_SGN_NONE) return size == 1 ? TOFGRAPH_U8 : size == 2 ? TOFGRAPH_U16 : TOFGRAPH_ANY;
-      return size == 2 ? TOFGRAPH_I16 : size == 4 ? TOFGRAPH_I32 : TOFGRAPH_ANY;
+      if (H5Tget_sign(type) == H5T_SGN_NONE)
+        return size == 1 ? TOFGRAPH_TYPE_U8 : size == 2 ? TOFGRAPH_TYPE_U16 : TOFGRAPH_TYPE_ANY;
+      return size == 2 ? TOFGRAPH_TYPE_I16 : size == 4 ? TOFGRAPH_TYPE_I32 : TOFGRAPH_TYPE_ANY;
     default:
-      return TOFGRAPH_ANY;
+      return TOFGRAPH_TYPE_ANY;
   }
 }
 

@@ -57,9 +57,9 @@ template <class Result> Result check(Result result, const std::string& what) {
   return result;
 }
 
-/// HDF5's type of an element in memory; for TOFGRAPH_F32 and so on.
+/// HDF5's type of an element in memory; for TOFGRAPH_TYPE_F32 and so on.
 hid_t memory_type(std::uint32_t element_type);
-/// The border's code of a type in a file, TOFGRAPH_ANY for what has none.
+/// The border's code of a type in a file, TOFGRAPH_TYPE_ANY for what has none.
 std::uint32_t element_type_of(hid_t type);
 
 }  // namespace tofgraph::io::h5

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/capture.hpp"
+#include "io/capture_dataset.hpp"
 #include "io/capture_hdf5.hpp"
 #include "io/capture_layout.hpp"
 #include "io/output_file.hpp"
@@ -19,6 +20,7 @@ namespace tofgraph::io {
 namespace fs = std::filesystem;
 using h5::check;
 using h5::Handle;
+using h5::write_text;
 
 std::uint64_t CaptureChannel::elements() const {
   return std::accumulate(extent.begin(), extent.end(), std::uint64_t{1}, std::multiplies<>());
@@ -29,16 +31,6 @@ namespace {
 
 /// Frames of a metadata array in one chunk: small, because each flush writes the last one again.
 constexpr hsize_t metadata_chunk = 128;
-
-void write_text(hid_t object, const char* name, const std::string& value) {
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name, type, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const char* text = value.c_str();
-  check(H5Awrite(attribute, type, &text), fmt::format("attribute {} cannot be written", name));
-}
 
 void write_optional(hid_t object, const char* name, const std::string& value) {
   if (!value.empty()) write_text(object, name, value);
@@ -52,15 +44,15 @@ void write_integer(hid_t object, const char* name, std::int64_t value) {
 
 hid_t file_type(std::uint32_t element_type) {
   switch (element_type) {
-    case TOFGRAPH_F32:
+    case TOFGRAPH_TYPE_F32:
       return H5T_IEEE_F32LE;
-    case TOFGRAPH_F64:
+    case TOFGRAPH_TYPE_F64:
       return H5T_IEEE_F64LE;
-    case TOFGRAPH_U8:
+    case TOFGRAPH_TYPE_U8:
       return H5T_STD_U8LE;
-    case TOFGRAPH_U16:
+    case TOFGRAPH_TYPE_U16:
       return H5T_STD_U16LE;
-    case TOFGRAPH_I16:
+    case TOFGRAPH_TYPE_I16:
       return H5T_STD_I16LE;
     default:
       return H5T_STD_I32LE;

@@ -36,7 +36,26 @@ int digits_of(std::string_view placeholder) {
   return right ? digits : -1;
 }
 
+[[noreturn]] void refuse(const fs::path& path, const char* what, int error) {
+  throw std::runtime_error(fmt::format("{} {}: {}", path.string(), what, reason(error)));
+}
+
+void write_all(const fs::path& path, int descriptor, std::span<const std::byte> data) {
+  while (!data.empty()) {
+    const ssize_t written = ::write(descriptor, data.data(), data.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) refuse(path, "cannot be written", errno);
+    data = data.subspan(static_cast<std::size_t>(written));
+  }
+}
+
 }  // namespace
+
+FileWriter::FileWriter(fs::path path) : path_(std::move(path)), descriptor_(open(path_.c_str(), O_WRONLY | O_CLOEXEC)) {
+  if (descriptor_ < 0) refuse(path_, "cannot be opened", errno);
+}
+FileWriter::~FileWriter() { ::close(descriptor_); }
+void FileWriter::write(std::span<const std::byte> data) { write_all(path_, descriptor_, data); }
 
 OutputFile::OutputFile(fs::path final_path) : final_(std::move(final_path)) {
   static std::atomic<unsigned> count{0};
@@ -57,18 +76,9 @@ void OutputFile::close() {
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
 }
 
-void OutputFile::fail(const char* what, int error) const {
-  throw std::runtime_error(fmt::format("{} {}: {}", final_.string(), what, reason(error)));
-}
+void OutputFile::fail(const char* what, int error) const { refuse(final_, what, error); }
 
-void OutputFile::write(std::span<const std::byte> data) {
-  while (!data.empty()) {
-    const ssize_t written = ::write(descriptor_, data.data(), data.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail("cannot be written", errno);
-    data = data.subspan(static_cast<std::size_t>(written));
-  }
-}
+void OutputFile::write(std::span<const std::byte> data) { write_all(final_, descriptor_, data); }
 
 void OutputFile::sync() {
   // Some file systems have nothing to sync to (EINVAL, ENOTSUP); what they hold is as safe as it gets.

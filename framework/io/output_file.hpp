@@ -43,6 +43,22 @@ class OutputFile {
   int descriptor_ = -1;
 };
 
+/// Writes to a file that is there, from its beginning. For what the host gave a temporary name.
+class FileWriter {
+ public:
+  explicit FileWriter(std::filesystem::path path);  ///< @throws std::runtime_error
+  ~FileWriter();
+  FileWriter(const FileWriter&) = delete;
+  FileWriter& operator=(const FileWriter&) = delete;
+  /// @throws std::runtime_error, as when the disk is full
+  void write(std::span<const std::byte> data);
+  void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_;
+};
+
 /// Writes a whole file at once, synced. @throws std::runtime_error
 void write_file(const std::filesystem::path& path, std::string_view content);
 

@@ -136,6 +136,9 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   Reader reader(document, diagnostics, "the profile");
   reader.take("profile");
   tofgraph_camera camera{};
+  camera.size = sizeof camera;
+  camera.light_size = sizeof(tofgraph_light);
+  camera.exposure_size = sizeof(tofgraph_exposure);
   const std::string name = reader.word("name", "unnamed");
   camera.name = name.c_str();
   camera.width = read_size(reader, "width", diagnostics);

@@ -7,7 +7,7 @@
 /// image row, y down the column; the lens centre is at (0, 0, focal_length). Lengths are metres.
 #pragma once
 
-#include <tofgraph/plugin.h>
+#include <tofgraph/array.hpp>
 
 #include <cmath>
 #include <limits>
@@ -53,8 +53,7 @@ inline Geometry geometry_of(const tofgraph_camera& camera) {
   }
   Geometry geometry{camera.focal_length, {}};
   double total = 0;
-  for (std::uint64_t i = 0; i < camera.light_count; ++i) {
-    const tofgraph_light& light = camera.lights[i];
+  for (const tofgraph_light& light : lights_of(camera)) {
     geometry.sources.push_back({{light.position[0], light.position[1], light.position[2]}, light.amplitude});
     total += light.amplitude;
   }

@@ -69,7 +69,7 @@ struct Typical {
   EffectPtr effect;
   std::string parameters;
 };
-Typical typical(const tofgraph_descriptor& descriptor, const tofgraph_camera& camera) {
+Typical typical(const core::Plugin& descriptor, const tofgraph_camera& camera) {
   std::vector<core::Entry> entries;
   std::string text;
   for (std::uint64_t i = 0; i < descriptor.parameter_count; ++i) {
@@ -104,8 +104,8 @@ class Gallery {
     for (double z = 0.5; z <= 7.01; z += 0.1) distances_.push_back(z);
   }
 
-  void add(Page& page, const tofgraph_descriptor& descriptor) const {
-    const tofgraph_effect& border = *core::effect_of(descriptor);
+  void add(Page& page, const core::Plugin& descriptor) const {
+    const tofgraph_effect& border = *descriptor.effect;
     page.heading(descriptor.name);
     page.paragraph(
         fmt::format("{}. Level: {}. Touches: {}.{}{}", descriptor.summary, core::level_name(border), border.touches,

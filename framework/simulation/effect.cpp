@@ -2,69 +2,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/effect.hpp"
 
-#include "core/plugin.hpp"
+#include "core/running_call.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <utility>
 
 namespace tofgraph::simulation {
-
-struct Effect::Context {
-  std::vector<std::string> files;
-};
-
 namespace {
 
-/// What the running call of this thread said through fail().
-struct Failure {
-  std::string parameter, text;
-};
-thread_local Failure failure;
-
-/// Of the host's services an effect has these; the others belong to frames and are not there.
-const tofgraph_host& effect_host() {
-  static const tofgraph_host host = [] {
-    tofgraph_host h{};
-    h.size = sizeof(tofgraph_host);
-    h.api_major = TOFGRAPH_API_MAJOR;
-    h.api_minor = TOFGRAPH_API_MINOR;
-    h.fail = [](void*, const char* parameter, const char* text) {
-      failure = {parameter != nullptr ? parameter : "", text};
+std::shared_ptr<core::Host> standard_host() {
+  static const std::shared_ptr<core::Host> host = [] {
+    auto made = std::make_shared<core::Host>();
+    made->message = [](const std::string& name, const std::string& text, bool warning) {
+      fmt::print(stderr, "effect {}: {}{}\n", name, warning ? "warning: " : "", text);
     };
-    h.message = [](void*, std::uint32_t, const char*) {};
-    h.stopping = [](void*) { return 0; };
-    h.overwrite = [](void*) { return 0; };
-    h.uses_file = [](void* context, const char* path) {
-      static_cast<std::vector<std::string>*>(context)->emplace_back(path);
-    };
-    h.provenance = [](void*) { return "{}"; };
-    return h;
+    return made;
   }();
   return host;
 }
 
 }  // namespace
 
-Effect::Effect(const tofgraph_descriptor& descriptor, const tofgraph_value* values, const tofgraph_camera& camera)
-    : descriptor_(descriptor), border_(*core::effect_of(descriptor)), context_(std::make_unique<Context>()) {
-  failure = {"", "failed and did not say why"};
-  if (descriptor.create(&effect_host(), &context_->files, values, &self_) != TOFGRAPH_OK || self_ == nullptr)
-    throw EffectError(descriptor.name, failure.parameter, failure.text);
+Effect::Effect(const core::Plugin& plugin, const tofgraph_value* values, const tofgraph_camera& camera,
+               std::shared_ptr<const void> keeps, std::shared_ptr<core::Host> host)
+    : keeps_(std::move(keeps)),
+      host_(host != nullptr ? std::move(host) : standard_host()),
+      instance_(plugin, plugin.name, *host_) {
+  const auto check = [&](const std::optional<core::Failure>& failure) {
+    if (failure) throw EffectError(name(), failure->parameter, failure->text);
+  };
+  check(instance_.create(values));
   tofgraph_stream stream{};
   stream.size = sizeof stream;
   stream.channel_size = sizeof(tofgraph_channel);
+  stream.exposure_size = sizeof(tofgraph_exposure);
   stream.node = "";
+  stream.source = "{}";
   stream.camera = &camera;
+  stream.exposures = camera.exposures;
+  stream.exposure_count = camera.exposure_count;
   const tofgraph_stream* const streams[] = {&stream};
-  if (descriptor.prepare(self_, streams, 1) == TOFGRAPH_OK) return;
-  descriptor.destroy(self_);
-  throw EffectError(descriptor.name, failure.parameter, failure.text);
+  check(instance_.prepare(streams, 0, nullptr));
 }
 
-Effect::~Effect() { descriptor_.destroy(self_); }
-
-const std::vector<std::string>& Effect::files() const { return context_->files; }
-
 void Effect::apply(tofgraph_light_state& state) const {
-  failure = {"", "failed and did not say why"};
-  if (border_.apply(self_, &state) != TOFGRAPH_OK) throw EffectError(descriptor_.name, failure.parameter, failure.text);
+  core::Failure& failure = core::last_failure();
+  if (!failure.text.empty()) failure = {};
+  const core::RunningCall call(instance_, "apply");
+  if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
+  const core::Failure told = std::exchange(failure, {});
+  throw EffectError(name(), told.parameter, told.text.empty() ? "failed and did not say why" : told.text);
 }
 
 }  // namespace tofgraph::simulation

@@ -3,7 +3,9 @@
 /// @file An effect with its parameters, ready to be applied; it comes by the plugin border, like everybody's.
 #pragma once
 
-#include <tofgraph/plugin.h>
+#include "core/instance.hpp"
+
+#include <tofgraph/effect.h>
 
 #include <memory>
 #include <stdexcept>
@@ -26,29 +28,30 @@ class EffectError : public std::runtime_error {
 class Effect {
  public:
   /// @param values in the order of the descriptor's parameters; they need not live on
+  /// @param keeps what their images are in, as long as the effect
+  /// @param host whom remarks go to; default: standard error
   /// @throws EffectError
-  Effect(const tofgraph_descriptor& descriptor, const tofgraph_value* values, const tofgraph_camera& camera);
-  ~Effect();
-  Effect(const Effect&) = delete;
-  Effect& operator=(const Effect&) = delete;
+  Effect(const core::Plugin& plugin, const tofgraph_value* values, const tofgraph_camera& camera,
+         std::shared_ptr<const void> keeps = nullptr, std::shared_ptr<core::Host> host = nullptr);
 
-  std::string name() const { return descriptor_.name; }
-  const tofgraph_descriptor& descriptor() const { return descriptor_; }
-  std::uint32_t level() const { return border_.level; }
-  bool late() const { return (border_.flags & TOFGRAPH_LATE) != 0; }
-  bool looks_at_neighbours() const { return (border_.flags & TOFGRAPH_IMAGE) != 0; }
-  /// Files that shaped it, for the provenance.
-  const std::vector<std::string>& files() const;
+  const std::string& name() const { return instance_.name(); }
+  const core::Plugin& descriptor() const { return instance_.plugin(); }
+  std::uint32_t level() const { return border().level; }
+  bool late() const { return (border().flags & TOFGRAPH_EFFECT_LATE) != 0; }
+  bool looks_at_neighbours() const { return (border().flags & TOFGRAPH_EFFECT_IMAGE) != 0; }
+  const tofgraph_effect& border() const { return *descriptor().effect; }
+  /// Files that shaped it beside its parameters, for the provenance.
+  const std::vector<core::UsedFile>& files() const { return instance_.files(); }
+  /// What it remarked while it was prepared.
+  const std::vector<std::string>& warnings() const { return instance_.warnings(); }
 
   /// @throws EffectError
   void apply(tofgraph_light_state& state) const;
 
  private:
-  struct Context;
-  const tofgraph_descriptor& descriptor_;
-  const tofgraph_effect& border_;
-  std::unique_ptr<Context> context_;
-  void* self_ = nullptr;
+  std::shared_ptr<const void> keeps_;
+  std::shared_ptr<core::Host> host_;
+  core::Instance instance_;
 };
 
 using EffectPtr = std::shared_ptr<const Effect>;

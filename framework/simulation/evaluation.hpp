@@ -67,6 +67,7 @@ class Evaluation : public tofgraph_light_state {
   std::vector<std::size_t> edges_;
   std::vector<double> turns_, strength_, distances_, intensities_, extras_;
   Doubles amplitudes_;
+  std::vector<tofgraph_exposure> steps_;
   std::vector<Complex> light_, exposures_;
   std::array<std::vector<Complex>, 4> clean_;
   std::array<std::vector<double>, 4> clean_strength_;

@@ -27,24 +27,28 @@ Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Sh
   columns = pixels.columns;
   spacing = pixels.spacing;
   noise_factor = 1;
-  for (std::size_t k = 0; k < 4; ++k) step[k] = static_cast<double>(k) * (std::numbers::pi / 2);
+  frequency = camera->modulation_frequency;
+  for (std::size_t k = 0; k < 4; ++k) steps_.push_back({static_cast<double>(k) * (std::numbers::pi / 2), frequency});
+  exposure_size = sizeof(tofgraph_exposure);
+  exposures = steps_.data();
+  exposure_count = steps_.size();
 }
 
 void Evaluation::shine() {
   place_sources();
-  apply_level(TOFGRAPH_GEOMETRY);
+  apply_level(TOFGRAPH_LEVEL_GEOMETRY);
   trace();
   emit();
   for (std::size_t e = 0; e < model_.effects().size(); ++e) {
     const Effect& effect = *model_.effects()[e];
-    if (effect.level() != TOFGRAPH_PHASOR || effect.late()) continue;
+    if (effect.level() != TOFGRAPH_LEVEL_PHASOR || effect.late()) continue;
     if (effect.looks_at_neighbours()) merge_edges();
     effect.apply(*this);
   }
   merge_edges();
   sum();
   for (const EffectPtr& effect : model_.effects()) {
-    if (effect->level() == TOFGRAPH_PHASOR && effect->late()) effect->apply(*this);
+    if (effect->level() == TOFGRAPH_LEVEL_PHASOR && effect->late()) effect->apply(*this);
   }
   for (std::size_t i = 0; i < light_.size(); ++i) {
     if (turns_[i] != 0 && light_[i] != Complex{}) light_[i] *= std::polar(1.0, turns_[i]);
@@ -59,8 +63,8 @@ void Evaluation::apply_level(std::uint32_t level) {
 
 void Evaluation::place_sources() {
   const std::size_t n = camera->light_count;
-  for (std::size_t s = 0; s < n; ++s) {
-    const tofgraph_light& light = camera->lights[s];
+  for (const tofgraph_light& light : lights_of(*camera)) {
+    const std::size_t s = borders_.size();
     const bool on = shot_.on.empty() || shot_.on[s];
     borders_.push_back({light.name,
                         {light.position[0], light.position[1], light.position[2]},
@@ -71,7 +75,7 @@ void Evaluation::place_sources() {
   }
   borders_.push_back({"", {0, 0, 0}, 1, nullptr, nullptr, nullptr});
   sources = borders_.data();
-  source_count = static_cast<std::uint32_t>(n);  // the inside has no place
+  source_count = n;  // the inside has no place
   scale = offset = tilt[0] = tilt[1] = 0;
 }
 
@@ -146,7 +150,7 @@ void Evaluation::emit() {
   }
   double all = 0;
   for (std::size_t s = 0; s < lights; ++s) all += camera->lights[s].amplitude;
-  const bool dark = (shot_.condition.flags & TOFGRAPH_LENS_CAPPED) != 0;
+  const bool dark = (shot_.condition.flags & TOFGRAPH_CONDITION_LENS_CAPPED) != 0;
   for (std::size_t s = 0; s < lights; ++s) {
     arrays_[s].path.resize(n);
     const Vector3 place{borders_[s].position[0], borders_[s].position[1], borders_[s].position[2]};
@@ -162,7 +166,7 @@ void Evaluation::emit() {
     borders_[s].phasor = reinterpret_cast<double*>(arrays_[s].phasor.data());
     borders_[s].strength = arrays_[s].strength.data();
   }
-  source_count = static_cast<std::uint32_t>(lights + 1);
+  source_count = lights + 1;
   turns_.assign(n, 0);
   turn = turns_.data();
 }

@@ -42,7 +42,7 @@ Expectation Evaluation::develop() {
       shine_again(k);
     }
   }
-  apply_level(TOFGRAPH_SAMPLES);
+  apply_level(TOFGRAPH_LEVEL_SAMPLES);
   Expectation result;
   expose(result);
   result.hits = std::move(hits_);
@@ -74,14 +74,14 @@ void Evaluation::shine_again(std::size_t k) {
 }
 
 int Evaluation::move_exposure(std::uint32_t k, double displacement) noexcept {
-  if (k > 3) return TOFGRAPH_ERROR;
-  if (displacement == 0) return TOFGRAPH_OK;
+  if (k > 3) return TOFGRAPH_STATUS_ERROR;
+  if (displacement == 0) return TOFGRAPH_STATUS_OK;
   try {
     changes_[k].displacement += displacement;
     shine_again(k);
-    return TOFGRAPH_OK;
+    return TOFGRAPH_STATUS_OK;
   } catch (const std::exception&) {
-    return TOFGRAPH_ERROR;
+    return TOFGRAPH_STATUS_ERROR;
   }
 }
 
@@ -90,7 +90,7 @@ void Evaluation::expose(Expectation& result) {
   result.taps.resize(8 * n);
   for (std::size_t k = 0; k < 4; ++k) {
     for (std::size_t i = 0; i < n; ++i) {
-      double c = turned(exposures_[k * n + i], step[k], k).real() + extras_[k * n + i];
+      double c = turned(exposures_[k * n + i], steps_[k].phase, k).real() + extras_[k * n + i];
       if (std::isnan(pixels_.rays[i].z)) c = nan;
       const double mean = intensities_[k * n + i];
       result.taps[2 * k * n + i] = mean + c / 2;
@@ -99,7 +99,7 @@ void Evaluation::expose(Expectation& result) {
   }
   taps = result.taps.data();
   for (std::size_t e = 0; e < model_.first_readout(); ++e) {
-    if (model_.effects()[e]->level() == TOFGRAPH_TAPS) model_.effects()[e]->apply(*this);
+    if (model_.effects()[e]->level() == TOFGRAPH_LEVEL_TAPS) model_.effects()[e]->apply(*this);
   }
   if (model_.has_readout()) {  // one after the readout may still set the noise
     std::vector<double> copy = result.taps;

@@ -21,7 +21,7 @@ ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::ve
   need(camera.modulation_frequency, "modulation_frequency, e.g. modulation_frequency: 20 MHz");
   std::ranges::stable_sort(effects_, {}, [](const EffectPtr& e) { return e->level(); });
   const auto readout =
-      std::ranges::find_if(effects_, [](const EffectPtr& e) { return e->level() == TOFGRAPH_TAPS && e->late(); });
+      std::ranges::find_if(effects_, [](const EffectPtr& e) { return e->level() == TOFGRAPH_LEVEL_TAPS && e->late(); });
   first_readout_ = static_cast<std::size_t>(readout - effects_.begin());
 }
 

@@ -29,7 +29,7 @@ void read_effect(const Value& item, const core::Catalogue& catalogue, Diagnostic
     return;
   }
   try {
-    const tofgraph_descriptor& descriptor = catalogue.load(*file);
+    const core::Plugin& descriptor = catalogue.load(*file);
     std::vector<const Entry*> written;
     for (const Entry& entry : item.entries) {
       if (&entry != name) written.push_back(&entry);
@@ -79,17 +79,30 @@ Model model_of_scene(const std::optional<Value>& model, const core::Catalogue& c
   return load_model(core::path_at(model->text, model->at), catalogue, diagnostics);
 }
 
-std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics) {
+std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics,
+                                    const std::shared_ptr<core::Host>& host) {
   std::vector<EffectPtr> effects;
   if (!diagnostics.ok()) return effects;  // values that were refused are not handed on
   for (const ModelEffect& effect : model.effects) {
+    if (!effect.values.images_fit(camera, diagnostics)) continue;
     try {
-      effects.push_back(std::make_shared<const Effect>(*effect.descriptor, effect.values.data(), camera));
+      const auto kept = std::make_shared<const core::ParameterValues>(effect.values);  // with the images' memory
+      effects.push_back(std::make_shared<const Effect>(*effect.descriptor, kept->data(), camera, kept, host));
+      for (const std::string& warning : effects.back()->warnings())
+        diagnostics.warning(effect.at, fmt::format("effect {}: {}", effects.back()->name(), warning));
     } catch (const EffectError& error) {
       diagnostics.error(error.parameter.empty() ? effect.at : effect.values.position_of(error.parameter), error.what());
     }
   }
   return effects;
+}
+
+std::vector<std::string> files_of(const Model& model) {
+  std::vector<std::string> files;
+  for (const ModelEffect& effect : model.effects) {
+    for (const std::string& file : effect.values.files()) files.push_back(file);
+  }
+  return files;
 }
 
 nlohmann::json described(const Model& model) {

@@ -18,7 +18,7 @@
 namespace tofgraph::simulation {
 
 struct ModelEffect {
-  const tofgraph_descriptor* descriptor;
+  const core::Plugin* descriptor;
   core::ParameterValues values;
   core::Position at;
 };
@@ -39,8 +39,13 @@ Model load_model(const std::filesystem::path& file, const core::Catalogue& catal
 Model model_of_scene(const std::optional<core::Value>& model, const core::Catalogue& catalogue,
                      core::Diagnostics& diagnostics);
 
-/// The effects, made for a camera; what they refuse goes to the diagnostics at the place of the parameter.
-std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics);
+/// The effects, made for a camera; what they refuse and remark goes to the diagnostics at the place of the parameter.
+/// @param host whom later remarks go to; default: standard error
+std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics,
+                                    const std::shared_ptr<core::Host>& host = nullptr);
+
+/// The files that a model's effects take values from.
+std::vector<std::string> files_of(const Model& model);
 
 /// The effects as they were written, defaults included, for the provenance.
 nlohmann::json described(const Model& model);

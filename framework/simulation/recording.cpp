@@ -61,7 +61,7 @@ class Images {
     const ChannelInfo* known = known_channel(name);
     io::CaptureChannel channel;
     channel.name = name;
-    channel.type = name == "taps" ? TOFGRAPH_U16 : TOFGRAPH_F32;
+    channel.type = name == "taps" ? TOFGRAPH_TYPE_U16 : TOFGRAPH_TYPE_F32;
     channel.extent = std::move(extent);
     channel.unit = known->unit;
     channel.applied = applied;

@@ -37,9 +37,9 @@ Shot shot_of(const tofgraph_camera& camera, const Condition& condition) {
   Shot shot = shot_of(camera, condition.integration_time);
   tofgraph_condition& c = shot.condition;
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
-  c.flags = flag(condition.reference == "laser", TOFGRAPH_LASER) |
-            flag(condition.lens == "capped", TOFGRAPH_LENS_CAPPED) |
-            flag(condition.rail == "covered", TOFGRAPH_RAIL_COVERED);
+  c.flags = flag(condition.reference == "laser", TOFGRAPH_CONDITION_LASER) |
+            flag(condition.lens == "capped", TOFGRAPH_CONDITION_LENS_CAPPED) |
+            flag(condition.rail == "covered", TOFGRAPH_CONDITION_RAIL_COVERED);
   c.target = condition.target.c_str();
   c.ambient = condition.ambient.c_str();
   c.temperature = condition.temperature;

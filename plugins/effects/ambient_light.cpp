@@ -12,7 +12,8 @@ namespace tofgraph {
 struct AmbientLight final : Effect {
   static constexpr EffectInfo info{.touches = "intensity variance null1",
                                    .confused_with = "pixel_response",
-                                   .experiment = "light on against light off; the intensity over the integration time"};
+                                   .experiment = "light on against light off; the intensity over the integration time",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> rate{this,
                      "rate",
                      {.unit = "counts/s",
@@ -34,13 +35,13 @@ struct AmbientLight final : Effect {
 
   void apply(TapsLevel& light) const {
     const std::string_view ambient = light.condition().ambient;
-    const bool capped = (light.condition().flags & TOFGRAPH_LENS_CAPPED) != 0;
+    const bool capped = (light.condition().flags & TOFGRAPH_CONDITION_LENS_CAPPED) != 0;
     const bool lit = !capped && (label->empty() ? ambient != "dark" : ambient == *label);
     if (!lit || *rate == 0) return;
     const double added = *rate * light.condition().integration_time / 2;
     for (double& tap : light.all()) tap += added;
     if (suppression.word() == "none") return;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < light.exposures(); ++k) {
       for (std::size_t i = 0; i < light.points(); ++i) {
         const double excess = std::max(0.0, (light.a(k, i) + light.b(k, i)) / 2 - *suppression);
         light.a(k, i) -= excess;

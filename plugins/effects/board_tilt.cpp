@@ -10,7 +10,8 @@ struct BoardTilt final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",
       .confused_with = "principal_point source_phase",
-      .experiment = "roll of the camera by 180 deg: a tilt turns, the principal point does not"};
+      .experiment = "roll of the camera by 180 deg: a tilt turns, the principal point does not",
+      .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> x{
       this,
       "x",

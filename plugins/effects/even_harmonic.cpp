@@ -15,7 +15,7 @@ struct EvenHarmonic final : Effect {
 
   void apply(SamplesLevel& light) const {
     if (*ratio == 0) return;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < light.exposures(); ++k) {
       const double sign = k % 2 == 0 ? *ratio : -*ratio;
       for (std::size_t i = 0; i < light.points(); ++i) {
         const std::complex<double> p = light.phasor(k, i);

@@ -35,10 +35,8 @@ struct IntegrationTimeOffset final : Effect {
   Param<InputFile> table{
       this, "table", {.text = "lines of integration time in ms, comma, offset in mm; in place of both"}};
 
-  void prepare(Setup& setup) {
-    if (table->empty()) return;
-    setup.uses_file(*table);
-    read_table();
+  void prepare(Setup&) {
+    if (!table->empty()) read_table();
   }
 
   void apply(PhaseLevel& light) const {

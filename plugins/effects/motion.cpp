@@ -10,7 +10,8 @@ namespace tofgraph {
 struct Motion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude null1 null2 variance",
                                    .confused_with = "phase_step_error",
-                                   .experiment = "a static repeat (velocity: 0 mm/s); a series of velocities"};
+                                   .experiment = "a static repeat (velocity: 0 mm/s); a series of velocities",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> displacement{this,
                              "displacement",
                              {.unit = "m",
@@ -25,7 +26,7 @@ struct Motion final : Effect {
     const double velocity = light.condition().velocity;
     const double step = std::isnan(velocity) ? *displacement : *displacement * velocity / 0.1;
     if (step == 0) return;
-    for (std::uint32_t k = 1; k < 4; ++k) light.displace(k, k * step);
+    for (std::uint32_t k = 1; k < light.exposures(); ++k) light.displace(k, k * step);
   }
 };
 

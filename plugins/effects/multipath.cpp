@@ -9,7 +9,8 @@ namespace tofgraph {
 struct Multipath final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "stray_light rail_offset",
-                                   .experiment = "an open against a closed corner; one wall blackened"};
+                                   .experiment = "an open against a closed corner; one wall blackened",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> strength{
       this,
       "strength",

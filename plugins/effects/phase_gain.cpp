@@ -25,7 +25,7 @@ struct PhaseGain final : Effect {
 
   void apply(SamplesLevel& light) const {
     const double gains[] = {0, *gain1, *gain2, *gain3};
-    for (std::size_t k = 1; k < 4; ++k) {
+    for (std::size_t k = 1; k < std::min(light.exposures(), std::size(gains)); ++k) {
       if (gains[k] == 0) continue;
       const double factor = 1 + gains[k];
       for (std::size_t i = 0; i < light.points(); ++i) {

@@ -40,9 +40,8 @@ struct PhaseStepError final : Effect {
                        .typical = 5e-3}};
 
   void apply(SamplesLevel& light) const {
-    light.step(1) += *step1;
-    light.step(2) += *step2;
-    light.step(3) += *step3;
+    const double errors[] = {0, *step1, *step2, *step3};
+    for (std::size_t k = 1; k < std::min(light.exposures(), std::size(errors)); ++k) light.step(k) += errors[k];
   }
 };
 

@@ -3,8 +3,6 @@
 // Every pixel has a sensitivity and a dark signal of its own.
 #include <tofgraph/effect.hpp>
 
-#include "plugins/effects/pixel_map.hpp"
-
 namespace tofgraph {
 
 /// A, B *= 1 + scale map, then += scale (dark_map + dark_rate_map t_int). Between pixels the maps are interpolated.
@@ -14,37 +12,30 @@ struct PixelResponse final : Effect {
                                    .experiment = "dark frames; a uniform source"};
   Param<double> scale{
       this, "scale", {.fallback = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
-  Param<InputFile> map{this, "map", {.text = "relative sensitivity, less 1: {file, dataset}, HDF5, height x width"}};
-  Param<std::string> map_dataset{this, "map_dataset", {.fallback = "map", .text = "its dataset"}};
-  Param<InputFile> dark_map{this, "dark_map", {.text = "counts: {file, dataset}, HDF5, height x width"}};
-  Param<std::string> dark_map_dataset{this, "dark_map_dataset", {.fallback = "map", .text = "its dataset"}};
-  Param<InputFile> dark_rate_map{this, "dark_rate_map", {.text = "counts/s: {file, dataset}, HDF5, height x width"}};
-  Param<std::string> dark_rate_map_dataset{this, "dark_rate_map_dataset", {.fallback = "map", .text = "its dataset"}};
+  Param<Image> map{this, "map", {.text = "relative sensitivity, less 1: {file, dataset}, height x width"}};
+  Param<Image> dark_map{this, "dark_map", {.unit = "counts", .text = "{file, dataset, unit}, height x width"}};
+  Param<Image> dark_rate_map{
+      this, "dark_rate_map", {.unit = "counts/s", .text = "{file, dataset, unit}, height x width"}};
 
-  void prepare(Setup& setup) {
+  void prepare(Setup&) const {
     if (*scale != 0 && map->empty() && dark_map->empty() && dark_rate_map->empty())
       throw ConfigError(
           "map", "is missing: without a map every pixel is the same, e.g. map: {file: response.h5, dataset: map}");
-    map_ = PixelMap::read(setup, "map", *map, *map_dataset);
-    dark_ = PixelMap::read(setup, "dark_map", *dark_map, *dark_map_dataset);
-    dark_rate_ = PixelMap::read(setup, "dark_rate_map", *dark_rate_map, *dark_rate_map_dataset);
   }
 
   void apply(TapsLevel& light) const {
     if (*scale == 0) return;
     for (std::size_t i = 0; i < light.points(); ++i) {
       const double u = light.state.pixel[2 * i], v = light.state.pixel[2 * i + 1];
-      const double factor = 1 + *scale * map_.at(u, v);
-      const double dark = *scale * (dark_.at(u, v) + dark_rate_.at(u, v) * light.condition().integration_time);
-      for (std::size_t k = 0; k < 4; ++k) {
+      const double factor = 1 + *scale * at(*map, u, v);
+      const double dark =
+          *scale * (at(*dark_map, u, v) + at(*dark_rate_map, u, v) * light.condition().integration_time);
+      for (std::size_t k = 0; k < light.exposures(); ++k) {
         light.a(k, i) = light.a(k, i) * factor + dark;
         light.b(k, i) = light.b(k, i) * factor + dark;
       }
     }
   }
-
- private:
-  PixelMap map_, dark_, dark_rate_;
 };
 
 }  // namespace tofgraph

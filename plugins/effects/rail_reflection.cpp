@@ -10,7 +10,8 @@ namespace tofgraph {
 struct RailReflection final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "board_tilt rail_offset warm_up",
-                                   .experiment = "black cloth on the rail; the rig raised"};
+                                   .experiment = "black cloth on the rail; the rig raised",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> strength{
       this,
       "strength",
@@ -25,7 +26,7 @@ struct RailReflection final : Effect {
                         .typical = 0.4}};
 
   void apply(PhasorLevel& light) const {
-    if (*strength == 0 || (light.condition().flags & TOFGRAPH_RAIL_COVERED) != 0) return;
+    if (*strength == 0 || (light.condition().flags & TOFGRAPH_CONDITION_RAIL_COVERED) != 0) return;
     const double radians_per_path = light.radians_per_metre() / 2;
     // The rail stays below the board when the camera rolls: its normal in the camera's frame.
     const double down[] = {std::sin(light.condition().roll), std::cos(light.condition().roll)};

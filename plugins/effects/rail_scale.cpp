@@ -9,14 +9,15 @@ namespace tofgraph {
 struct RailScale final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "modulation_frequency",
-                                   .experiment = "a standard of length that does not depend on the rail"};
+                                   .experiment = "a standard of length that does not depend on the rail",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> scale{
       this,
       "scale",
       {.fallback = "0", .min = -0.1, .max = 0.1, .text = "of the distances, relative", .off = 0, .typical = 1e-3}};
 
   void apply(GeometryLevel& light) const {
-    if ((light.condition().flags & TOFGRAPH_LASER) == 0) light.state.scale += *scale;
+    if ((light.condition().flags & TOFGRAPH_CONDITION_LASER) == 0) light.state.scale += *scale;
   }
 };
 

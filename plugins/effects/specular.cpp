@@ -12,7 +12,8 @@ namespace tofgraph {
 struct Specular final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile",
-                                   .experiment = "a series of tilts; a glossy and a matt target"};
+                                   .experiment = "a series of tilts; a glossy and a matt target",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> strength{
       this,
       "strength",

@@ -13,7 +13,8 @@ namespace tofgraph {
 struct SurfaceReflectance final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile vignetting",
-                                   .experiment = "a series of tilts of +-30 deg"};
+                                   .experiment = "a series of tilts of +-30 deg",
+                                   .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> lambert{
       this, "lambert", {.fallback = "0", .min = 0, .max = 1, .text = "l, 1: Lambert", .off = 0, .typical = 1}};
   Param<double> roughness{this,

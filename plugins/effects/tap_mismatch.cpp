@@ -17,7 +17,7 @@ struct TapMismatch final : Effect {
 
   void apply(TapsLevel& light) const {
     const double gain_a = 1 + *ratio / 2, gain_b = 1 - *ratio / 2;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < light.exposures(); ++k) {
       for (std::size_t i = 0; i < light.points(); ++i) {
         light.a(k, i) *= gain_a;
         light.b(k, i) *= gain_b;

@@ -6,15 +6,13 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <hwy/highway.h>
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
-
-#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_AVERAGE_ONCE
 #define TOFGRAPH_AVERAGE_ONCE
@@ -139,9 +137,9 @@ HWY_EXPORT(Give);
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "what is averaged", .adds = "averaged"}};
   InOut<float> amplitude{
-      this, "amplitude", {.text = "averaged too, over the frames in which it is a number", .optional = true}};
-  InOut<float> sigma{this, "sigma", {.text = "made, or replaced: of the mean", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "joined over the frames", .optional = true}};
+      this, "amplitude", {.optional = true, .text = "averaged too, over the frames in which it is a number"}};
+  InOut<float> sigma{this, "sigma", {.optional = true, .text = "made, or replaced: of the mean"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "joined over the frames"}};
   Param<std::int64_t> frames{
       this, "frames", {.fallback = "10", .min = 1, .max = 1e6, .text = "how many frames make one"}};
   Param<bool> running{

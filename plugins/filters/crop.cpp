@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -10,15 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "plugins/filters/other_lengths.hpp"
-
 namespace tofgraph {
 
 /// Cuts the images, and the camera with them, to a region of columns and rows; marks pixels outside a range of lengths
 /// or below an amplitude as invalid. Channels that are no images of the frame's size pass as they are.
 struct Crop final : Filter {
   InOut<void> every{this, "*", {.text = "images are cut to the region"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made where pixels are marked", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made where pixels are marked"}};
   Param<std::vector<double>> columns{
       this, "columns", {.min = 0, .text = "first and last, from 0, both kept; default: all"}};
   Param<std::vector<double>> rows{this, "rows", {.min = 0, .text = "first and last, from 0, both kept; default: all"}};
@@ -47,7 +45,14 @@ struct Crop final : Filter {
       if (std::string_view(c.name) != "rays") announce(setup, c);
     }
     if (flags.made_here()) {
-      const tofgraph_channel made{"flags", TOFGRAPH_U16, 2, {height_, width_, 0, 0}, "", "", "", ""};
+      const tofgraph_channel made{.type = TOFGRAPH_TYPE_U16,
+                                  .rank = 2,
+                                  .name = "flags",
+                                  .extent = {height_, width_},
+                                  .unit = "",
+                                  .of = "",
+                                  .applied = "",
+                                  .from = ""};
       setup.provide(made);  // of the images' size, which need not be the camera's
       announce(setup, made);
     }

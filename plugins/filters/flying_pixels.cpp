@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <cmath>
 #include <limits>
@@ -9,7 +9,6 @@
 
 #include "physics/geometry.hpp"
 #include "plugins/filters/neighbourhood.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -20,8 +19,8 @@ namespace tofgraph {
 /// comes from the rays; without a camera there is no such limit. No length is changed unless `invalidate` is true.
 struct FlyingPixels final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "in which edges are looked for"}};
-  InOut<float> sigma{this, "sigma", {.text = "invalidated with the pixel", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  InOut<float> sigma{this, "sigma", {.optional = true, .text = "invalidated with the pixel"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<double> threshold{
       this, "threshold", {.unit = "m", .fallback = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side"}};
   Param<double> deviations{this,

@@ -5,11 +5,10 @@
 #define HWY_TARGET_INCLUDE "plugins/filters/four_phase_decoder.cpp"
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include "physics/four_phase.hpp"
 #include "physics/vector_phase.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
@@ -142,11 +141,11 @@ void DecodeAll(const DecoderSettings settings, const DecoderImages images) {  //
 
 void Decode(const DecoderSettings& settings, const DecoderImages& images) {
   switch (images.type) {
-    case TOFGRAPH_U16:
+    case TOFGRAPH_TYPE_U16:
       return DecodeAll<true, std::uint16_t>(settings, images);
-    case TOFGRAPH_I16:
+    case TOFGRAPH_TYPE_I16:
       return DecodeAll<false, std::int16_t>(settings, images);
-    case TOFGRAPH_I32:
+    case TOFGRAPH_TYPE_I32:
       return DecodeAll<false, std::int32_t>(settings, images);
     default:
       return DecodeAll<false, float>(settings, images);
@@ -165,15 +164,15 @@ HWY_EXPORT(Decode);
 /// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
 /// light. sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
 struct FourPhaseDecoder final : Filter {
-  In<std::uint16_t> taps{this, "taps", {.text = "read first: they show saturation and light", .optional = true}};
-  In<void> phases{this, "phases", {.text = "read where there are no taps; float32, int16 or int32", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+  In<std::uint16_t> taps{this, "taps", {.optional = true, .text = "read first: they show saturation and light"}};
+  In<void> phases{this, "phases", {.optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Out<float> distance{this, "distance", {.from = "taps phases"}};
   Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
   Out<float> intensity{
-      this, "intensity", {.text = "mean of the eight tap samples; not from phases", .optional = true, .from = "taps"}};
+      this, "intensity", {.optional = true, .text = "mean of the eight tap samples; not from phases", .from = "taps"}};
   Out<float> sigma{
-      this, "sigma", {.text = "where the noise is known", .optional = true, .from = "taps phases", .of = "distance"}};
+      this, "sigma", {.optional = true, .text = "where the noise is known", .from = "taps phases", .of = "distance"}};
 
   Param<double> modulation_frequency{
       this,
@@ -211,8 +210,8 @@ struct FourPhaseDecoder final : Filter {
       throw ConfigError("modulation_frequency",
                         "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
     }
-    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_F32 && setup.find("phases")->type != TOFGRAPH_I16 &&
-        setup.find("phases")->type != TOFGRAPH_I32) {
+    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_TYPE_F32 &&
+        setup.find("phases")->type != TOFGRAPH_TYPE_I16 && setup.find("phases")->type != TOFGRAPH_TYPE_I32) {
       throw std::runtime_error(std::string("phases are ") + element_name(setup.find("phases")->type) +
                                ", expected float32, int16 or int32");
     }

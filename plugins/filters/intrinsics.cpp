@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Replaces the lens of the camera, and with it the rays. Images are not touched unless they are rectified.
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,6 @@
 
 #include "core/calibration.hpp"
 #include "physics/lens.hpp"
-#include "plugins/filters/other_lengths.hpp"
 #include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {
@@ -26,7 +25,7 @@ namespace tofgraph {
 struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, made anew"}};
   InOut<void> every{this, "*", {.text = "images are resampled where rectify says so"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or joined, where images are rectified", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or joined, where images are rectified"}};
   Param<InputFile> calibration{this, "calibration", {.text = "a calibration file of the kind intrinsics"}};
   Param<double> fx{this, "fx", {.unit = "px", .min = 1e-3, .text = "focal length in x"}};
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
@@ -43,7 +42,7 @@ struct Intrinsics final : Filter {
   void prepare(Setup& setup) {
     tofgraph_camera camera = setup.camera();
     const bool calibrated = !calibration->empty();
-    if (calibrated) use_calibration(setup, camera);
+    if (calibrated) use_calibration(camera);
     if (!change(camera) && !calibrated && !*rectify) {
       throw ConfigError("fx",
                         "nothing is replaced: give a calibration file, rectify: true, or at least one of fx fy cx cy "
@@ -74,7 +73,7 @@ struct Intrinsics final : Filter {
   }
 
  private:
-  void use_calibration(const Setup& setup, tofgraph_camera& camera) const {
+  void use_calibration(tofgraph_camera& camera) const {
     try {
       core::CalibrationReader file(std::string(*calibration), "intrinsics", camera.name);
       const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
@@ -90,7 +89,6 @@ struct Intrinsics final : Filter {
     for (const double focal : camera.focal_px) {
       if (!(focal > 0)) throw ConfigError("calibration", "'focal_length' must be positive, e.g. [318.2 px, 318.4 px]");
     }
-    setup.uses_file(*calibration);
   }
 
   /// @returns whether anything was given
@@ -144,9 +142,10 @@ struct Intrinsics final : Filter {
         channel.extent[rank - 1] != rectification_.columns()) {
       throw ConfigError("rectify", "'" + std::string(name) + "' is no image of the camera's size");
     }
-    const bool counts = std::string_view(channel.unit) == "counts" &&
-                        (channel.type == TOFGRAPH_U16 || channel.type == TOFGRAPH_I16 || channel.type == TOFGRAPH_I32);
-    if (name != "flags" && channel.type != TOFGRAPH_F32 && !counts) {
+    const bool counts =
+        std::string_view(channel.unit) == "counts" &&
+        (channel.type == TOFGRAPH_TYPE_U16 || channel.type == TOFGRAPH_TYPE_I16 || channel.type == TOFGRAPH_TYPE_I32);
+    if (name != "flags" && channel.type != TOFGRAPH_TYPE_F32 && !counts) {
       throw ConfigError("rectify", "'" + std::string(name) + "' is " + element_name(channel.type) +
                                        ": only float32 and whole counts can be resampled");
     }
@@ -160,11 +159,11 @@ struct Intrinsics final : Filter {
   void resample(const Frame& frame, const std::string& name, const Array<std::uint16_t>& bits) const {
     const tofgraph_view image = frame.modify(name.c_str());
     switch (image.type) {
-      case TOFGRAPH_U16:
+      case TOFGRAPH_TYPE_U16:
         return each_slice<std::uint16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
-      case TOFGRAPH_I16:
+      case TOFGRAPH_TYPE_I16:
         return each_slice<std::int16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
-      case TOFGRAPH_I32:
+      case TOFGRAPH_TYPE_I32:
         return each_slice<std::int32_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
       default:
         break;

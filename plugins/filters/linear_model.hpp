@@ -3,7 +3,7 @@
 /// @file What the distance models have in common whose depth is linear in the distance: z = offset + slope D.
 #pragma once
 
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <cmath>
 #include <limits>
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "physics/non_linearity.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -27,8 +26,8 @@ struct LinearModel : Filter {
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
   InOut<float> sigma{
-      this, "sigma", {.text = "of the distance, becomes that of the depth", .optional = true, .of = "depth"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+      this, "sigma", {.optional = true, .text = "of the distance, becomes that of the depth", .of = "depth"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
 
  protected:
   void prepare_model(Setup& setup) {

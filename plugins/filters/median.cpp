@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <cmath>
 #include <limits>
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -21,10 +20,7 @@ namespace tofgraph {
 ///
 /// sigma becomes that of the median of n equal, normally distributed, independent values, s sqrt(q / (n - 1 + q)) with
 /// q = pi / 2 and s^2 the mean of their variances: exact for one value and for many, within 2 % between.
-struct Median final : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
-  InOut<float> sigma{this, "sigma", {.text = "of what is filtered; becomes that of the result", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+struct Median final : LengthFilter {
   Param<std::int64_t> window{
       this, "window", {.fallback = "3", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
   Param<bool> fill{this,
@@ -32,25 +28,17 @@ struct Median final : Filter {
                    {.fallback = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
                             "of the window is valid, and is flagged as filled"}};
-  Param<Choice> channel{this,
-                        "channel",
-                        {.fallback = "auto",
-                         .choices = "auto depth range distance",
-                         .text = "what is filtered; auto: the first of them that is there"}};
 
   void prepare(Setup& setup) {
     check_window(*setup.find(image.channel()), "window", *window);
-    check_sigma(setup, sigma.present(), image.channel());
-    flags.provide(setup);
-    others_.prepare(setup, {image.channel(), "sigma"});
+    prepare_lengths(setup);
   }
 
   void process(Frame& frame) const {
-    const Array<float> lengths = image(frame), deviations = sigma(frame);
-    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    const bool any = mark_invalid(lengths, deviations, bits);
-    others_.invalidate(frame, bits);
-    if (!any) return;
+    const Lengths in = begin(frame);
+    if (!in.any) return;
+    const Array<float>&lengths = in.image, &deviations = in.sigma;
+    const Array<std::uint16_t>& bits = in.flags;
     const std::vector<float> before(lengths.begin(), lengths.end()), noise(deviations.begin(), deviations.end());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, lengths.rows(), 16),
                       [&](const tbb::blocked_range<std::size_t>& rows) {
@@ -84,8 +72,6 @@ struct Median final : Filter {
       deviations(r, c) = std::sqrt(variance * q / (n - 1 + q));
     }
   }
-
-  OtherLengths others_;
 };
 
 }  // namespace tofgraph

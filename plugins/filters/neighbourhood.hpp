@@ -3,7 +3,7 @@
 /// @file Medians of pixels, and what becomes of invalid pixels in a neighbourhood of valid ones.
 #pragma once
 
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -24,29 +24,6 @@ inline void check_window(const tofgraph_channel& image, const std::string& name,
     throw ConfigError(name, "is " + std::to_string(side) + " pixels, the image has only " +
                                 std::to_string(image.extent[0]) + " x " + std::to_string(image.extent[1]));
   }
-}
-
-/// Refuses a sigma that is that of another channel.
-inline void check_sigma(const Setup& setup, bool present, const std::string& channel) {
-  if (!present || setup.find("sigma")->of == channel) return;
-  throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of + "', expected that of '" +
-                           channel + "'");
-}
-
-/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. Without branches, so that it
-/// is vectorised. @returns true if any is valid
-inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
-                         const Array<std::uint16_t>& bits) {
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
-  int valid = 0;
-  for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const bool good = (std::abs(lengths[i]) <= farthest) & ((bits[i] & flag::invalid) == 0);
-    lengths[i] = good ? lengths[i] : nan;
-    bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));
-    valid |= good ? 1 : 0;
-  }
-  for (std::size_t i = 0; i < deviations.size(); ++i) deviations[i] = lengths[i] == lengths[i] ? deviations[i] : nan;
-  return valid != 0;
 }
 
 /// The middle value, of an even number the mean of the two in the middle. Reorders the values, of which there is one at

@@ -36,7 +36,7 @@ HWY_EXPORT(FilterPatches);
 /// (2 sigma^2 / h^2) (A - A')^2 / (s^2 + s'^2), with the deviation s = A sigma 4 pi f_mod / c of an amplitude that
 /// follows from that of the length: the two are measured independently, and noise rarely hides or feigns both.
 struct NonLocalMeans final : WindowFilter {
-  In<float> amplitude{this, "amplitude", {.text = "for guide: amplitude", .optional = true}};
+  In<float> amplitude{this, "amplitude", {.optional = true, .text = "for guide: amplitude"}};
   Param<std::int64_t> search{
       this, "search", {.fallback = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
   Param<std::int64_t> patch{

@@ -6,7 +6,7 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <hwy/highway.h>
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,6 @@
 
 #include "physics/bistatic_tables.hpp"
 #include "physics/non_linearity.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
@@ -202,8 +201,8 @@ struct OptimizedBistatic final : Filter {
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
   InOut<float> sigma{
-      this, "sigma", {.text = "of the distance, becomes that of the depth", .optional = true, .of = "depth"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+      this, "sigma", {.optional = true, .text = "of the distance, becomes that of the depth", .of = "depth"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<Choice> solver{this,
                        "solver",
                        {.fallback = "newton",

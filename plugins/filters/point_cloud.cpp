@@ -6,14 +6,12 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <hwy/highway.h>
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "plugins/filters/other_lengths.hpp"
 
 #ifndef TOFGRAPH_POINT_CLOUD_ONCE
 #define TOFGRAPH_POINT_CLOUD_ONCE
@@ -87,11 +85,11 @@ HWY_EXPORT(Scale);
 struct PointCloud final : Filter {
   In<float> length{this,
                    "depth|range|distance",
-                   {.text = "depth from the sensor plane or range from the lens centre", .name = "length"}};
+                   {.name = "length", .text = "depth from the sensor plane or range from the lens centre"}};
   Out<float> points{this, "points", {.from = "depth range distance rays"}};
   InOut<float> sigma{
-      this, "sigma", {.text = "of the length, becomes that along the ray", .optional = true, .of = "points"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+      this, "sigma", {.optional = true, .text = "of the length, becomes that along the ray", .of = "points"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<Choice> channel{this,
                         "channel",
                         {.fallback = "auto",

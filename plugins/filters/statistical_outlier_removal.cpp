@@ -1,14 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_types.h>
 
 #include <cmath>
 #include <vector>
-
-#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -17,7 +15,7 @@ namespace tofgraph {
 struct StatisticalOutlierRemoval final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "lengths of removed points become NaN"}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or added to", .optional = true}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or added to"}};
   Param<std::int64_t> neighbours{
       this, "neighbours", {.fallback = "20", .min = 1, .max = 10000, .text = "whose mean distance is looked at"}};
   Param<double> deviations{

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <cmath>
 #include <string>
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
-#include "plugins/filters/other_lengths.hpp"
 
 namespace tofgraph {
 
@@ -18,11 +17,7 @@ namespace tofgraph {
 /// quarter, is beyond as many of its own (a drift). A pixel that is invalid in a frame leaves invalid and starts anew.
 ///
 /// sigma becomes that of the filtered length.
-struct TemporalKalman final : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
-  InOut<float> sigma{
-      this, "sigma", {.text = "of a measurement; made, or becomes that of the result", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+struct TemporalKalman final : LengthFilter {
   Param<double> measurement_noise{
       this,
       "measurement_noise",
@@ -43,30 +38,20 @@ struct TemporalKalman final : Filter {
                       .min = 1,
                       .max = 100,
                       .text = "standard deviations beyond which a pixel has moved and starts anew"}};
-  Param<Choice> channel{this,
-                        "channel",
-                        {.fallback = "auto",
-                         .choices = "auto depth range distance",
-                         .text = "what is filtered; auto: the first of them that is there"}};
 
   void prepare(Setup& setup) {
-    check_sigma(setup, sigma.present(), image.channel());
     if (!sigma.present() && !measurement_noise.given()) {
       throw ConfigError("measurement_noise",
                         "what arrives has no sigma: write it, e.g. measurement_noise: 5 mm, or let the decoder know "
                         "the noise (a camera profile with it, or its parameters read_noise and shot_noise)");
     }
-    flags.provide(setup);
-    others_.prepare(setup, {image.channel(), "sigma"});
+    prepare_lengths(setup);
     sigma.provide(setup, image.channel());
   }
 
   void process(Frame& frame) {
-    const Array<float> lengths = image(frame);
-    const Array<float> deviations = sigma(frame, lengths.rows(), lengths.columns());
-    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    mark_invalid(lengths, deviations, bits);
-    others_.invalidate(frame, bits);
+    const Lengths in = begin(frame);
+    const Array<float>&lengths = in.image, &deviations = in.sigma;
     states_.resize(lengths.size());
     for (std::size_t i = 0; i < lengths.size(); ++i) {
       const double noise = measurement_noise.given() ? *measurement_noise : static_cast<double>(deviations[i]);
@@ -99,7 +84,6 @@ struct TemporalKalman final : Filter {
   }
 
   std::vector<State> states_;
-  OtherLengths others_;
 };
 
 }  // namespace tofgraph

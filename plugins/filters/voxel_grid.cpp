@@ -29,7 +29,7 @@ struct VoxelGrid final : Filter {
     for (const tofgraph_channel& c : setup.channels()) {
       const bool of_points = std::string_view(c.name) != "rays" && c.rank >= 2 && c.extent[0] == cloud.extent[0] &&
                              c.extent[1] == cloud.extent[1];
-      const bool image = of_points && c.rank == 2 && (c.type == TOFGRAPH_F32 || c.type == TOFGRAPH_U16);
+      const bool image = of_points && c.rank == 2 && (c.type == TOFGRAPH_TYPE_F32 || c.type == TOFGRAPH_TYPE_U16);
       if (image || &c == &cloud) {
         tofgraph_channel made = c;
         const std::string applied = *c.applied != 0 ? std::string(c.applied) + " voxel_grid" : "voxel_grid";
@@ -60,7 +60,7 @@ struct VoxelGrid final : Filter {
         cloud->empty() ? std::vector<std::vector<std::size_t>>() : filter(cloud, pixels, centroids);
     for (const std::string& name : withdrawn_) frame.drop(name.c_str());
     for (const Image& image : images_) gather(frame, image, groups);
-    const Array<float> after(frame.write(channel("points", "m", TOFGRAPH_F32, 3, groups.size())));
+    const Array<float> after(frame.write(channel("points", "m", TOFGRAPH_TYPE_F32, 3, groups.size())));
     for (std::size_t i = 0; i < groups.size(); ++i) {
       after[3 * i] = centroids[i].x;
       after[3 * i + 1] = centroids[i].y;
@@ -76,7 +76,7 @@ struct VoxelGrid final : Filter {
 
   static tofgraph_channel channel(const char* name, const char* unit, std::uint32_t type, std::uint32_t rank,
                                   std::size_t count) {
-    return {name, type, rank, {1, count, rank == 3 ? 3U : 0U, 0}, unit, "", "", ""};
+    return {.type = type, .rank = rank, .name = name, .extent = {1, count, rank == 3 ? 3U : 0U}, .unit = unit};
   }
 
   /// Fills the centroids. @returns for each of them the pixels that it stands for
@@ -128,7 +128,7 @@ struct VoxelGrid final : Filter {
 
   static void gather(Frame& frame, const Image& image, const std::vector<std::vector<std::size_t>>& groups) {
     const tofgraph_view view = frame.find(image.name.c_str());
-    if (image.type == TOFGRAPH_U16) {
+    if (image.type == TOFGRAPH_TYPE_U16) {
       const Array<const std::uint16_t> bits(view);
       std::vector<std::uint16_t> joined;
       for (const auto& group : groups) {

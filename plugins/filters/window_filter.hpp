@@ -5,7 +5,7 @@
 
 #include <tbb/concurrent_queue.h>
 #include <tbb/parallel_for.h>
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "plugins/filters/neighbourhood.hpp"
-#include "plugins/filters/other_lengths.hpp"
 #include "plugins/filters/window_images.hpp"
 
 namespace tofgraph {
@@ -27,10 +26,7 @@ namespace tofgraph {
 ///
 /// sigma becomes sqrt(sum w^2 sigma^2) / sum w: the noise of different pixels is independent, and the weights are taken
 /// as fixed. Where a sigma is unknown (NaN at a valid pixel), so are those of its neighbours afterwards.
-struct WindowFilter : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
-  InOut<float> sigma{this, "sigma", {.text = "of what is filtered; becomes that of the result", .optional = true}};
-  InOut<std::uint16_t> flags{this, "flags", {.text = "made, or combined with those that arrive", .optional = true}};
+struct WindowFilter : LengthFilter {
   Param<double> strength{this,
                          "strength",
                          {.unit = "m",
@@ -49,11 +45,6 @@ struct WindowFilter : Filter {
                    {.fallback = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
                             "of the window is valid, and is flagged as filled"}};
-  Param<Choice> channel{this,
-                        "channel",
-                        {.fallback = "auto",
-                         .choices = "auto depth range distance",
-                         .text = "what is filtered; auto: the first of them that is there"}};
 
  protected:
   static constexpr double least_strength = 1e-6;   // m
@@ -65,8 +56,7 @@ struct WindowFilter : Filter {
     window_ = HalfWindow{side / 2};
     spatial_.assign(static_cast<std::size_t>(window_.count()), 0);
     check_strength(setup);
-    flags.provide(setup);
-    others_.prepare(setup, {image.channel(), "sigma"});
+    prepare_lengths(setup);
   }
 
   /// The second factor of a weight, exp(-exponent(dy, dx)).
@@ -84,12 +74,10 @@ struct WindowFilter : Filter {
   /// @param filter what to do with a tile: filter(const WindowFrame&, const Tile&)
   template <class Extend, class FilterTile>
   void filter(const Frame& frame, std::ptrdiff_t border, Extend&& extend, FilterTile&& filter) const {
-    const Array<float> lengths = image(frame);
-    const Array<float> deviations = sigma(frame);
-    const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    const bool any = mark_invalid(lengths, deviations, bits);
-    others_.invalidate(frame, bits);
-    if (!any) return;
+    const Lengths in = begin(frame);
+    if (!in.any) return;
+    const Array<float>&lengths = in.image, &deviations = in.sigma;
+    const Array<std::uint16_t>& bits = in.flags;
     std::unique_ptr<WindowFrame> f;
     if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
     const double middle = median_sigma(deviations);
@@ -121,7 +109,6 @@ struct WindowFilter : Filter {
     const bool automatic = strength.word() == "auto";
     if (!automatic && !(*strength >= least_strength))
       throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");
-    check_sigma(setup, sigma.present(), image.channel());
     if (sigma.present()) return;
     const std::string hint =
         ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
@@ -169,7 +156,6 @@ struct WindowFilter : Filter {
 
   HalfWindow window_{};
   std::vector<float> spatial_;
-  OtherLengths others_;
   mutable tbb::concurrent_queue<std::unique_ptr<WindowFrame>> spare_;  // memory from frame to frame
 };
 

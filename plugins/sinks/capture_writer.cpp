@@ -23,10 +23,9 @@ struct CaptureWriter final : Sink {
   Param<std::int64_t> compression{
       this, "compression", {.fallback = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
-  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace an existing capture"}};
 
   void prepare(Setup& setup) {
-    options_ = {static_cast<int>(*compression), *overwrite || setup.overwrite()};
+    options_ = {static_cast<int>(*compression), setup.overwrite()};
     const std::string problem = io::CaptureWriter::problem(std::string(*path), options_.overwrite);
     if (!problem.empty()) throw ConfigError("path", problem);
     const tofgraph_camera* camera = setup.stream().camera;

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "io/output_file.hpp"
-#include "plugins/sinks/frame_files.hpp"
 
 namespace tofgraph {
 
@@ -95,7 +94,7 @@ struct ChannelPictures : Sink {
       this,
       "channel",
       {.text = "the image; default: the first there is of depth, range, distance, amplitude, intensity"}};
-  Param<OutputFile> path{
+  Param<FrameFiles> path{
       this, "path", {.required = true, .text = "the files, e.g. out/range_{frame:06}.png; {frame} is the number"}};
   Param<double> minimum{this,
                         "minimum",
@@ -107,7 +106,6 @@ struct ChannelPictures : Sink {
       this,
       "maximum",
       {.unit = "m|counts|1", .fallback = "auto", .choices = "auto", .text = "of the colours; auto: 1 % are above"}};
-  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
 
  protected:
   void prepare_pictures(Setup& setup) {
@@ -115,13 +113,10 @@ struct ChannelPictures : Sink {
     for (const Param<double>* parameter : {&minimum, &maximum}) check_unit(*parameter);
     if (minimum.word() != "auto" && maximum.word() != "auto" && !(*minimum < *maximum))
       throw ConfigError("minimum", "must be less than maximum");
-    pattern_ = frame_files(*this, setup, *path, *overwrite);
   }
 
-  void store(std::uint64_t number, const std::vector<std::uint8_t>& bytes) const {
-    io::OutputFile file(pattern_.path(number));
-    file.write(std::as_bytes(std::span(bytes)));
-    file.commit();
+  void store(const Frame& frame, const std::vector<std::uint8_t>& bytes) const {
+    io::FileWriter(path.create(frame)).write(std::as_bytes(std::span(bytes)));
   }
 
   void choose_channel(const Setup& setup) {
@@ -140,7 +135,7 @@ struct ChannelPictures : Sink {
       throw ConfigError("channel", fmt::format("'{}' has {} dimensions, an image has two", found->name, found->rank));
     channel_ = found->name;
     unit_ = found->unit;
-    whole_numbers_ = found->type != TOFGRAPH_F32 && found->type != TOFGRAPH_F64;
+    whole_numbers_ = found->type != TOFGRAPH_TYPE_F32 && found->type != TOFGRAPH_TYPE_F64;
   }
 
   /// @throws std::runtime_error when the picture cannot be a file of that kind, as one too large
@@ -201,9 +196,6 @@ struct ChannelPictures : Sink {
 
   std::string channel_, unit_;
   bool whole_numbers_ = false;
-
- private:
-  io::OutputPattern pattern_;
 };
 
 }  // namespace tofgraph

@@ -16,20 +16,20 @@
 #include <sstream>
 
 #include "io/output_file.hpp"
-#include "plugins/sinks/frame_files.hpp"
 
 namespace tofgraph {
 
 /// Fields: x y z (m, in the frame of the points), intensity, and on request sigma (m) and flags. Organised clouds have
 /// the image's width and height, with NaN for invalid points; dense ones hold the valid points only, row by row.
 struct CloudFile : Sink {
+  static constexpr const char* provenance_ending = ".provenance.json";
   In<float> points{this, "points"};
-  In<float> sigma_image{this, "sigma", {.text = "for sigma: true", .optional = true}};
-  In<std::uint16_t> flags_image{this, "flags", {.text = "for flags: true", .optional = true}};
-  Param<OutputFile> path{this,
+  In<float> sigma_image{this, "sigma", {.optional = true, .text = "for sigma: true"}};
+  In<std::uint16_t> flags_image{this, "flags", {.optional = true, .text = "for flags: true"}};
+  Param<FrameFiles> path{this,
                          "path",
                          {.required = true,
-                          .choices = ".provenance.json",
+                          .choices = provenance_ending,
                           .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
                                   "them: out/cloud.provenance.json"}};
   Param<bool> dense{this, "dense", {.fallback = "false", .text = "valid points only, without the image's rows"}};
@@ -39,26 +39,25 @@ struct CloudFile : Sink {
       {.fallback = "amplitude", .text = "the channel of the field intensity, or none; amplitude where it is there"}};
   Param<bool> sigma{this, "sigma", {.fallback = "false", .text = "with the field sigma"}};
   Param<bool> flags{this, "flags", {.fallback = "false", .text = "with the field flags"}};
-  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace existing files"}};
 
   /// @param ending of the files' names, e.g. ".pcd"
-  void prepare_files(Setup& setup, std::string_view ending) {
-    choose_files(setup, ending);
+  void prepare_files(const Setup& setup, std::string_view ending) {
+    check_ending(ending);
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
     if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
   }
 
  protected:
-  /// Has write(cloud, file) fill the file of a frame, which is renamed when that returned.
+  /// Has write(cloud, file) fill the file of a frame, which appears when that returned.
   template <class Write> void store(const Frame& frame, Write&& write) const {
     // Once a run, but not before the first frame: a check writes nothing.
-    std::call_once(provenance_written_, [this] { io::write_file(provenance_file_, provenance() + "\n"); });
+    std::call_once(provenance_written_,
+                   [&] { io::FileWriter(path.create(frame, provenance_ending)).write(provenance() + "\n"); });
     thread_local pcl::PCLPointCloud2 cloud;
     fill(frame, cloud);
-    io::OutputFile file(pattern_.path(frame.metadata().number));
+    io::FileWriter file(path.create(frame));
     write(cloud, file);
-    file.commit();
   }
 
   /// One line a point; nine digits give each float back exactly.
@@ -93,15 +92,11 @@ struct CloudFile : Sink {
     std::uint8_t type;
   };
 
-  void choose_files(const Setup& setup, std::string_view ending) {
+  void check_ending(std::string_view ending) const {
     if (const std::filesystem::path file{std::string(*path)}; file.extension() != ending) {
       throw ConfigError("path", fmt::format("ends in '{}', expected {}, e.g. out/cloud_{{frame:06}}{}",
                                             file.extension().string(), ending, ending));
     }
-    pattern_ = frame_files(*this, setup, *path, *overwrite);
-    provenance_file_ = pattern_.companion(".provenance.json");
-    const std::string problem = io::output_problem(provenance_file_, *overwrite || setup.overwrite());
-    if (!problem.empty()) throw ConfigError("path", problem);
   }
 
   void choose_intensity(const Setup& setup) {
@@ -110,7 +105,7 @@ struct CloudFile : Sink {
     if (channel == nullptr && intensity.given())
       throw ConfigError("intensity", fmt::format("what arrives has no '{}'", *intensity));
     if (channel == nullptr) return;
-    if (channel->type != TOFGRAPH_F32 || channel->rank != 2) {
+    if (channel->type != TOFGRAPH_TYPE_F32 || channel->rank != 2) {
       throw ConfigError("intensity", fmt::format("'{}' is {} with {} dimensions, expected float32 with 2", *intensity,
                                                  element_name(channel->type), channel->rank));
     }
@@ -187,8 +182,6 @@ struct CloudFile : Sink {
     for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * step, from + size * (*dense ? valid[i] : i), size);
   }
 
-  io::OutputPattern pattern_;
-  std::filesystem::path provenance_file_;
   std::string intensity_channel_;
   mutable std::once_flag provenance_written_;
 };

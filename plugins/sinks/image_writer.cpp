@@ -89,7 +89,7 @@ struct ImageWriter final : ChannelPictures {
                                fmt::format("{}, colours from {:.6g} to {:.6g}{}", channel_, shown.low, shown.high,
                                            unit_.empty() ? "" : " " + unit_));
     }
-    store(number, bytes);
+    store(frame, bytes);
   }
 
  private:

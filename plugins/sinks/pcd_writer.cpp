@@ -39,11 +39,11 @@ struct PcdWriter final : CloudFile {
   }
 
   void process(Frame& frame) const {
-    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::OutputFile& file) { write(cloud, file); });
+    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::FileWriter& file) { write(cloud, file); });
   }
 
  private:
-  void write(const pcl::PCLPointCloud2& cloud, io::OutputFile& file) const {
+  void write(const pcl::PCLPointCloud2& cloud, io::FileWriter& file) const {
     pcl::PCDWriter pcd;
     if (*encoding == "ascii") {
       file.write(pcd.generateHeaderASCII(cloud, origin_, orientation_) + "DATA ascii\n");
@@ -54,7 +54,7 @@ struct PcdWriter final : CloudFile {
     } else {
       std::ostringstream compressed;
       if (pcd.writeBinaryCompressed(compressed, cloud, origin_, orientation_) != 0)
-        throw std::runtime_error(fmt::format("{}: PCL could not compress the cloud", file.final_path().string()));
+        throw std::runtime_error("PCL could not compress the cloud");
       file.write(compressed.view());
     }
   }

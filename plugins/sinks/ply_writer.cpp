@@ -13,7 +13,7 @@ struct PlyWriter final : CloudFile {
   void prepare(Setup& setup) { prepare_files(setup, ".ply"); }
 
   void process(Frame& frame) const {
-    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::OutputFile& file) {
+    store(frame, [this](const pcl::PCLPointCloud2& cloud, io::FileWriter& file) {
       file.write(header(cloud));
       if (*encoding == "ascii")
         file.write(ascii(cloud));

@@ -22,7 +22,7 @@ namespace tofgraph {
 /// for `depth` its focal length in metres too, and a raw `distance` is no point: without, there is no rms. Over all
 /// frames, rms and sd are pooled over all pixels.
 struct Statistics final : Sink {
-  In<float> image{this, "depth|range|distance", {.text = "the lengths", .name = "image"}};
+  In<float> image{this, "depth|range|distance", {.name = "image", .text = "the lengths"}};
   Param<Choice> channel{
       this, "channel", {.choices = "depth range distance", .text = "default: the first that is there"}};
   Param<std::vector<double>> columns{
@@ -45,18 +45,12 @@ struct Statistics final : Sink {
                        {.fallback = "auto",
                         .choices = "auto table csv json",
                         .text = "auto: by the file's name; a table on standard output"}};
-  Param<bool> overwrite{this, "overwrite", {.fallback = "false", .text = "replace an existing file"}};
 
   void prepare(Setup& setup) {
     choose_format();
     if (value.given() && reference.given()) throw ConfigError("reference", "and value exclude each other: write one");
     if (*part != "all" && !reference.given())
       throw ConfigError("part", "edges are those of a reference, which is not given, e.g. reference: true_depth");
-    if (!path->empty()) {
-      const std::string problem =
-          io::output_problem(std::filesystem::path(std::string(*path)), *overwrite || setup.overwrite());
-      if (!problem.empty()) throw ConfigError("path", problem);
-    }
     for (const tofgraph_stream* stream : setup.streams()) add_input(*stream);
   }
 
@@ -75,7 +69,7 @@ struct Statistics final : Sink {
   void finish() {
     const std::string text = format_ == "json" ? json() : format_ == "csv" ? csv() : table();
     if (path->empty()) return print(text);
-    io::write_file(std::string(*path), text);
+    io::FileWriter(path.create()).write(text);
     if (*show) print(table());
   }
 
@@ -134,7 +128,7 @@ struct Statistics final : Sink {
     const auto found = std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return *reference == c.name; });
     if (found == channels.end())
       throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
-    if (found->type != TOFGRAPH_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
+    if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
         found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {
       throw ConfigError("reference", fmt::format("'{}' is no image of lengths (float32, m) of the size of '{}'",
                                                  *reference, image.name));

@@ -233,9 +233,9 @@ struct SurfaceWriter final : ChannelPictures {
           fmt::format("'{}' has {} x {} pixels, a surface needs at least 2 x 2", channel_, image.cols, image.rows));
     const std::uint64_t number = frame.metadata().number;
     const Range shown = range(image);
-    store(number, with_description(encoded(".png", picture(image, shown, number)),
-                                   fmt::format("{} as a surface from {:.6g} to {:.6g}{}", channel_, shown.low,
-                                               shown.high, unit_.empty() ? "" : " " + unit_)));
+    store(frame, with_description(encoded(".png", picture(image, shown, number)),
+                                  fmt::format("{} as a surface from {:.6g} to {:.6g}{}", channel_, shown.low,
+                                              shown.high, unit_.empty() ? "" : " " + unit_)));
   }
 
  private:

@@ -40,7 +40,6 @@ struct CaptureReader final : Source {
     choose_camera(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
-    setup.uses_file(*file);
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} frames are complete", *file, reader_->frames()));
     for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is no channel", *file, name));
@@ -128,7 +127,7 @@ struct CaptureReader final : Source {
     const bool has_flags = std::ranges::count(all, "flags", &io::CaptureChannel::name) > 0;
     if (has_flags || std::ranges::count(wanted, "flags") == 0) return;
     const auto& header = reader_->header();
-    chosen_.push_back({{"flags", TOFGRAPH_U16, {header.height, header.width}, "", "", "", ""}, std::nullopt});
+    chosen_.push_back({{"flags", TOFGRAPH_TYPE_U16, {header.height, header.width}, "", "", "", ""}, std::nullopt});
   }
 
   void choose_camera(const Setup& setup) const {

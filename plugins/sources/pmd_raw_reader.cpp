@@ -20,7 +20,7 @@ struct PmdRawReader final : Source {
   Out<std::uint8_t> headers{
       this,
       "raw_headers",
-      {.text = "the 512 bytes before each phase image, as they are", .shape = "4 512", .unit = ""}};
+      {.shape = "4 512", .unit = "", .text = "the 512 bytes before each phase image, as they are"}};
   Param<InputFile> file{this, "file", {.required = true, .text = "the dump"}};
   Param<std::int64_t> frame_header{
       this,
@@ -62,7 +62,6 @@ struct PmdRawReader final : Source {
            " bytes are not; is the camera right, or a frame_header missing?");
     }
     frames_ = whole;
-    setup.uses_file(*file);
     setup.set_frames(frames_, (integration_time.given() ? TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U : 0U) |
                                   (std::isnan(frequency_) ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U));
     buffer_.resize(image_bytes());
@@ -91,7 +90,7 @@ struct PmdRawReader final : Source {
   Array<std::uint16_t> taps_of(Frame& frame) const {
     tofgraph_channel channel{};
     channel.name = "taps";
-    channel.type = TOFGRAPH_U16;
+    channel.type = TOFGRAPH_TYPE_U16;
     channel.rank = 4;
     channel.unit = "counts";
     const std::array<std::uint64_t, 4> extent = {4, 2, rows_, columns_};

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/paths.hpp"
 #include "simulation/board.hpp"
 #include "simulation/simulation.hpp"
 
@@ -19,7 +20,7 @@ namespace tofgraph {
 struct Simulator final : Source {
   Out<float> phases{this, "phases", {.optional = true}};
   Out<std::uint16_t> taps{this, "taps", {.optional = true}};
-  Out<float> distance_image{this, "distance", {.optional = true, .name = "distance"}};
+  Out<float> distance_image{this, "distance", {.name = "distance", .optional = true}};
   Out<float> amplitude{this, "amplitude", {.optional = true}};
   Out<float> true_depth{this, "true_depth", {.optional = true}};
   Out<float> true_reflectivity{this, "reflectivity", {.optional = true}};
@@ -93,13 +94,13 @@ struct Simulator final : Source {
     if (frames.given()) changes.frames = *frames;
     core::Diagnostics diagnostics;
     try {
-      simulation_ = simulation::Simulation::read(std::string(*scene), core::Catalogue({}), changes, diagnostics);
+      simulation_ = simulation::Simulation::read(std::string(*scene), catalogue(), changes, diagnostics);
     } catch (const core::ConfigurationError& error) {
       throw ConfigError("scene", error.what());
     }
     if (!simulation_) throw ConfigError("scene", diagnostics.text());
-    setup.uses_file(*scene);
-    if (!model->empty()) setup.uses_file(*model);
+    pass_on(diagnostics);
+    for (const std::string& file : simulation::files_of(simulation_->model())) setup.uses_file(file);
     const tofgraph_camera& own = simulation_->camera();
     const tofgraph_camera* given = setup.stream().camera;
     if (given == nullptr)
@@ -146,18 +147,34 @@ struct Simulator final : Source {
 
   std::vector<simulation::EffectPtr> effects_of(const Setup& setup, const tofgraph_camera& camera) {
     if (model->empty()) return {};
-    setup.uses_file(*model);
     core::Diagnostics diagnostics;
     try {
-      const core::Catalogue catalogue({});
-      const auto read = simulation::load_model(std::string(*model), catalogue, diagnostics);
+      const auto read = simulation::load_model(std::string(*model), catalogue(), diagnostics);
       physical_ = read.physical;
-      std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics);
+      std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics, effects_host());
+      for (const std::string& file : simulation::files_of(read)) setup.uses_file(file);
+      pass_on(diagnostics);
       if (diagnostics.ok()) return effects;
     } catch (const core::ConfigurationError& error) {
       throw ConfigError("model", error.what());
     }
     throw ConfigError("model", diagnostics.text());
+  }
+
+  /// The plugins of the run that this stage is in.
+  core::Catalogue catalogue() const { return core::Catalogue(core::split_path(host->plugin_path(context))); }
+
+  /// What effects remark is told as this stage's.
+  std::shared_ptr<core::Host> effects_host() const {
+    auto host = std::make_shared<core::Host>();
+    host->message = [this](const std::string& name, const std::string& text, bool) {
+      warn("effect " + name + ": " + text);
+    };
+    return host;
+  }
+  void pass_on(const core::Diagnostics& diagnostics) const {
+    for (const core::Diagnostic& remark : diagnostics.all())
+      if (remark.severity == core::Severity::warning) warn(remark.message);
   }
 
   void load_condition() {
@@ -217,8 +234,11 @@ struct Simulator final : Source {
 
   /// Four dimensions, which Out does not make.
   std::uint16_t* taps_of(const Frame& frame) const {
-    const tofgraph_channel channel{taps.channel(),   TOFGRAPH_U16, 4,  {4, 2, rows_, columns_},
-                                   taps.port().unit, "",           "", ""};
+    const tofgraph_channel channel{.type = TOFGRAPH_TYPE_U16,
+                                   .rank = 4,
+                                   .name = taps.channel(),
+                                   .extent = {4, 2, rows_, columns_},
+                                   .unit = taps.port().unit};
     return static_cast<std::uint16_t*>(frame.write(channel).data);
   }
 
@@ -230,9 +250,9 @@ struct Simulator final : Source {
       shared_ = std::move(samples);
     }
     const auto row = static_cast<std::int64_t>(columns_ * sizeof(float));
-    const tofgraph_view view{.data = const_cast<float*>(shared_->data()),  // readers only read
-                             .type = TOFGRAPH_F32,
+    const tofgraph_view view{.type = TOFGRAPH_TYPE_F32,
                              .rank = 3,
+                             .data = const_cast<float*>(shared_->data()),  // readers only read
                              .extent = {4, rows_, columns_, 0},
                              .stride = {row * static_cast<std::int64_t>(rows_), row, sizeof(float), 0},
                              .channel = phases.channel(),

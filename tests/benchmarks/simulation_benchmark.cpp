@@ -28,7 +28,8 @@ std::vector<EffectPtr> five_effects(bool readout) {
           "  - {effect: tap_mismatch, ratio: 2 %}\n") +
       (readout ? "  - {effect: adc_nonlinearity, quadratic: 3 %}\n" : "  - {effect: vignetting, exponent: 4}\n");
   core::Diagnostics diagnostics;
-  const Model model = read_model(core::parse_document("model", text), core::Catalogue({}), diagnostics);
+  const Model model =
+      read_model(core::parse_document("model", text), core::Catalogue(core::plugin_path({})), diagnostics);
   auto effects = make_effects(model, camera(), diagnostics);
   if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
   return effects;

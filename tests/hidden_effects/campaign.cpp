@@ -7,6 +7,8 @@
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/truth.hpp"
 
+#include <tofgraph/array.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -178,8 +180,8 @@ class Writer {
     header.width = static_cast<std::uint32_t>(width);
     header.height = static_cast<std::uint32_t>(height);
     const io::CaptureChannel channel =
-        options_.taps ? io::CaptureChannel{"taps", TOFGRAPH_U16, {4, 2, height, width}, "counts", "", "", ""}
-                      : io::CaptureChannel{"phases", TOFGRAPH_I32, {4, height, width}, "counts", "", "", ""};
+        options_.taps ? io::CaptureChannel{"taps", TOFGRAPH_TYPE_U16, {4, 2, height, width}, "counts", "", "", ""}
+                      : io::CaptureChannel{"phases", TOFGRAPH_TYPE_I32, {4, height, width}, "counts", "", "", ""};
     io::CaptureWriter writer(conditions_[index].capture, header, {channel});
     std::vector<std::uint16_t> taps(8 * camera.pixels());
     std::vector<std::int32_t> phases(4 * camera.pixels());
@@ -192,8 +194,8 @@ class Writer {
           taps[(2 * k + 1) * camera.pixels() + i] = counts(b);
           phases[k * camera.pixels() + i] = static_cast<std::int32_t>(std::lround(a - b));
         }
-      const tofgraph_view view = options_.taps ? view_of_data(taps.data(), TOFGRAPH_U16, 2, {4, 2, height, width})
-                                               : view_of_data(phases.data(), TOFGRAPH_I32, 4, {4, height, width});
+      const tofgraph_view view = options_.taps ? view_of_data(taps.data(), TOFGRAPH_TYPE_U16, 2, {4, 2, height, width})
+                                               : view_of_data(phases.data(), TOFGRAPH_TYPE_I32, 4, {4, height, width});
       writer.append(metadata(index, frame), {&view, 1});
     }
     writer.finish();
@@ -201,7 +203,7 @@ class Writer {
 
   static tofgraph_view view_of_data(void* data, std::uint32_t type, std::int64_t size,
                                     std::vector<std::uint64_t> extent) {
-    tofgraph_view view{};
+    tofgraph_view view = empty_view();
     view.data = data;
     view.type = type;
     view.rank = static_cast<std::uint32_t>(extent.size());

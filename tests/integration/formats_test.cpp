@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The examples of docs/formats are files that the program takes.
+#include "io/capture_map.hpp"
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {
@@ -24,10 +25,12 @@ class Formats : public testing::TestWithParam<std::string> {};
 TEST_P(Formats, ExamplesAreRight) {
   const TemporaryFolder folder;
   const std::string files =
-      "mkdir captures && touch captures/white_0500.h5 pattern.h5 && cp \"" TOFGRAPH_SOURCE_DIR
+      "mkdir captures && touch captures/white_0500.h5 && cp \"" TOFGRAPH_SOURCE_DIR
       "/pipelines/campaigns/thesis_offset_tables.csv\" . && "
       "\"$TOFGRAPH\" run --quiet \"simulator distance='500 mm' frames=1 ! capture_writer path=board.h5\" --camera "
       "camcube2";
+  io::write_pixel_maps((folder.path() / "pattern.h5").string(), {{"map", "m", std::vector<double>(204 * 204)}}, 204,
+                       204);
   const Outcome made = shell(files, folder.path());
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::vector<std::string> found = examples(GetParam() + ".md");

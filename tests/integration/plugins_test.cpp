@@ -34,8 +34,8 @@ TEST_P(Refusal, NamesFileAndReason) {
 
 INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
                          testing::Values(Case{"no_symbol", "has no symbol 'tofgraph_plugin'"},
-                                         Case{"old_version", "was built for plugin API 0.0, this program has 1.0"},
-                                         Case{"new_version", "was built for plugin API 1.99, this program has 1.0"},
+                                         Case{"old_version", "was built for plugin API 0.0, this program has 2.0"},
+                                         Case{"new_version", "was built for plugin API 2.99, this program has 2.0"},
                                          Case{"no_descriptor", "gave no descriptor"},
                                          Case{"joins_streams", "is a filter over any number of streams"},
                                          Case{"crashes_when_loaded", "crashed while it was loaded (signal 11"},

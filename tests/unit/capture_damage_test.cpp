@@ -50,11 +50,11 @@ std::string read_whole(const fs::path& path) {
   header.camera = "test";
   header.width = 64;
   header.height = 48;
-  io::CaptureWriter writer(path, header, {{"distance", TOFGRAPH_F32, {48, 64}, "m", "", "", ""}});
+  io::CaptureWriter writer(path, header, {{"distance", TOFGRAPH_TYPE_F32, {48, 64}, "m", "", "", ""}});
   for (std::uint32_t number = 0;; ++number) {
     std::vector<float> values(48 * 64, static_cast<float>(number));
     const tofgraph_view view{
-        .data = values.data(), .type = TOFGRAPH_F32, .rank = 2, .extent = {48, 64}, .stride = {256, 4}};
+        .type = TOFGRAPH_TYPE_F32, .rank = 2, .data = values.data(), .extent = {48, 64}, .stride = {256, 4}};
     writer.append({}, {&view, 1});
     if (write(told, &number, sizeof number) < 0) _exit(1);
   }
@@ -123,11 +123,11 @@ std::string own_recording(const fs::path& folder) {
   header.camera = "test";
   header.width = 64;
   header.height = 48;
-  io::CaptureWriter writer(folder / "own.h5", header, {{"distance", TOFGRAPH_F32, {48, 64}, "m", "", "", ""}},
+  io::CaptureWriter writer(folder / "own.h5", header, {{"distance", TOFGRAPH_TYPE_F32, {48, 64}, "m", "", "", ""}},
                            {1, false});
   std::vector<float> values(48 * 64, 1);
   const tofgraph_view view{
-      .data = values.data(), .type = TOFGRAPH_F32, .rank = 2, .extent = {48, 64}, .stride = {256, 4}};
+      .type = TOFGRAPH_TYPE_F32, .rank = 2, .data = values.data(), .extent = {48, 64}, .stride = {256, 4}};
   for (int i = 0; i < 3; ++i) writer.append({}, {&view, 1});
   writer.finish();
   return read_text(folder / "own.h5");

@@ -61,8 +61,8 @@ TEST_F(CaptureFile, ReadsWhatIsStored) {
   const io::CaptureChannel &flags = reader.channels()[0], &phases = reader.channels()[1], &range = reader.channels()[2];
   EXPECT_EQ(range.applied, "optimized_bistatic offset_correction");
   EXPECT_EQ(range.unit, "m");
-  EXPECT_EQ(phases.type, static_cast<std::uint32_t>(TOFGRAPH_I16));
-  EXPECT_EQ(flags.type, static_cast<std::uint32_t>(TOFGRAPH_U16));
+  EXPECT_EQ(phases.type, static_cast<std::uint32_t>(TOFGRAPH_TYPE_I16));
+  EXPECT_EQ(flags.type, static_cast<std::uint32_t>(TOFGRAPH_TYPE_U16));
   std::vector<float> values(6);
   reader.read(2, 1, values.data());
   EXPECT_EQ(values, std::vector<float>({2, 2.25, 2.5, 2.75, 3, 3.25}));
@@ -103,7 +103,7 @@ TEST_F(CaptureFile, TheRealRecordingIsReadBitForBit) {
   std::size_t invalid = 0;
   for (std::size_t c = 0; c < reader.channels().size(); ++c) {
     const io::CaptureChannel& channel = reader.channels()[c];
-    if (channel.type != TOFGRAPH_F32) continue;
+    if (channel.type != TOFGRAPH_TYPE_F32) continue;
     const auto expected = raw_values<float>(recording, "/frames/" + channel.name);
     std::vector<float> all(3 * channel.elements());
     for (std::size_t f = 0; f < 3; ++f) reader.read(c, f, all.data() + f * channel.elements());
@@ -277,9 +277,9 @@ io::CaptureHeader header_of(std::uint32_t width, std::uint32_t height) {
 }
 
 tofgraph_view view_of(std::vector<float>& values, const std::vector<std::uint64_t>& extent) {
-  tofgraph_view view{};
+  tofgraph_view view = empty_view();
   view.data = values.data();
-  view.type = TOFGRAPH_F32;
+  view.type = TOFGRAPH_TYPE_F32;
   view.rank = static_cast<std::uint32_t>(extent.size());
   std::int64_t stride = sizeof(float);
   for (std::size_t i = extent.size(); i-- > 0;) {
@@ -304,7 +304,7 @@ void append_number(CaptureWriter& writer, std::size_t number) {
   writer.append(metadata, {&view, 1});
 }
 
-const io::CaptureChannel range_channel{"range", TOFGRAPH_F32, {2, 3}, "m", "", "point_cloud", "distance rays"};
+const io::CaptureChannel range_channel{"range", TOFGRAPH_TYPE_F32, {2, 3}, "m", "", "point_cloud", "distance rays"};
 
 TEST_F(CaptureFile, WritesTheFormat) {
   for (const int compression : {0, 4}) {
@@ -408,7 +408,7 @@ TEST_F(CaptureFile, AFullDiskIsAnErrorAndWhatWasWrittenCanBeRead) {
   const fs::path small = disk.path() / "a.h5";
   std::size_t written = 0;
   const std::string message = thrown([&] {
-    CaptureWriter writer(small, header_of(200, 200), {{"range", TOFGRAPH_F32, {200, 200}, "m", "", "", ""}});
+    CaptureWriter writer(small, header_of(200, 200), {{"range", TOFGRAPH_TYPE_F32, {200, 200}, "m", "", "", ""}});
     for (;; ++written) {
       std::vector<float> values(40000, static_cast<float>(written));
       const tofgraph_view view = view_of(values, {200, 200});

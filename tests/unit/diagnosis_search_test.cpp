@@ -48,7 +48,7 @@ class Rail : public testing::Test {
       blank.push_back(std::move(o));
     }
     candidates.clear();
-    const core::Catalogue catalogue({});
+    const core::Catalogue catalogue(core::plugin_path({}));
     for (const core::PluginFile& file : catalogue.files()) {
       if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
     }

@@ -51,8 +51,8 @@ struct Seen {
 
 inline std::vector<EffectPtr> effects(const std::string& list, const tofgraph_camera& camera) {
   core::Diagnostics diagnostics;
-  const Model model =
-      read_model(core::parse_document("test", "model: 1\neffects: [" + list + "]\n"), core::Catalogue({}), diagnostics);
+  const Model model = read_model(core::parse_document("test", "model: 1\neffects: [" + list + "]\n"),
+                                 core::Catalogue(core::plugin_path({})), diagnostics);
   auto result = make_effects(model, camera, diagnostics);
   if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
   return result;

@@ -107,7 +107,7 @@ TEST(Rail, MovesTheBoardUnlessALaserReadIt) {
       "{effect: rail_scale, scale: 0.2 %}, {effect: rail_offset, offset: 5 mm}, {effect: board_tilt, x: 5 mrad, y: -3 "
       "mrad}";
   for (const bool laser : {false, true}) {
-    view.shot.condition.flags = laser ? TOFGRAPH_LASER : 0;
+    view.shot.condition.flags = laser ? TOFGRAPH_CONDITION_LASER : 0;
     const auto real = seen(list, view);
     View there = view;
     if (!laser) there.board.distance = 1.002 * there.board.distance + 0.005;
@@ -207,7 +207,7 @@ TEST(RailReflection, IsTheSumOverMirroredSources) {
     }
     EXPECT_LT(std::abs(real[i].phasor() - sum), 1e-9 * std::abs(sum));
   }
-  view.shot.condition.flags = TOFGRAPH_RAIL_COVERED;
+  view.shot.condition.flags = TOFGRAPH_CONDITION_RAIL_COVERED;
   const auto covered = seen("{effect: rail_reflection, strength: 4 %}", view), bare = seen("", view);
   EXPECT_EQ(covered[40].c, bare[40].c);
 }
@@ -221,7 +221,7 @@ TEST(Crosstalk, AddsTheSamePhasorEverywhere) {
     EXPECT_LT(std::abs(real[i].phasor() - ideal[i].phasor() - added), 1e-9 * ideal[i].amplitude());
     EXPECT_NEAR(real[i].light() - ideal[i].light(), std::abs(added), 1e-9 * ideal[i].light()) << "contrast 0.5";
   }
-  view.shot.condition.flags = TOFGRAPH_LENS_CAPPED;
+  view.shot.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
   const auto capped = seen("{effect: crosstalk, real: 3000 counts/s, imaginary: -2000 counts/s}", view);
   EXPECT_LT(std::abs(capped[3].phasor() - added), 1e-12);
 }

@@ -31,7 +31,7 @@ Tracer two_boards() {
 }
 
 TEST(Effects, OffChangesNothingBitForBit) {
-  const core::Catalogue catalogue({});
+  const core::Catalogue catalogue(core::plugin_path({}));
   View view;
   view.pixels = whole_image(camcube());
   view.tracer = two_boards();
@@ -53,11 +53,11 @@ TEST(Effects, OffChangesNothingBitForBit) {
 }
 
 TEST(Effects, EveryParameterSaysWhatASearchNeeds) {
-  const core::Catalogue catalogue({});
+  const core::Catalogue catalogue(core::plugin_path({}));
   for (const core::PluginFile& file : catalogue.files()) {
     if (file.kind != "effect") continue;
-    const tofgraph_descriptor& d = catalogue.load(file);
-    EXPECT_NE(std::string(core::effect_of(d)->touches), "") << file.name;
+    const core::Plugin& d = catalogue.load(file);
+    EXPECT_NE(std::string(d.effect->touches), "") << file.name;
     for (std::uint64_t i = 0; i < d.parameter_count; ++i) {
       const tofgraph_parameter& p = d.parameters[i];
       if (std::isnan(p.typical)) continue;
@@ -299,7 +299,7 @@ TEST(Maps, ThatDoNotFitAreRefused) {
     return std::string("none");
   };
   const std::string named = "{effect: fixed_pattern, scale: 1, map: {file: " + file.string() + ", dataset: ";
-  EXPECT_NE(problem(named + "small}}").find("204 x 100, the camera has 204 x 204"), std::string::npos)
+  EXPECT_NE(problem(named + "small}}").find("is 100 x 204 px, the camera camcube2 has 204 x 204"), std::string::npos)
       << problem(named + "small}}");
   EXPECT_NE(problem(named + "absent}}").find("no dataset 'absent'"), std::string::npos) << problem(named + "absent}}");
   EXPECT_NE(problem("{effect: fixed_pattern, scale: 1}").find("without a map"), std::string::npos);

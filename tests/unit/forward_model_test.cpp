@@ -292,7 +292,7 @@ TEST(Frames, TapsAreWholeCountsAndRepeatByNumber) {
 TEST(ForwardModel, ACappedLensSeesNothing) {
   const ForwardModel model(camcube2(), false, {});
   Shot shot = shot_of(camcube2(), 1e-3);
-  shot.condition.flags = TOFGRAPH_LENS_CAPPED;
+  shot.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
   const auto taps = model.expect(board_tracer(camcube2().focal_length, {}), shot, superpixels(camcube2(), 3, 3)).taps;
   for (const double tap : taps) EXPECT_EQ(tap, 0);
 }

@@ -17,14 +17,15 @@ class Frames : public testing::Test {
   }
   Array<float> write(tofgraph_frame& frame, const char* name, std::uint64_t rows = 2, std::uint64_t columns = 3) {
     tofgraph_channel channel{};
+    channel.size = sizeof channel;
     channel.name = name;
-    channel.type = TOFGRAPH_F32;
+    channel.type = TOFGRAPH_TYPE_F32;
     channel.rank = 2;
     channel.extent[0] = rows;
     channel.extent[1] = columns;
     channel.unit = "m";
-    tofgraph_view view{};
-    EXPECT_EQ(host.write(&frame, &channel, &view), TOFGRAPH_OK);
+    tofgraph_view view = empty_view();
+    EXPECT_EQ(host.write(&frame, &channel, &view), TOFGRAPH_STATUS_OK);
     return Array<float>(view);
   }
   tofgraph_host host{};
@@ -35,7 +36,7 @@ class Frames : public testing::Test {
 TEST_F(Frames, CopiesShareUntilSomebodyWrites) {
   write(a, "depth")[0] = 1;
   b.channels = a.channels;
-  tofgraph_view of_a{}, of_b{};
+  tofgraph_view of_a = empty_view(), of_b = empty_view();
   host.read(&a, "depth", &of_a);
   host.read(&b, "depth", &of_b);
   EXPECT_EQ(of_a.data, of_b.data);
@@ -44,7 +45,7 @@ TEST_F(Frames, CopiesShareUntilSomebodyWrites) {
   const Array<float> changed(of_b);
   changed[0] = 2;
   EXPECT_EQ(Array<const float>(of_a)[0], 1.0F);
-  tofgraph_view again{};
+  tofgraph_view again = empty_view();
   host.modify(&b, "depth", &again);
   EXPECT_EQ(again.data, of_b.data) << "the only holder writes in place";
 }
@@ -61,9 +62,9 @@ TEST_F(Frames, PoolHandsTheSameBlocksOutAgain) {
 TEST_F(Frames, LentMemoryIsGivenBackOnce) {
   static int released = 0;
   static float values[6] = {};
-  tofgraph_view view{};
+  tofgraph_view view = empty_view();
   view.data = values;
-  view.type = TOFGRAPH_F32;
+  view.type = TOFGRAPH_TYPE_F32;
   view.rank = 2;
   view.extent[0] = 2;
   view.extent[1] = 3;
@@ -71,25 +72,25 @@ TEST_F(Frames, LentMemoryIsGivenBackOnce) {
   view.stride[1] = 4;
   view.channel = "depth";
   view.unit = "m";
-  ASSERT_EQ(host.share(&a, &view, nullptr, [](void*) { ++released; }), TOFGRAPH_OK);
+  ASSERT_EQ(host.share(&a, &view, nullptr, [](void*) { ++released; }), TOFGRAPH_STATUS_OK);
   b.channels = a.channels;
   a.clear();
   EXPECT_EQ(released, 0);
-  tofgraph_view own{};
+  tofgraph_view own = empty_view();
   host.modify(&b, "depth", &own);
   EXPECT_NE(own.data, static_cast<void*>(values)) << "lent memory is never written";
   EXPECT_EQ(released, 0) << "a stage may hold a view of it";
   b.views_ended();
   EXPECT_EQ(released, 1);
   view.stride[0] = 16;  // rows with gaps
-  EXPECT_EQ(host.share(&a, &view, nullptr, nullptr), TOFGRAPH_ERROR);
+  EXPECT_EQ(host.share(&a, &view, nullptr, nullptr), TOFGRAPH_STATUS_ERROR);
 }
 
 TEST_F(Frames, ViewsStayGoodUntilTheStageReturns) {
   write(a, "depth")[0] = 1;
   b.channels = a.channels;
   a.clear();
-  tofgraph_view held{};
+  tofgraph_view held = empty_view();
   for (const std::uint64_t rows : {2000, 300000}) {  // too large for the buffer
     host.read(&b, "depth", &held);
     const float before = Array<const float>(held)[0];
@@ -109,14 +110,15 @@ TEST_F(Frames, ViewsStayGoodUntilTheStageReturns) {
 
 TEST_F(Frames, AbsurdExtentsAreRefused) {
   tofgraph_channel channel{};
+  channel.size = sizeof channel;
   channel.name = "depth";
-  channel.type = TOFGRAPH_F32;
+  channel.type = TOFGRAPH_TYPE_F32;
   channel.rank = 3;
   channel.extent[0] = channel.extent[1] = channel.extent[2] = std::uint64_t{1} << 40U;
-  tofgraph_view view{};
-  EXPECT_EQ(host.write(&a, &channel, &view), TOFGRAPH_ERROR);
+  tofgraph_view view = empty_view();
+  EXPECT_EQ(host.write(&a, &channel, &view), TOFGRAPH_STATUS_ERROR);
   channel.rank = 9;
-  EXPECT_EQ(host.write(&a, &channel, &view), TOFGRAPH_ERROR);
+  EXPECT_EQ(host.write(&a, &channel, &view), TOFGRAPH_STATUS_ERROR);
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Typed views of channels, as a stage sees them.
+/// @file Typed views of channels, and the border's arrays, as a stage sees them.
 #pragma once
 
 #include <tofgraph/plugin.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -13,16 +15,19 @@
 
 namespace tofgraph {
 
-/// The border's code of an element type; TOFGRAPH_ANY for void.
+/// The border's code of an element type; TOFGRAPH_TYPE_ANY for void.
 template <class T> constexpr std::uint32_t element_type() {
   using V = std::remove_const_t<T>;
-  if constexpr (std::is_void_v<V>) return TOFGRAPH_ANY;
+  if constexpr (std::is_void_v<V>) return TOFGRAPH_TYPE_ANY;
   constexpr std::size_t size = sizeof(std::conditional_t<std::is_void_v<V>, char, V>);
-  if constexpr (std::is_floating_point_v<V>) return size == 4 ? TOFGRAPH_F32 : TOFGRAPH_F64;
-  return size == 1 ? TOFGRAPH_U8 : size == 4 ? TOFGRAPH_I32 : std::is_signed_v<V> ? TOFGRAPH_I16 : TOFGRAPH_U16;
+  if constexpr (std::is_floating_point_v<V>) return size == 4 ? TOFGRAPH_TYPE_F32 : TOFGRAPH_TYPE_F64;
+  return size == 1             ? TOFGRAPH_TYPE_U8
+         : size == 4           ? TOFGRAPH_TYPE_I32
+         : std::is_signed_v<V> ? TOFGRAPH_TYPE_I16
+                               : TOFGRAPH_TYPE_U16;
 }
 
-/// Bytes of one element; 0 for TOFGRAPH_ANY.
+/// Bytes of one element; 0 for TOFGRAPH_TYPE_ANY.
 constexpr std::size_t element_size(std::uint32_t type) {
   constexpr std::size_t sizes[] = {0, 4, 8, 1, 2, 2, 4};
   return type < std::size(sizes) ? sizes[type] : 0;
@@ -34,6 +39,35 @@ constexpr const char* element_name(std::uint32_t type) {
   return type < std::size(names) ? names[type] : "unknown";
 }
 
+/// An array of the border's structs, walked by the size that an element of it really has.
+template <class T> struct Strided {
+  T* first;
+  std::size_t stride, size;  ///< bytes, elements
+  T& operator[](std::size_t i) const {
+    return *reinterpret_cast<T*>(reinterpret_cast<std::uintptr_t>(first) + i * stride);
+  }
+  struct Iterator {
+    Strided all;
+    std::size_t i;
+    T& operator*() const { return all[i]; }
+    void operator++() { ++i; }
+    bool operator!=(const Iterator& other) const { return i != other.i; }
+  };
+  Iterator begin() const { return {*this, 0}; }
+  Iterator end() const { return {*this, size}; }
+};
+
+inline Strided<const tofgraph_light> lights_of(const tofgraph_camera& camera) {
+  return {camera.lights, camera.light_size, camera.light_count};
+}
+
+/// A view without data, to be filled in over the border.
+inline tofgraph_view empty_view() {
+  tofgraph_view view{};
+  view.size = sizeof view;
+  return view;
+}
+
 /// A view of up to four dimensions, row-major without gaps; it owns nothing.
 template <class T> class Array {
  public:
@@ -41,12 +75,10 @@ template <class T> class Array {
 
   /// @throws std::runtime_error when the view's elements are of another type or not without gaps.
   explicit Array(const tofgraph_view& view) : view_(view) {
-    const std::string name = view.channel;
-    const std::string wanted = element_name(element_type<T>());
-    if (view.type != element_type<T>()) throw std::runtime_error(name + " is no " + wanted);
+    if (view.type != element_type<T>()) refuse(std::string(" is no ") + element_name(element_type<T>()));
     auto stride = static_cast<std::int64_t>(sizeof(T));
     for (std::uint32_t i = view.rank; i-- > 0;) {
-      if (view.stride[i] != stride) throw std::runtime_error(name + " has gaps");
+      if (view.stride[i] != stride) refuse(" has gaps");
       stride *= static_cast<std::int64_t>(view.extent[i]);
       size_ *= view.extent[i];
     }
@@ -69,6 +101,8 @@ template <class T> class Array {
   explicit operator bool() const { return view_.data != nullptr; }
 
  private:
+  [[noreturn]] void refuse(const std::string& what) const { throw std::runtime_error(view_.channel + what); }
+
   tofgraph_view view_{};
   std::size_t size_ = 1;
 };

@@ -10,7 +10,7 @@
 
 namespace tofgraph {
 
-/// One line of the table of channels. Type TOFGRAPH_ANY: several are allowed.
+/// One line of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
 struct ChannelInfo {
   const char* name;
   const char* shape;
@@ -20,19 +20,19 @@ struct ChannelInfo {
 };
 
 inline constexpr ChannelInfo known_channels[] = {
-    {"taps", "4 2 H W", TOFGRAPH_U16, "counts", "A and B tap of the four phase images"},
-    {"phases", "4 H W", TOFGRAPH_ANY, "counts", "c_k = A_k - B_k = amplitude cos(Psi + k pi/2), k = 0..3"},
-    {"distance", "H W", TOFGRAPH_F32, "m", "half of the travelled path"},
-    {"range", "H W", TOFGRAPH_F32, "m", "straight distance from the optical centre"},
-    {"depth", "H W", TOFGRAPH_F32, "m", "along z from the sensor plane"},
-    {"amplitude", "H W", TOFGRAPH_F32, "counts", "A of c_k = A cos"},
-    {"intensity", "H W", TOFGRAPH_F32, "counts", "mean of the eight tap samples"},
-    {"sigma", "H W", TOFGRAPH_F32, "m", "standard deviation of a length"},
-    {"flags", "H W", TOFGRAPH_U16, "", "why a pixel is not good, as bits"},
-    {"points", "H W 3", TOFGRAPH_F32, "m", "optical frame: x right, y down, z forward"},
-    {"true_depth", "H W", TOFGRAPH_F32, "m", "of a simulation: the depth without any error"},
-    {"reflectivity", "H W", TOFGRAPH_F32, "", "of a simulation: the surface's, 0 .. 1"},
-    {"rays", "H W 3", TOFGRAPH_F32, "", "unit vector of each pixel in the optical frame"},
+    {"taps", "P 2 H W", TOFGRAPH_TYPE_U16, "counts", "A and B tap of the exposures"},
+    {"phases", "P H W", TOFGRAPH_TYPE_ANY, "counts", "c_k = A_k - B_k = amplitude cos(Psi + theta_k), one an exposure"},
+    {"distance", "H W", TOFGRAPH_TYPE_F32, "m", "half of the travelled path"},
+    {"range", "H W", TOFGRAPH_TYPE_F32, "m", "straight distance from the optical centre"},
+    {"depth", "H W", TOFGRAPH_TYPE_F32, "m", "along z from the sensor plane"},
+    {"amplitude", "H W", TOFGRAPH_TYPE_F32, "counts", "A of c_k = A cos"},
+    {"intensity", "H W", TOFGRAPH_TYPE_F32, "counts", "mean of the eight tap samples"},
+    {"sigma", "H W", TOFGRAPH_TYPE_F32, "m", "standard deviation of a length"},
+    {"flags", "H W", TOFGRAPH_TYPE_U16, "", "why a pixel is not good, as bits"},
+    {"points", "H W 3", TOFGRAPH_TYPE_F32, "m", "optical frame: x right, y down, z forward"},
+    {"true_depth", "H W", TOFGRAPH_TYPE_F32, "m", "of a simulation: the depth without any error"},
+    {"reflectivity", "H W", TOFGRAPH_TYPE_F32, "", "of a simulation: the surface's, 0 .. 1"},
+    {"rays", "H W 3", TOFGRAPH_TYPE_F32, "", "unit vector of each pixel in the optical frame"},
 };
 
 /// The entry of a channel, or null for one that only its stages know.

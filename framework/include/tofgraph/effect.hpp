@@ -14,8 +14,10 @@
 ///     TOFGRAPH_EFFECT(EvenHarmonic, "Second harmonic of the correlation")
 #pragma once
 
+#include <tofgraph/effect.h>
 #include <tofgraph/stage.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -24,7 +26,25 @@ namespace tofgraph {
 /// See tofgraph_effect.
 struct EffectInfo {
   const char *touches, *confused_with = "", *experiment = "";
+  std::uint32_t scope = TOFGRAPH_SCOPE_CAMERA;  ///< or TOFGRAPH_SCOPE_SETUP: rail, board, room
 };
+
+/// A map of the pixels between their centres: bilinear, constant beyond the border; 0 where there is none.
+/// @param u, v column and row
+inline double at(const Image& map, double u, double v) {
+  if (map.empty()) return 0;
+  const auto split = [](double x, std::size_t count, std::size_t& low, std::size_t& high) {
+    const double inside = std::clamp(x, 0.0, static_cast<double>(count - 1));
+    low = std::min(static_cast<std::size_t>(inside), count - 1 - (count > 1 ? 1 : 0));
+    high = std::min(low + 1, count - 1);
+    return inside - static_cast<double>(low);
+  };
+  std::size_t left = 0, right = 0, top = 0, bottom = 0;
+  const double x = split(u, map.columns, left, right), y = split(v, map.rows, top, bottom);
+  const auto value = [&](std::size_t row, std::size_t column) { return map.data[row * map.columns + column]; };
+  return std::lerp(std::lerp(value(top, left), value(top, right), x),
+                   std::lerp(value(bottom, left), value(bottom, right), x), y);
+}
 
 /// What every level knows.
 class LightState {
@@ -33,15 +53,15 @@ class LightState {
   const tofgraph_camera& camera() const { return *state.camera; }
   const tofgraph_condition& condition() const { return *state.condition; }
   std::size_t points() const { return state.points; }
-  /// Radians of phase for a metre of (half-path) distance, at the nominal frequency: 4 pi f / c.
-  double radians_per_metre() const { return 4 * M_PI / 299792458.0 * camera().modulation_frequency; }
+  /// Radians of phase for a metre of (half-path) distance, at the light's frequency: 4 pi f / c.
+  double radians_per_metre() const { return 4 * M_PI / 299792458.0 * state.frequency; }
   tofgraph_light_state& state;
 };
 
 /// Lens, sources, poses: before any light is computed.
 struct GeometryLevel : LightState {
-  static constexpr std::uint32_t level = TOFGRAPH_GEOMETRY, flags = 0;
-  std::span<tofgraph_source_light> sources() const { return {state.sources, state.source_count}; }
+  static constexpr std::uint32_t level = TOFGRAPH_LEVEL_GEOMETRY, flags = 0;
+  Strided<tofgraph_source_light> sources() const { return {state.sources, state.source_size, state.source_count}; }
 };
 
 /// One source's light at the points.
@@ -59,53 +79,61 @@ struct SourceLight {
 
 /// The light of each source on its way; the last is that from inside the camera.
 struct PhasorLevel : LightState {
-  static constexpr std::uint32_t level = TOFGRAPH_PHASOR, flags = 0;
+  static constexpr std::uint32_t level = TOFGRAPH_LEVEL_PHASOR, flags = 0;
   std::size_t size() const { return state.source_count; }
   SourceLight operator[](std::size_t source) const {
-    const tofgraph_source_light& s = state.sources[source];
+    const tofgraph_source_light& s = Strided<tofgraph_source_light>{state.sources, state.source_size, 0}[source];
     return {s, reinterpret_cast<std::complex<double>*>(s.phasor), s.strength};
   }
   double& turn(std::size_t i) const { return state.turn[i]; }
 };
 /// The same for effects that look at neighbours: point row * columns + column.
 struct PhasorImage : PhasorLevel {
-  static constexpr std::uint32_t flags = TOFGRAPH_IMAGE;
+  static constexpr std::uint32_t flags = TOFGRAPH_EFFECT_IMAGE;
 };
 
 /// The end of the phasor level: all light is known, its phase may be turned.
 struct PhaseLevel : LightState {
-  static constexpr std::uint32_t level = TOFGRAPH_PHASOR, flags = TOFGRAPH_LATE;
+  static constexpr std::uint32_t level = TOFGRAPH_LEVEL_PHASOR, flags = TOFGRAPH_EFFECT_LATE;
   double amplitude(std::size_t i) const { return state.amplitude[i]; }
   double distance(std::size_t i) const { return state.distance[i]; }
   double& turn(std::size_t i) const { return state.turn[i]; }
 };
 
-/// The four exposures: sample k is Re(phasor e^(j step_k)) + extra.
+/// The exposures: sample k is Re(phasor e^(j step_k)) + extra.
 struct SamplesLevel : LightState {
-  static constexpr std::uint32_t level = TOFGRAPH_SAMPLES, flags = 0;
+  static constexpr std::uint32_t level = TOFGRAPH_LEVEL_SAMPLES, flags = 0;
+  std::size_t exposures() const { return state.exposure_count; }
+  tofgraph_exposure& exposure(std::size_t k) const {
+    return Strided<tofgraph_exposure>{state.exposures, state.exposure_size, 0}[k];
+  }
+  using LightState::radians_per_metre;
+  /// At the frequency of exposure k.
+  double radians_per_metre(std::size_t k) const { return 4 * M_PI / 299792458.0 * exposure(k).frequency; }
   std::complex<double>& phasor(std::size_t k, std::size_t i) const {
     return reinterpret_cast<std::complex<double>*>(state.exposure)[k * points() + i];
   }
   double& intensity(std::size_t k, std::size_t i) const { return state.intensity[k * points() + i]; }
   double& extra(std::size_t k, std::size_t i) const { return state.extra[k * points() + i]; }
-  double& step(std::size_t k) const { return state.step[k]; }
+  double& step(std::size_t k) const { return exposure(k).phase; }
   /// The boards farther away (m) in exposure k: its phase and light follow.
   void displace(std::uint32_t k, double displacement) const {
-    if (state.displace(&state, k, displacement) != TOFGRAPH_OK)
+    if (state.displace(&state, k, displacement) != TOFGRAPH_STATUS_OK)
       throw std::runtime_error("the boards cannot be moved so");
   }
 };
 
 /// The taps before their noise.
 struct TapsLevel : LightState {
-  static constexpr std::uint32_t level = TOFGRAPH_TAPS, flags = 0;
+  static constexpr std::uint32_t level = TOFGRAPH_LEVEL_TAPS, flags = 0;
+  std::size_t exposures() const { return state.exposure_count; }
   double& a(std::size_t k, std::size_t i) const { return state.taps[2 * k * points() + i]; }
   double& b(std::size_t k, std::size_t i) const { return state.taps[(2 * k + 1) * points() + i]; }
-  std::span<double> all() const { return {state.taps, 8 * points()}; }
+  std::span<double> all() const { return {state.taps, 2 * exposures() * points()}; }
 };
 /// The taps with their noise, as they are read out.
 struct ReadoutLevel : TapsLevel {
-  static constexpr std::uint32_t flags = TOFGRAPH_LATE;
+  static constexpr std::uint32_t flags = TOFGRAPH_EFFECT_LATE;
 };
 
 namespace detail {
@@ -118,12 +146,13 @@ template <class T> struct EffectGlue {
     const T& effect = *static_cast<const T*>(self);
     return guarded(effect.host, effect.context, [&] {
       Level light{LightState(*state)};
-      return effect.apply(light), TOFGRAPH_OK;
+      return effect.apply(light), TOFGRAPH_STATUS_OK;
     });
   }
   static const tofgraph_descriptor* descriptor(const char* summary) noexcept {
-    static constexpr tofgraph_effect effect{sizeof(tofgraph_effect), Level::level,          Level::flags,       0,
-                                            T::info.touches,         T::info.confused_with, T::info.experiment, apply};
+    static constexpr tofgraph_effect effect{
+        sizeof(tofgraph_effect), Level::level,          Level::flags,       T::info.scope,
+        T::info.touches,         T::info.confused_with, T::info.experiment, apply};
     static constexpr tofgraph_extension extension{"effect", 1, 0, &effect};
     return Glue<T>::descriptor(summary, &extension);
   }

@@ -17,31 +17,36 @@ class Frame {
 
   /// @returns a view without data when the frame has no such channel.
   tofgraph_view find(const char* channel) const {
-    tofgraph_view view{};
-    if (host_->read(frame_, channel, &view) != TOFGRAPH_OK) view.data = nullptr;
+    tofgraph_view view = empty_view();
+    if (host_->read(frame_, channel, &view) != TOFGRAPH_STATUS_OK) view.data = nullptr;
     return view;
   }
   /// A new buffer under the channel's name, content undefined.
-  tofgraph_view write(const tofgraph_channel& channel) const {
-    tofgraph_view view{};
+  tofgraph_view write(tofgraph_channel channel) const {
+    tofgraph_view view = empty_view();
+    channel.size = sizeof channel;
     check(host_->write(frame_, &channel, &view), "cannot be written", channel.name);
     return view;
   }
   /// The channel for changing it in place: a private copy where others share it.
   tofgraph_view modify(const char* channel) const {
-    tofgraph_view view{};
+    tofgraph_view view = empty_view();
     check(host_->modify(frame_, channel, &view), "is not in the frame", channel);
     return view;
   }
   /// Hands memory of the stage to the frame without a copy; `release(owner)` is called when nobody reads it.
-  void share(const tofgraph_view& view, void* owner, void (*release)(void*)) const {
+  void share(tofgraph_view view, void* owner, void (*release)(void*)) const {
+    view.size = sizeof view;
     check(host_->share(frame_, &view, owner, release), "cannot be shared", view.channel);
+  }
+  void rename(const char* channel, const char* name) const {
+    check(host_->rename(frame_, channel, name), "cannot be renamed", channel);
   }
   void drop(const char* channel) const { check(host_->drop(frame_, channel), "is not in the frame", channel); }
 
  private:
   static void check(int status, const char* what, const char* channel) {
-    if (status != TOFGRAPH_OK) throw std::runtime_error("channel " + std::string(channel) + " " + what);
+    if (status != TOFGRAPH_STATUS_OK) throw std::runtime_error("channel " + std::string(channel) + " " + what);
   }
   const tofgraph_host* host_;
   tofgraph_frame* frame_;

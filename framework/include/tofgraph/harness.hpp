@@ -30,8 +30,10 @@ class Harness {
     std::string from;     ///< channels, blank-separated
   };
 
-  /// A stage in the one-line form: its name, then parameter=value. @throws std::runtime_error with every mistake
-  explicit Harness(const std::string& stage);
+  /// A stage in the one-line form: its name, then parameter=value.
+  /// @param plugin_folders looked into before TOFGRAPH_PLUGIN_PATH and the installed folder
+  /// @throws std::runtime_error with every mistake
+  explicit Harness(const std::string& stage, const std::vector<std::string>& plugin_folders = {});
   ~Harness();
 
   /// The camera by its profile's name or path.

@@ -4,12 +4,17 @@
  * The plugin border: everything that passes between the host and a plugin, in plain C.
  *
  * A plugin is one shared library `tofgraph_KIND_NAME.so` that exports tofgraph_plugin(). C++ authors include
- * `tofgraph/stage.hpp` instead, which fills all of this in from one class.
+ * `tofgraph/stage.hpp` instead, which fills all of this in from one class; effects have `tofgraph/effect.h` as well.
  *
- * Rules. Every struct that may grow carries its size (arrays: the size of an element beside the pointer); a field
- * beyond that size does not exist. Strings are UTF-8, end with 0 and, if not said otherwise, live as long as the
- * struct they came in. Lengths are in metre, times in second, angles in radian, frequencies in hertz, temperatures
- * in kelvin, everywhere. NaN is "unknown". No call may let a C++ exception out. */
+ * Rules. Every struct that may grow begins with its size, or the array that holds it has the size of an element beside
+ * it: the next element is that many bytes further, whatever this header says. A field beyond a size does not exist and
+ * counts as 0, null or what its comment says. Whoever makes a struct sets its size, also where the other side fills it
+ * in. Fields are added at the end, without gaps, with a new minor version; what exists keeps its place and meaning, so
+ * that a plugin of this major version is loaded for good.
+ *
+ * Strings are UTF-8, end with 0 and live as long as the struct they came in, if not said otherwise. Pointers are not
+ * null, if not said otherwise; "" stands for nothing. Lengths are in metre, times in second, angles in radian,
+ * frequencies in hertz, temperatures in kelvin, everywhere. NaN is "unknown". No call may let an exception out. */
 #ifndef TOFGRAPH_PLUGIN_H
 #define TOFGRAPH_PLUGIN_H
 
@@ -20,45 +25,75 @@ extern "C" {
 #endif
 
 /** A plugin is refused when its major number differs or its minor number is greater than the host's. */
-#define TOFGRAPH_API_MAJOR 1u
+#define TOFGRAPH_API_MAJOR 2u
 #define TOFGRAPH_API_MINOR 0u
 
 /** What a call returns. END: a source has no more frames; of a filter nothing leaves for this frame. */
-enum { TOFGRAPH_OK = 0, TOFGRAPH_END = 1, TOFGRAPH_ERROR = 2 };
-enum { TOFGRAPH_ANY = 0, TOFGRAPH_F32, TOFGRAPH_F64, TOFGRAPH_U8, TOFGRAPH_U16, TOFGRAPH_I16, TOFGRAPH_I32 };
-enum { TOFGRAPH_IN = 1, TOFGRAPH_OUT = 2, TOFGRAPH_INOUT = 3 }; /* direction of a port */
-enum { TOFGRAPH_INFO = 0, TOFGRAPH_WARNING = 1 };               /* level of a message */
+enum { TOFGRAPH_STATUS_OK = 0, TOFGRAPH_STATUS_END = 1, TOFGRAPH_STATUS_ERROR = 2 };
+/** Type of an element. ANY: not told. */
+enum {
+  TOFGRAPH_TYPE_ANY = 0,
+  TOFGRAPH_TYPE_F32 = 1,
+  TOFGRAPH_TYPE_F64 = 2,
+  TOFGRAPH_TYPE_U8 = 3,
+  TOFGRAPH_TYPE_U16 = 4,
+  TOFGRAPH_TYPE_I16 = 5,
+  TOFGRAPH_TYPE_I32 = 6
+};
+/** Direction of a port. */
+enum { TOFGRAPH_DIRECTION_IN = 1, TOFGRAPH_DIRECTION_OUT = 2, TOFGRAPH_DIRECTION_INOUT = 3 };
+/** Level of a message. */
+enum { TOFGRAPH_MESSAGE_INFO = 0, TOFGRAPH_MESSAGE_WARNING = 1 };
 
 /** Flags of a port. OPTIONAL: an input that may be missing, an output that is there only when provided in prepare.
  * EVERY: stands for all channels of the stream (readers, writers, crop). */
-enum { TOFGRAPH_OPTIONAL = 1, TOFGRAPH_EVERY = 2 };
+enum { TOFGRAPH_PORT_OPTIONAL = 1, TOFGRAPH_PORT_EVERY = 2 };
 
 /** Flags of a stage. STATELESS: process may run for several frames at once, in any order; otherwise one frame at a
- * time, in the order of the frames. MANY_INPUTS: takes any number of streams and gets one frame of each. */
-enum { TOFGRAPH_STATELESS = 1, TOFGRAPH_MANY_INPUTS = 2 };
+ * time, in the order of the frames. MANY_INPUTS: a sink of any number of streams, with one frame of each. */
+enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2 };
 
-/** Kinds of parameters. NUMBER(S) have the unit of the parameter; PATHs come absolute. */
-enum { TOFGRAPH_BOOL = 1, TOFGRAPH_INTEGER, TOFGRAPH_NUMBER, TOFGRAPH_TEXT, TOFGRAPH_CHOICE, TOFGRAPH_NUMBERS };
-enum { TOFGRAPH_INPUT_FILE = 7, TOFGRAPH_OUTPUT_FILE };
+/** Kind of a parameter. NUMBER(S) have the unit of the parameter; paths come absolute. OUTPUT_FILE: one a run;
+ * FRAME_FILES: one a frame, "out/cloud_{frame:06}.pcd"; IMAGE: values of the pixels, read by the host. */
+enum {
+  TOFGRAPH_KIND_BOOL = 1,
+  TOFGRAPH_KIND_INTEGER = 2,
+  TOFGRAPH_KIND_NUMBER = 3,
+  TOFGRAPH_KIND_TEXT = 4,
+  TOFGRAPH_KIND_CHOICE = 5,
+  TOFGRAPH_KIND_NUMBERS = 6,
+  TOFGRAPH_KIND_INPUT_FILE = 7,
+  TOFGRAPH_KIND_OUTPUT_FILE = 8,
+  TOFGRAPH_KIND_FRAME_FILES = 9,
+  TOFGRAPH_KIND_INPUT_FOLDER = 10,
+  TOFGRAPH_KIND_IMAGE = 11
+};
+/** Flags of a parameter. LIVE: may change between frames, told by change(). */
+enum { TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2 };
 
 /** Metadata bits: what is known of every frame of a stream. */
-enum { TOFGRAPH_KNOWS_TIMESTAMP = 1, TOFGRAPH_KNOWS_INTEGRATION_TIME = 2, TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4 };
-enum { TOFGRAPH_KNOWS_TEMPERATURE = 8, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16 };
+enum {
+  TOFGRAPH_KNOWS_TIMESTAMP = 1,
+  TOFGRAPH_KNOWS_INTEGRATION_TIME = 2,
+  TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4,
+  TOFGRAPH_KNOWS_TEMPERATURE = 8,
+  TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16
+};
 
 /** A plain view of one channel of one frame: the element at (i, j, ..) is at data + i stride[0] + j stride[1] + .. */
 typedef struct tofgraph_view {
-  void* data;         /* read-only where it came from read() */
-  uint32_t type;      /* TOFGRAPH_F32 .. */
-  uint32_t rank;      /* 1 .. 4 */
-  uint64_t extent[4]; /* slowest first; for an image rows, columns */
-  int64_t stride[4];  /* bytes */
+  uint32_t size, type; /* TOFGRAPH_TYPE_F32 .. */
+  uint32_t rank, zero; /* 1 .. 4 */
+  void* data;          /* read-only where it came from read() or a parameter */
+  uint64_t extent[4];  /* slowest first; for an image rows, columns */
+  int64_t stride[4];   /* bytes */
   const char *channel, *unit;
 } tofgraph_view;
 
-/** What a stream carries under one name, known before the first frame. */
+/** What a stream carries under one name, known before the first frame. Of the strings all but name may be null. */
 typedef struct tofgraph_channel {
+  uint32_t size, type, rank, zero;
   const char* name;
-  uint32_t type, rank;
   uint64_t extent[4];         /* 0: known only with the frame */
   const char *unit, *of;      /* SI: "m", "counts", ""; of: for sigma, the channel whose standard deviation it is */
   const char *applied, *from; /* stages so far, oldest first, and channels it was computed from; blank-separated */
@@ -70,9 +105,15 @@ typedef struct tofgraph_light {
   double amplitude;   /* relative */
 } tofgraph_light;
 
+/** One of the raw images that make a frame. */
+typedef struct tofgraph_exposure {
+  double phase;     /* rad, step of the demodulation against the light */
+  double frequency; /* Hz; 0: the frame's modulation frequency */
+} tofgraph_exposure;
+
 /** A camera: its profile, and the ray of each pixel. */
 typedef struct tofgraph_camera {
-  uint32_t size, light_size;
+  uint32_t size, light_size, exposure_size, zero;
   const char* name;
   uint32_t width, height;        /* px */
   double focal_length, pitch[2]; /* m, pitch in x and y; NaN when only known in pixels */
@@ -89,24 +130,29 @@ typedef struct tofgraph_camera {
   const tofgraph_light* lights;
   uint64_t light_count;
   const float* rays;   /* height x width x 3 unit vectors in the optical frame; NaN outside the lens model */
-  const char* profile; /* text of the profile */
+  const char* profile; /* text of the profile; may be null */
+  const tofgraph_exposure* exposures; /* of a frame, in their order */
+  uint64_t exposure_count;            /* 0: four, 90 degrees apart */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. */
 typedef struct tofgraph_stream {
-  uint32_t size, channel_size;
-  const char* node; /* the node it comes from */
-  const tofgraph_camera* camera;
+  uint32_t size, channel_size, exposure_size, zero;
+  const char* node;              /* the node it comes from */
+  const tofgraph_camera* camera; /* null: not known */
   const tofgraph_channel* channels;
   uint64_t channel_count;
   uint64_t frames, known;   /* how many will come, 0: unknown or endless; TOFGRAPH_KNOWS_.. */
   const char* const* bound; /* for each port of the stage the channel that it reads; null: not there */
   uint64_t bound_count;
+  const tofgraph_exposure* exposures; /* that the raw images of these frames have, in their order */
+  uint64_t exposure_count;
+  const char* source; /* what is known of where the frames come from, as a JSON object */
 } tofgraph_stream;
 
 /** Metadata of one frame. */
 typedef struct tofgraph_metadata {
-  uint32_t size, reserved;
+  uint32_t size, zero;
   uint64_t number;                               /* place in the run, from 0; set by the host */
   uint64_t device_number;                        /* the device's own counter: gaps are lost frames */
   int64_t timestamp_ns;                          /* start of the exposure, since 1970 */
@@ -116,15 +162,16 @@ typedef struct tofgraph_metadata {
 
 typedef struct tofgraph_frame tofgraph_frame; /* the host's */
 
-/** Services of the host. `context` is what create() was given. */
+/** Services of the host. `context` is what create() was given. All are there for every kind of plugin; what makes no
+ * sense for one (an effect has no stream) fails the running call and says so. */
 typedef struct tofgraph_host {
-  uint32_t size, api_major, api_minor, reserved;
-  /** Says why the call is about to return TOFGRAPH_ERROR; parameter: the one at fault, or null. */
+  uint32_t size, api_major, api_minor, zero;
+  /** Says why the call is about to return TOFGRAPH_STATUS_ERROR; parameter: the one at fault, or null. */
   void (*fail)(void* context, const char* parameter, const char* text);
   void (*message)(void* context, uint32_t level, const char* text);
-  /** Not 0 once the run is ending: a source that waits should return TOFGRAPH_END. [any thread] */
+  /** Not 0 once the run is ending: a source that waits should return TOFGRAPH_STATUS_END. [any thread] */
   int (*stopping)(void* context);
-  /** Not 0 when existing files may be replaced (--force). */
+  /** Not 0 when existing files may be replaced (--force, or overwrite: true at the node). output() sees to it. */
   int (*overwrite)(void* context);
   /** In prepare only: what the stage hands on, where that is more than its declared outputs. */
   void (*provide)(void* context, const tofgraph_channel* channel);
@@ -134,135 +181,93 @@ typedef struct tofgraph_host {
    * is no such profile; the stream then has no camera. */
   int (*use_profile)(void* context, const char* name, const char* profile);
   void (*set_frames)(void* context, uint64_t frames, uint64_t known);
-  /** A file whose content shapes the result: its hash goes into the provenance. In prepare only. */
+  /** For sources, in prepare: the exposures of the frames' raw images, where they are not the camera's. Copied. */
+  void (*set_exposures)(void* context, const tofgraph_exposure* exposures, uint32_t exposure_size, uint64_t count);
+  /** For sources, in prepare: what is known of where the frames come from, as a JSON object. Goes into the provenance.
+   */
+  void (*set_source)(void* context, const char* json);
+  /** A file whose content shapes the result: its hash goes into the provenance. In prepare only. Images and input
+   * files are seen to by the host. */
   void (*uses_file)(void* context, const char* path);
   /** The provenance of what arrives at this node, as JSON; valid until the next call. */
   const char* (*provenance)(void* context);
+  /** The folders in which the run finds plugins, in their order, with colons between; lives as long as the stage. */
+  const char* (*plugin_path)(void* context);
+  /** In process and finish: a new file under a temporary name, for what the parameter (OUTPUT_FILE, FRAME_FILES) names.
+   * When the call returned OK the host gives it its final name, whole; otherwise it is removed. companion: null, or one
+   * of the parameter's `choices`, for the file beside it. frame: its number, for FRAME_FILES. path: lives until the
+   * call returns. */
+  int (*output)(void* context, const char* parameter, const char* companion, uint64_t frame, const char** path);
   /** The channels of a frame. read: shared, do not write. write: a new buffer, content undefined. modify: a
-   * private copy where the buffer is shared. All return TOFGRAPH_OK, or TOFGRAPH_ERROR when there is none. */
+   * private copy where the buffer is shared. All return OK, or ERROR when there is none. A view is filled in as far as
+   * its `size` reaches. */
   int (*read)(tofgraph_frame* frame, const char* channel, tofgraph_view* view);
   int (*write)(tofgraph_frame* frame, const tofgraph_channel* channel, tofgraph_view* view);
   int (*modify)(tofgraph_frame* frame, const char* channel, tofgraph_view* view);
   int (*share)(tofgraph_frame* frame, const tofgraph_view* view, void* owner, void (*release)(void* owner));
   int (*drop)(tofgraph_frame* frame, const char* channel);
+  int (*rename)(tofgraph_frame* frame, const char* channel, const char* name);
   tofgraph_metadata* (*metadata)(tofgraph_frame* frame);
 } tofgraph_host;
 
-/** A port: what a stage reads or makes, with its meaning. Words are blank-separated. */
+/** A port: what a stage reads or makes, with its meaning. Words are blank-separated. Of the strings name and channel
+ * may not be null. */
 typedef struct tofgraph_port {
   const char *name, *channel; /* channel: an id, or alternatives "depth|range|distance": the first that is there, or the
-                                 one named by a parameter called `channel` */
-  const char *shape, *unit;   /* "H W", "4 H W", "H W 3", ..; "" any */
-  uint32_t type, direction, flags;
-  const char *needs, *refuses;  /* stages one of which must have been applied to it; that must not have been */
-  const char *from, *adds, *of; /* outputs: channels it is computed from; words added to `applied` besides the stage's
-                                   name (a class of corrections); for sigma the channel it belongs to */
+                                 one named by a parameter called `channel`; "*" with the flag EVERY */
+  const char *shape, *unit;   /* "H W", "P H W", "H W 3", ..: numbers, H and W of the image, P exposures, N; "" any */
+  uint32_t type, direction, flags, zero;
+  const char *needs,
+      *refuses; /* stages or classes of corrections one of which must have been applied; none of which may */
+  const char *from, *adds, *of; /* outputs: channels it is computed from; classes of corrections that it counts as
+                                   ("non_linearity denoised offset"); for sigma the channel it belongs to */
   const char* text;
 } tofgraph_port;
 
+/** Of the strings name may not be null; fallback null: no default. */
 typedef struct tofgraph_parameter {
   const char* name;
-  uint32_t kind, required;
+  uint32_t kind, flags;
   const char *unit, *fallback; /* SI, "" for a pure number, "m|counts|1" for any of these; the default, written as in a
-                                  pipeline: "3.91 mm", or null */
+                                  pipeline: "3.91 mm" */
   double minimum, maximum;     /* SI; NaN: no bound */
-  const char *choices, *text;  /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto" */
-  double off, typical;         /* effects: the value that changes nothing, and a usual size */
+  const char *choices, *text;  /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto"; files: the
+                                  endings of companions beside the file */
+  double off, typical;         /* effects: the value that changes nothing, and a usual size; NaN: none */
 } tofgraph_parameter;
 
-/** The value of a parameter, in the order of the declaration. */
+/** The value of a parameter; they come in the order of the declaration, each `size` bytes after the one before. */
 typedef struct tofgraph_value {
+  uint32_t size, given;  /* given: not 0 when the user wrote it */
   int64_t integer;       /* BOOL, INTEGER */
   double number;         /* NUMBER, SI; NaN when a word was given */
-  const char* text;      /* TEXT, CHOICE, files, the word of a NUMBER, or its unit of several; else "" */
+  const char* text;      /* TEXT, CHOICE, paths, the word of a NUMBER, or its unit of several; else "" */
   const double* numbers; /* NUMBERS, so many: */
-  uint64_t count, given; /* given: not 0 when the user wrote it */
+  uint64_t count;
+  const tofgraph_view* image; /* IMAGE: float64, rows x columns, in SI; the camera's size in prepare; null: none */
 } tofgraph_value;
 
 /** A named struct beyond the plain stage; data begins with its own size. */
 typedef struct tofgraph_extension {
   const char* name;
-  uint32_t version, reserved;
+  uint32_t version, zero;
   const void* data;
 } tofgraph_extension;
-
-/** Extension "effect", version 1: a piece of the simulator's physics. Light passes the levels in this order. */
-enum { TOFGRAPH_GEOMETRY = 1, TOFGRAPH_PHASOR, TOFGRAPH_SAMPLES, TOFGRAPH_TAPS };
-
-/** Flags of an effect. LATE: phasor: when the light of the level is whole, turns its phase; taps: after the noise, once
- * a frame. IMAGE: looks at neighbours: the points are the pixels, row by row. */
-enum { TOFGRAPH_LATE = 1, TOFGRAPH_IMAGE = 2 };
-
-/** Flags of a condition. LASER: the board's distance was read from another instrument than the rail. */
-enum { TOFGRAPH_LASER = 1, TOFGRAPH_LENS_CAPPED = 2, TOFGRAPH_RAIL_COVERED = 4 };
-
-/** What is set and known while some frames are taken; unknown: NaN. */
-typedef struct tofgraph_condition {
-  uint32_t size, flags;
-  const char *target, *ambient;                  /* labels; ambient: "dark" or another */
-  double integration_time, modulation_frequency; /* s, Hz */
-  double temperature, time_since_power_on;       /* K, s */
-  double distance, tilt[2], roll; /* m from the sensor plane along the axis; rad; the camera about its axis, rad */
-  double velocity;                /* m/s of the board, away positive; NaN: not stated */
-} tofgraph_condition;
-
-/** The light of one source, or, where path is null, light from inside the camera. Per point. */
-typedef struct tofgraph_source_light {
-  const char* name;
-  double position[3]; /* m, sensor frame; geometry may change it */
-  double on;          /* 1, 0: switched off */
-  const double* path; /* m, source to surface */
-  double* phasor;     /* real, imaginary: amplitude e^(j phase), counts */
-  double* strength;   /* counts: the amplitude that counts in the intensity, sum / (2 contrast) */
-} tofgraph_source_light;
-
-/** The light of one condition at the effect's level; what a level does not have yet is null or 0. */
-typedef struct tofgraph_light_state {
-  uint32_t size, source_size;
-  const tofgraph_camera* camera;
-  const tofgraph_condition* condition;
-  uint32_t physical, source_count; /* not 0: the light falls with angles already */
-  tofgraph_source_light* sources;
-  /* geometry: what is added to the profile's lens and to what the boards' poses are said to be */
-  double distortion[5], principal_point[2]; /* k1 k2 p1 p2 k3, px */
-  double scale, offset, tilt[2];            /* z -> (1 + scale) z + offset, m, rad */
-  /* phasor: points on surfaces; rows x columns of them where they are the pixels */
-  uint64_t points, rows, columns;
-  double spacing;                   /* px between neighbours in a row and a column */
-  const double *pixel, *ray;        /* 2: column and row, px; 3: unit, optical frame */
-  const double *position, *normal;  /* 3: m, sensor frame; 3: unit, towards the camera's side */
-  const double *reflected, *inside; /* m: surface to lens centre, lens centre to pixel */
-  const double* reflectivity;
-  const double *distance, *amplitude; /* late: half of the mean path, not wrapped, m; of all light, counts */
-  double* turn;                       /* rad, added to the phase at the end of the level */
-  /* samples: four exposures; sample k is Re(phasor e^(j step)) + extra */
-  double *exposure, *intensity, *extra; /* 4 x points: phasor (real, imaginary); mean of the taps, counts; counts */
-  double step[4];                       /* rad: k pi/2 */
-  int (*displace)(struct tofgraph_light_state* state, uint32_t exposure, double displacement); /* m, boards, along z */
-  /* taps: 4 x (A, B) x points, counts */
-  double* taps;
-  double noise_factor; /* of the standard deviation */
-} tofgraph_light_state;
-
-typedef struct tofgraph_effect {
-  uint32_t size, level, flags, reserved;
-  const char* touches;                    /* observables: distance amplitude intensity null1 null2 variance */
-  const char *confused_with, *experiment; /* effects that ordinary data cannot tell from it, and what can */
-  int (*apply)(void* self, tofgraph_light_state* state); /* [several threads] */
-} tofgraph_effect;
 
 typedef struct tofgraph_descriptor {
   uint32_t size, api_major, api_minor, flags;
   const char *kind, *name;       /* source, filter, sink, effect */
   const char *summary, *version; /* summary: one line */
-  uint32_t port_size, parameter_size, extension_size, reserved;
-  const tofgraph_port* ports;
+  const char *author, *licence;  /* may be null */
+  uint32_t port_size, parameter_size, extension_size, zero;
+  const tofgraph_port* ports; /* null where there are none, as the two below */
   uint64_t port_count;
   const tofgraph_parameter* parameters;
   uint64_t parameter_count;
   const tofgraph_extension* extensions;
   uint64_t extension_count;
-  /** Makes a stage. The values live only during the call; host and context as long as the stage. */
+  /** Makes a stage. The values live only during the call; host, context and the memory of images as long as the
+   * stage. */
   int (*create)(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self);
   /** Checks what arrives and says what leaves. Opens inputs, writes nothing. Sources get one stream without
    * channels, whose camera is the pipeline's or null; so do effects, with the scene's. */
@@ -274,6 +279,8 @@ typedef struct tofgraph_descriptor {
   /** Wakes a source that waits. May be null. [any thread] */
   void (*stop)(void* self);
   void (*destroy)(void* self);
+  /** New values of LIVE parameters, between two frames. Null where no parameter is LIVE. */
+  int (*change)(void* self, const tofgraph_value* values);
 } tofgraph_descriptor;
 
 /** The one symbol that a plugin exports. Never fails; the descriptor lives as long as the library. */

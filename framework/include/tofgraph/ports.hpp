@@ -6,14 +6,15 @@
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
+#include <tuple>
 
 namespace tofgraph {
 
 /// The fields of a port beside its channel; see tofgraph_port. What is left out comes from the table of channels.
 struct PortSpec {
-  const char* text = nullptr;
-  bool optional = false;
   const char *name = nullptr, *shape = nullptr, *unit = nullptr;  ///< name: default the first channel
+  bool optional = false;
+  const char* text = nullptr;
   const char *needs = "", *refuses = "", *from = "", *adds = "", *of = "";
 };
 
@@ -27,24 +28,36 @@ struct ParamSpec {
   double off = none, typical = none;
 };
 
-struct Choice : std::string {};      ///< one of the words in `choices`
-struct InputFile : std::string {};   ///< absolute path of a file to read, or empty
-struct OutputFile : std::string {};  ///< absolute path (or pattern) of a file to write
+struct Choice : std::string {};       ///< one of the words in `choices`
+struct InputFile : std::string {};    ///< absolute path of a file to read, or empty
+struct InputFolder : std::string {};  ///< absolute path of a folder, or empty
+struct OutputFile : std::string {};   ///< absolute path of the one file that a run writes, or empty
+struct FrameFiles : std::string {};   ///< absolute pattern of the files that a run writes, one a frame, or empty
+/// Values of the pixels, row by row, in SI; empty where none was given. In prepare it has the camera's size.
+struct Image {
+  const double* data = nullptr;
+  std::size_t rows = 0, columns = 0;
+  bool empty() const { return data == nullptr; }
+};
 
 namespace detail {
+
+/// Leaves a call whose reason the host knows already.
+struct Told {};
 
 class PortBase {
  public:
   PortBase(Stage* stage, std::uint32_t type, std::uint32_t direction, const char* channel, const PortSpec& spec)
       : first_(std::string_view(channel).substr(0, std::string_view(channel).find('|'))) {
     const bool every = first_ == "*";
-    const ChannelInfo unknown{every ? "every" : first_.c_str(), "", TOFGRAPH_ANY, "", ""};
+    const ChannelInfo unknown{every ? "every" : first_.c_str(), "", TOFGRAPH_TYPE_ANY, "", ""};
     const ChannelInfo& known = known_channel(first_) != nullptr ? *known_channel(first_) : unknown;
     const auto either = [](const char* given, const char* other) { return given != nullptr ? given : other; };
-    const std::uint32_t flags = (spec.optional ? TOFGRAPH_OPTIONAL + 0U : 0U) | (every ? TOFGRAPH_EVERY + 0U : 0U);
+    const std::uint32_t flags =
+        (spec.optional ? TOFGRAPH_PORT_OPTIONAL + 0U : 0U) | (every ? TOFGRAPH_PORT_EVERY + 0U : 0U);
     // clang-format off
     port_ = {either(spec.name, known.name), channel, either(spec.shape, known.shape), either(spec.unit, known.unit), type,
-             direction, flags, spec.needs, spec.refuses, spec.from, spec.adds, spec.of, either(spec.text, known.text)};
+             direction, flags, 0, spec.needs, spec.refuses, spec.from, spec.adds, spec.of, either(spec.text, known.text)};
     // clang-format on
     stage->ports.push_back(this);
   }
@@ -57,7 +70,8 @@ class PortBase {
  protected:
   /// The channel as the border describes it; rank 0: with the extents that the port declares.
   tofgraph_channel made(std::uint32_t rank, std::size_t rows, std::size_t columns, std::size_t depth) const {
-    return {channel(), port_.type, rank, {rows, columns, depth, 0}, port_.unit, port_.of, "", port_.from};
+    return {sizeof(tofgraph_channel),  port_.type, rank,     0,  channel(),
+            {rows, columns, depth, 0}, port_.unit, port_.of, "", port_.from};
   }
   void announce(const Setup& setup, const char* of) {
     bound_ = first_;
@@ -72,8 +86,11 @@ class PortBase {
 class ParamBase {
  public:
   ParamBase(Stage* stage, std::uint32_t kind, const char* name, const ParamSpec& spec)
-      : parameter_{name,     kind,         spec.required, spec.unit, spec.fallback, spec.min,
-                   spec.max, spec.choices, spec.text,     spec.off,  spec.typical} {
+      : parameter_{name,      kind,          spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U,
+                   spec.unit, spec.fallback, spec.min,
+                   spec.max,  spec.choices,  spec.text,
+                   spec.off,  spec.typical},
+        stage_(stage) {
     stage->parameters.push_back(this);
   }
   virtual ~ParamBase() = default;
@@ -84,18 +101,25 @@ class ParamBase {
   bool given() const { return given_; }
 
  protected:
+  std::string create(const char* companion, std::uint64_t frame) const {
+    const char* path = nullptr;
+    if (stage_->host->output(stage_->context, parameter_.name, companion, frame, &path) != TOFGRAPH_STATUS_OK)
+      throw Told();
+    return path;
+  }
   tofgraph_parameter parameter_;
+  Stage* stage_;
   bool given_ = false;
 };
 
-constexpr std::uint32_t kind_of(const bool*) { return TOFGRAPH_BOOL; }
-constexpr std::uint32_t kind_of(const std::int64_t*) { return TOFGRAPH_INTEGER; }
-constexpr std::uint32_t kind_of(const double*) { return TOFGRAPH_NUMBER; }
-constexpr std::uint32_t kind_of(const std::string*) { return TOFGRAPH_TEXT; }
-constexpr std::uint32_t kind_of(const Choice*) { return TOFGRAPH_CHOICE; }
-constexpr std::uint32_t kind_of(const std::vector<double>*) { return TOFGRAPH_NUMBERS; }
-constexpr std::uint32_t kind_of(const InputFile*) { return TOFGRAPH_INPUT_FILE; }
-constexpr std::uint32_t kind_of(const OutputFile*) { return TOFGRAPH_OUTPUT_FILE; }
+/// The border's kinds, in their order from 1.
+using Kinds = std::tuple<bool, std::int64_t, double, std::string, Choice, std::vector<double>, InputFile, OutputFile,
+                         FrameFiles, InputFolder, Image>;
+template <class T, class... Types> constexpr std::uint32_t kind_among(const std::tuple<Types...>*) {
+  std::uint32_t kind = 0;
+  static_cast<void>(((++kind, std::is_same_v<T, Types>) || ...));
+  return kind;
+}
 
 }  // namespace detail
 
@@ -103,10 +127,10 @@ constexpr std::uint32_t kind_of(const OutputFile*) { return TOFGRAPH_OUTPUT_FILE
 template <class T> class In : public detail::PortBase {
  public:
   In(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_IN, channel, spec) {}
+      : PortBase(stage, element_type<T>(), TOFGRAPH_DIRECTION_IN, channel, spec) {}
   /// @returns an empty view when an optional input is not there.
   auto operator()(const Frame& frame) const {
-    const tofgraph_view view = present() ? frame.find(channel()) : tofgraph_view{};
+    const tofgraph_view view = present() ? frame.find(channel()) : empty_view();
     using View = std::conditional_t<std::is_void_v<T>, tofgraph_view, Array<const T>>;
     return view.data != nullptr ? View(view) : View{};
   }
@@ -116,8 +140,8 @@ template <class T> class In : public detail::PortBase {
 template <class T> class Out : public detail::PortBase {
  public:
   Out(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_OUT, channel, spec) {
-    bound_ = (port_.flags & TOFGRAPH_OPTIONAL) == 0 ? first_ : "";
+      : PortBase(stage, element_type<T>(), TOFGRAPH_DIRECTION_OUT, channel, spec) {
+    bound_ = (port_.flags & TOFGRAPH_PORT_OPTIONAL) == 0 ? first_ : "";
   }
   Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns, std::size_t depth = 0) const {
     return Array<T>(frame.write(made(depth != 0 ? 3 : 2, rows, columns, depth)));
@@ -130,7 +154,7 @@ template <class T> class Out : public detail::PortBase {
 template <class T> class InOut : public detail::PortBase {
  public:
   InOut(Stage* stage, const char* channel, const PortSpec& spec = {})
-      : PortBase(stage, element_type<T>(), TOFGRAPH_INOUT, channel, spec) {}
+      : PortBase(stage, element_type<T>(), TOFGRAPH_DIRECTION_INOUT, channel, spec) {}
   /// @returns an empty view when an optional channel is not there.
   Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
   Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
@@ -157,11 +181,20 @@ template <class T> class InOut : public detail::PortBase {
 template <class T> class Param : public detail::ParamBase {
  public:
   Param(Stage* stage, const char* name, const ParamSpec& spec)
-      : ParamBase(stage, detail::kind_of(static_cast<const T*>(nullptr)), name, spec) {}
+      : ParamBase(stage, detail::kind_among<T>(static_cast<detail::Kinds*>(nullptr)), name, spec) {}
   const T& operator*() const { return value_; }
   const T* operator->() const { return &value_; }
   /// For a number that may be a word ("auto"): the word, or empty. For one of several units: its unit.
   const std::string& word() const { return word_; }
+
+  /// A new file under a temporary name, open it to write. When `process` (`finish`) has returned it is there under its
+  /// own name, whole; after an error it is not. @param companion null, or one of `choices`: the file beside it
+  std::string create(const char* companion = nullptr) const requires std::is_same_v<T, OutputFile> {
+    return ParamBase::create(companion, 0);
+  }
+  std::string create(const Frame& frame, const char* companion = nullptr) const requires std::is_same_v<T, FrameFiles> {
+    return ParamBase::create(companion, frame.metadata().number);
+  }
 
   void set(const tofgraph_value& value) override {
     given_ = value.given != 0;
@@ -172,6 +205,10 @@ template <class T> class Param : public detail::ParamBase {
       value_ = value.number;
     else if constexpr (std::is_base_of_v<std::string, T>)
       value_ = T{value.text};
+    else if constexpr (std::is_same_v<T, Image>)
+      value_ = value.image == nullptr ? Image{}
+                                      : Image{static_cast<const double*>(value.image->data), value.image->extent[0],
+                                              value.image->extent[1]};
     else
       value_.assign(value.numbers, value.numbers + value.count);
   }

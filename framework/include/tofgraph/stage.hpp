@@ -67,7 +67,7 @@ class Stage {
   void stop() {}
 
   /// A remark for the user that does not end the run.
-  void warn(const std::string& text) const { host->message(context, TOFGRAPH_WARNING, text.c_str()); }
+  void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }
   /// The provenance of what arrives here, as JSON.
   std::string provenance() const { return host->provenance(context); }
   /// True once the run is ending: a source that waits should return false.
@@ -101,19 +101,28 @@ class Setup {
       if (channel.name == name) return &channel;
     return nullptr;
   }
-  std::span<const tofgraph_channel> channels() const { return {stream().channels, stream().channel_count}; }
+  Strided<const tofgraph_channel> channels() const {
+    return {stream().channels, stream().channel_size, stream().channel_count};
+  }
 
   /// Announces a channel that no port declares, or an optional output.
-  void provide(const tofgraph_channel& channel) const { host_->provide(context_, &channel); }
+  void provide(tofgraph_channel channel) const {
+    channel.size = sizeof channel;
+    host_->provide(context_, &channel);
+  }
   void withdraw(const char* channel) const { host_->withdraw(context_, channel); }
   /// Another camera leaves than came: other rays, another size. Copied; rays null: made from its lens model.
-  void set_camera(const tofgraph_camera& camera) const { host_->set_camera(context_, &camera); }
+  void set_camera(tofgraph_camera camera) const {
+    camera.size = sizeof camera;  // a copy of the host's has as much as this header knows
+    host_->set_camera(context_, &camera);
+  }
   /// For sources: the camera by its profile's name, or by the profile's text. @returns false when there is none.
   bool use_profile(const std::string& name, const std::string& text = {}) const {
-    return host_->use_profile(context_, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_OK;
+    return host_->use_profile(context_, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_STATUS_OK;
   }
   void set_frames(std::uint64_t frames, std::uint64_t known) const { host_->set_frames(context_, frames, known); }
-  /// A file whose content shapes the result: its hash goes into the provenance.
+  /// A file whose content shapes the result: its hash goes into the provenance. Files and images that are parameters
+  /// are seen to by the host.
   void uses_file(const std::string& path) const { host_->uses_file(context_, path.c_str()); }
   /// True when existing files may be replaced.
   bool overwrite() const { return host_->overwrite(context_) != 0; }

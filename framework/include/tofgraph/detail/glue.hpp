@@ -9,6 +9,12 @@
 #include <memory>
 #include <type_traits>
 
+#ifndef TOFGRAPH_PLUGIN_AUTHOR
+#define TOFGRAPH_PLUGIN_AUTHOR ""
+#endif
+#ifndef TOFGRAPH_PLUGIN_LICENCE
+#define TOFGRAPH_PLUGIN_LICENCE ""
+#endif
 #if !defined(TOFGRAPH_PLUGIN_NAME) || !defined(TOFGRAPH_PLUGIN_VERSION)
 #error "TOFGRAPH_PLUGIN_NAME or TOFGRAPH_PLUGIN_VERSION is not defined: README.md beside plugin.h shows how"
 #endif
@@ -28,12 +34,13 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
     return call();
   } catch (const ConfigError& error) {
     host->fail(context, error.parameter.c_str(), error.what());
+  } catch (const Told&) {
   } catch (const std::exception& error) {
     host->fail(context, nullptr, error.what());
   } catch (...) {
     host->fail(context, nullptr, "threw something that is no std::exception");
   }
-  return TOFGRAPH_ERROR;
+  return TOFGRAPH_STATUS_ERROR;
 }
 
 template <class T> struct Glue {
@@ -42,9 +49,10 @@ template <class T> struct Glue {
       auto stage = std::make_unique<T>();
       stage->host = host;
       stage->context = context;
-      for (ParamBase* parameter : stage->parameters) parameter->set(*values++);
+      for (std::size_t i = 0; i < stage->parameters.size(); ++i)
+        stage->parameters[i]->set(Strided<const tofgraph_value>{values, values->size, 0}[i]);
       *self = stage.release();
-      return TOFGRAPH_OK;
+      return TOFGRAPH_STATUS_OK;
     });
   }
 
@@ -52,25 +60,29 @@ template <class T> struct Glue {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] {
       for (std::size_t i = 0; i < stage.ports.size(); ++i) {
-        if (stage.ports[i]->port().direction != TOFGRAPH_OUT && count > 0) stage.ports[i]->bind(streams[0]->bound[i]);
+        if (stage.ports[i]->port().direction != TOFGRAPH_DIRECTION_OUT && count > 0)
+          stage.ports[i]->bind(streams[0]->bound[i]);
       }
       Setup setup(stage, {streams, count});
       stage.prepare(setup);
-      return TOFGRAPH_OK;
+      return TOFGRAPH_STATUS_OK;
     });
   }
 
   static int process(void* self, tofgraph_frame* const* frames, std::uint64_t count) {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] {
-      std::vector<Frame> all;
-      for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
+      Frame first(stage.host, frames[0]);
       const auto call = [&] {
-        if constexpr (many_inputs<T>) return stage.process(std::span<Frame>(all));
-        if constexpr (!many_inputs<T>) return stage.process(all.front());
+        if constexpr (!many_inputs<T>) return stage.process(first);
+        if constexpr (many_inputs<T>) {
+          std::vector<Frame> all;
+          for (std::uint64_t i = 0; i < count; ++i) all.emplace_back(stage.host, frames[i]);
+          return stage.process(std::span<Frame>(all));
+        }
       };
-      if constexpr (std::is_void_v<decltype(call())>) return call(), TOFGRAPH_OK;
-      if constexpr (!std::is_void_v<decltype(call())>) return call() ? TOFGRAPH_OK : TOFGRAPH_END;
+      if constexpr (std::is_void_v<decltype(call())>) return call(), TOFGRAPH_STATUS_OK;
+      if constexpr (!std::is_void_v<decltype(call())>) return call() ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_END;
     });
   }
 
@@ -84,11 +96,11 @@ template <class T> struct Glue {
 
   static int finish(void* self) {
     T& stage = *static_cast<T*>(self);
-    return guarded(stage.host, stage.context, [&] { return stage.finish(), TOFGRAPH_OK; });
+    return guarded(stage.host, stage.context, [&] { return stage.finish(), TOFGRAPH_STATUS_OK; });
   }
   static void stop(void* self) {
     T& stage = *static_cast<T*>(self);
-    guarded(stage.host, stage.context, [&] { return stage.stop(), TOFGRAPH_OK; });
+    guarded(stage.host, stage.context, [&] { return stage.stop(), TOFGRAPH_STATUS_OK; });
   }
   static void destroy(void* self) { delete static_cast<T*>(self); }
 
@@ -108,14 +120,14 @@ template <class T> struct Glue {
       }
       constexpr bool parallel = stateless<T> && !std::is_base_of_v<Source, T>;
       constexpr std::uint32_t flags =
-          (parallel ? TOFGRAPH_STATELESS + 0U : 0U) | (many_inputs<T> ? TOFGRAPH_MANY_INPUTS + 0U : 0U);
+          (parallel ? TOFGRAPH_STAGE_STATELESS + 0U : 0U) | (many_inputs<T> ? TOFGRAPH_STAGE_MANY_INPUTS + 0U : 0U);
       constexpr std::uint32_t port_size = sizeof(tofgraph_port), parameter_size = sizeof(tofgraph_parameter);
       // clang-format off
       return tofgraph_descriptor{
           sizeof(tofgraph_descriptor), TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR, flags, T::kind, TOFGRAPH_PLUGIN_NAME,
-          summary, TOFGRAPH_PLUGIN_VERSION, port_size, parameter_size, sizeof(tofgraph_extension), 0, ports.data(),
+          summary, TOFGRAPH_PLUGIN_VERSION, TOFGRAPH_PLUGIN_AUTHOR, TOFGRAPH_PLUGIN_LICENCE, port_size, parameter_size, sizeof(tofgraph_extension), 0, ports.data(),
           ports.size(), parameters.data(), parameters.size(), extension, extension != nullptr ? 1U : 0U, create, prepare,
-          process_call(), finish, stop, destroy};
+          process_call(), finish, stop, destroy, nullptr};
       // clang-format on
     }();
     return &result;

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/running_call.hpp"
+
+#include "core/instance.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+
+namespace tofgraph::core {
+namespace {
+
+/// A call within a call (a simulator's effect within the simulator) lies above it.
+constexpr std::size_t deepest = 4, most_threads = 256;
+
+struct Entry {
+  std::atomic<const Instance*> instance{nullptr};
+  std::atomic<const char*> what{nullptr};
+  std::atomic<std::uint64_t> frame{0};
+  std::atomic<std::int64_t> since_ns{0};
+};
+
+struct Thread {
+  std::atomic<bool> taken{false};
+  std::atomic<std::size_t> depth{0};
+  std::array<Entry, deepest> calls;
+};
+
+std::array<Thread, most_threads>& threads() {
+  static std::array<Thread, most_threads> all;
+  return all;
+}
+
+/// The place of this thread, given back when it ends; null where there are too many threads.
+struct Place {
+  Thread* thread = nullptr;
+  Place() {
+    for (Thread& candidate : threads()) {
+      if (candidate.taken.exchange(true)) continue;
+      thread = &candidate;
+      return;
+    }
+  }
+  ~Place() {
+    if (thread != nullptr) thread->taken = false;
+  }
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+};
+
+Thread* this_thread() {
+  thread_local Place place;
+  return place.thread;
+}
+
+std::int64_t now_ns() {  // some microseconds late, but nearly for nothing
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+/// Text without memory from the heap, for a signal handler.
+class Line {
+ public:
+  Line& operator<<(const char* text) {
+    for (; *text != 0 && size_ < sizeof text_; ++text) text_[size_++] = *text;
+    return *this;
+  }
+  Line& operator<<(std::uint64_t number) {
+    char digits[20];
+    std::size_t count = 0;
+    do digits[count++] = static_cast<char>('0' + number % 10);
+    while ((number /= 10) != 0);
+    while (count > 0 && size_ < sizeof text_) text_[size_++] = digits[--count];
+    return *this;
+  }
+  void write() const { static_cast<void>(!::write(STDERR_FILENO, text_, size_)); }
+
+ private:
+  char text_[2048];
+  std::size_t size_ = 0;
+};
+
+void describe(Line& line, const Entry& call) {
+  const Instance& instance = *call.instance.load();
+  const bool effect = instance.plugin().effect != nullptr;
+  line << (effect ? "effect '" : "node '") << instance.name().c_str() << "' (" << instance.plugin().name << ")";
+  if (const std::uint64_t frame = call.frame.load(); frame != RunningCall::no_frame) line << ", frame " << frame;
+  line << ", in " << call.what.load() << "() of plugin " << instance.plugin().file.path.c_str();
+}
+
+void on_crash(int number) {
+  // The handler runs on the thread that crashed; its place is known without a look at thread storage being made.
+  Line line;
+  line << "\ntofgraph: error: crashed (signal " << static_cast<std::uint64_t>(number) << ", " << sigdescr_np(number)
+       << ")";
+  const Thread* thread = this_thread();
+  const std::size_t depth = thread != nullptr ? std::min(thread->depth.load(), deepest) : 0;
+  for (std::size_t i = depth; i-- > 0;) {
+    line << (i + 1 == depth ? ": " : "\n         called by ");
+    describe(line, thread->calls[i]);
+  }
+  line << "\n";
+  line.write();
+  std::raise(number);  // the action is the default again: the exit code stays that of the signal
+}
+
+}  // namespace
+
+RunningCall::RunningCall(const Instance& instance, const char* what, std::uint64_t frame) : slot_(this_thread()) {
+  auto* thread = static_cast<Thread*>(slot_);
+  if (thread == nullptr) return;
+  const std::size_t depth = thread->depth.load(std::memory_order_relaxed);
+  if (depth < deepest) {
+    Entry& call = thread->calls[depth];
+    call.instance.store(&instance, std::memory_order_relaxed);
+    call.what.store(what, std::memory_order_relaxed);
+    call.frame.store(frame, std::memory_order_relaxed);
+    call.since_ns.store(now_ns(), std::memory_order_relaxed);
+  }
+  thread->depth.store(depth + 1, std::memory_order_release);
+}
+
+RunningCall::~RunningCall() {
+  auto* thread = static_cast<Thread*>(slot_);
+  if (thread != nullptr)
+    thread->depth.store(thread->depth.load(std::memory_order_relaxed) - 1, std::memory_order_release);
+}
+
+void tell_crashes() {
+  static_cast<void>(this_thread());
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
+    struct sigaction action {
+    }, before{};
+    action.sa_handler = on_crash;
+    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
+    sigaction(number, nullptr, &before);
+    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // a sanitizer's stays
+  }
+}
+
+std::vector<std::string> calls_longer_than(double seconds) {
+  std::vector<std::string> lines;
+  const std::int64_t now = now_ns();
+  for (const Thread& thread : threads()) {
+    const std::size_t depth = std::min(thread.depth.load(std::memory_order_acquire), deepest);
+    if (depth == 0) continue;
+    const Entry& outer = thread.calls[0];
+    const double running = static_cast<double>(now - outer.since_ns.load(std::memory_order_relaxed)) * 1e-9;
+    if (running < seconds) continue;
+    const Instance& instance = *outer.instance.load();
+    const std::uint64_t frame = outer.frame.load();
+    lines.push_back(fmt::format("node '{}' ({}){} has been in {}() for {:.1f} s: plugin {}", instance.name(),
+                                instance.plugin().name,
+                                frame == RunningCall::no_frame ? "" : fmt::format(", frame {},", frame),
+                                outer.what.load(), running, instance.plugin().file.path.string()));
+  }
+  return lines;
+}
+
+}  // namespace tofgraph::core

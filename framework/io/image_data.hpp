@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a file of an image holds. The readers are a module of their own (images_module.cpp), loaded when used.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+struct ImageData {
+  std::vector<double> values;  ///< row by row
+  std::size_t rows = 0, columns = 0;
+  std::string unit;  ///< as the file says; empty: it says none
+};
+
+/// @param dataset of an HDF5 file; empty: the only one, or `map` @param problem why there is no image, or empty
+using ReadImage = void(const std::string& file, const std::string& dataset, ImageData& image, std::string& problem);
+inline constexpr const char* read_image_symbol = "tofgraph_read_image";
+
+}  // namespace tofgraph::io

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tofgraph {
+
+/// Takes channels out or gives them other names, before branches meet that have two of one name. The content and what
+/// was done to it stay; no memory is copied. The rays belong to the camera and stay as they are.
+struct Channels final : Filter {
+  In<void> every{this, "*", {.text = "what is chosen from"}};
+  Param<std::string> keep{this, "keep", {.text = "those that stay, e.g. [depth, flags]; default: all"}};
+  Param<std::string> drop{this, "drop", {.text = "those that go, e.g. [sigma]"}};
+  Param<std::string> rename{
+      this, "rename", {.text = "others get another name: [old=new, ...], e.g. [distance=distance_short]"}};
+
+  void prepare(Setup& setup) {
+    if (!keep.given() && !drop.given() && !rename.given())
+      throw ConfigError("drop", "nothing is done: give keep, drop or rename, e.g. drop: [sigma]");
+    if (keep.given() && drop.given()) throw ConfigError("drop", "and keep exclude each other: write one");
+    const std::vector<std::string> kept = names(setup, "keep", *keep), gone = names(setup, "drop", *drop);
+    for (const tofgraph_channel& channel : setup.channels()) {
+      const std::string name = channel.name;
+      const bool stays = keep.given() ? is_in(kept, name) : !is_in(gone, name);
+      if (name != "rays" && !stays) dropped_.push_back(name);
+    }
+    for (const std::string& name : dropped_) setup.withdraw(name.c_str());
+    choose_names(setup);
+  }
+
+  void process(Frame& frame) const {
+    for (const std::string& name : dropped_) frame.drop(name.c_str());
+    for (const auto& [before, after] : renamed_) frame.rename(before.c_str(), after.c_str());
+  }
+
+ private:
+  static bool is_in(const std::vector<std::string>& names, const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  }
+
+  static std::vector<std::string> words(const std::string& text) {
+    std::istringstream stream(text);
+    return {std::istream_iterator<std::string>(stream), {}};
+  }
+
+  static void check(const Setup& setup, const char* parameter, const std::string& name) {
+    if (name == "rays") throw ConfigError(parameter, "the rays belong to the camera: they stay as they are");
+    if (setup.find(name) != nullptr) return;
+    std::string all;
+    for (const tofgraph_channel& channel : setup.channels())
+      if (std::string_view(channel.name) != "rays") all += (all.empty() ? "" : ", ") + std::string(channel.name);
+    throw ConfigError(parameter, "there is no '" + name + "'; what arrives has " + all);
+  }
+
+  static std::vector<std::string> names(const Setup& setup, const char* parameter, const std::string& text) {
+    std::vector<std::string> all = words(text);
+    for (const std::string& name : all) check(setup, parameter, name);
+    return all;
+  }
+
+  void choose_names(const Setup& setup) {
+    for (const std::string& word : words(*rename)) {
+      const auto equals = word.find('=');
+      if (equals == 0 || equals == std::string::npos || equals + 1 == word.size())
+        throw ConfigError("rename", "'" + word + "' is no old=new, e.g. [distance=distance_short]");
+      const std::string before = word.substr(0, equals), after = word.substr(equals + 1);
+      check(setup, "rename", before);
+      if (is_in(dropped_, before)) throw ConfigError("rename", "'" + before + "' is taken out");
+      if (after.find('@') != std::string::npos) throw ConfigError("rename", "a name has no @");
+      if (setup.find(after) != nullptr && !is_in(dropped_, after))
+        throw ConfigError("rename", "there is a channel '" + after + "' already");
+      tofgraph_channel channel = *setup.find(before);
+      channel.name = after.c_str();
+      setup.withdraw(before.c_str());
+      setup.provide(channel);
+      renamed_.emplace_back(before, after);
+      follow(setup, before, after);
+    }
+  }
+
+  /// A sigma stays that of its channel.
+  void follow(const Setup& setup, const std::string& before, const std::string& after) const {
+    const tofgraph_channel* sigma = setup.find("sigma");
+    if (sigma == nullptr || is_in(dropped_, "sigma") || sigma->of != before) return;
+    tofgraph_channel channel = *sigma;
+    channel.of = after.c_str();
+    setup.provide(channel);
+  }
+
+  std::vector<std::string> dropped_;
+  std::vector<std::pair<std::string, std::string>> renamed_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::Channels, "Takes channels out or renames them")
