@@ -3,9 +3,9 @@
 #include "core/camera.hpp"
 
 #include "core/border.hpp"
-#include "physics/lens.hpp"
 
 #include <tofgraph/array.hpp>
+#include <tofgraph/physics/lens.hpp>
 
 namespace tofgraph::core {
 

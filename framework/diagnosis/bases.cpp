@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/bases.hpp"
 
-#include "physics/constants.hpp"
-
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/design.hpp"
 
-#include "physics/constants.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <cmath>

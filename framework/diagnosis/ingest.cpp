@@ -4,11 +4,11 @@
 
 #include "diagnosis/superpixels.hpp"
 #include "io/capture.hpp"
-#include "physics/constants.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <atomic>

@@ -3,10 +3,10 @@
 // Campaigns that exist only as statistics: one mean over a window of the board in each condition.
 #include "diagnosis/ingest.hpp"
 
-#include "physics/constants.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <cmath>
 

@@ -4,7 +4,8 @@
 #pragma once
 
 #include "diagnosis/observables.hpp"
-#include "physics/four_phase.hpp"
+
+#include <tofgraph/physics/four_phase.hpp>
 
 #include <cstdint>
 #include <span>

@@ -6,7 +6,7 @@
 /// `optimized_bistatic`.
 #pragma once
 
-#include "geometry.hpp"
+#include <tofgraph/physics/geometry.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 /// `vector_phase.hpp`.
 #pragma once
 
-#include "constants.hpp"
-#include "phasor.hpp"
+#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/phasor.hpp>
 
 #include <array>
 #include <cmath>

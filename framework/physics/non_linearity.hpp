@@ -5,7 +5,7 @@
 /// Each model is a function (geometry, ray, distance) -> D_ref, in double; depth_of() makes it a depth.
 #pragma once
 
-#include "geometry.hpp"
+#include <tofgraph/physics/geometry.hpp>
 
 #include <cmath>
 #include <limits>

@@ -3,8 +3,8 @@
 /// @file The light that reaches a pixel, as the sum of its sources' phasors.
 #pragma once
 
-#include "constants.hpp"
-#include "geometry.hpp"
+#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/geometry.hpp>
 
 #include <complex>
 #include <limits>

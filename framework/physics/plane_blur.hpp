@@ -10,7 +10,7 @@
 
 namespace tofgraph::physics {
 
-template <class Value> using Plane = Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+template <class Value> using PixelMatrix = Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Weights exp(-d^2 / (2 width^2)), scaled so that they sum to 1 over an endless grid.
 class PlaneBlur {
@@ -19,20 +19,21 @@ class PlaneBlur {
   PlaneBlur(Eigen::Index rows, Eigen::Index columns, double width)
       : down_(weights(rows, width)), across_(rows == columns ? down_ : weights(columns, width)) {}
 
-  Plane<double> operator()(const Plane<double>& image) const { return down_ * image * across_; }
-  Plane<std::complex<double>> operator()(const Plane<std::complex<double>>& image) const {
-    const Plane<double> real = (*this)(Plane<double>(image.real())), imaginary = (*this)(Plane<double>(image.imag()));
-    Plane<std::complex<double>> result(image.rows(), image.cols());
+  PixelMatrix<double> operator()(const PixelMatrix<double>& image) const { return down_ * image * across_; }
+  PixelMatrix<std::complex<double>> operator()(const PixelMatrix<std::complex<double>>& image) const {
+    const PixelMatrix<double> real = (*this)(PixelMatrix<double>(image.real())),
+                              imaginary = (*this)(PixelMatrix<double>(image.imag()));
+    PixelMatrix<std::complex<double>> result(image.rows(), image.cols());
     result.real() = real;
     result.imag() = imaginary;
     return result;
   }
 
  private:
-  static Plane<double> weights(Eigen::Index size, double width) {
+  static PixelMatrix<double> weights(Eigen::Index size, double width) {
     double sum = 1;
     for (int i = 1; i < 12 * width + 2; ++i) sum += 2 * weight(i, width);
-    Plane<double> matrix(size, size);
+    PixelMatrix<double> matrix(size, size);
     for (Eigen::Index r = 0; r < size; ++r) {
       for (Eigen::Index c = 0; c < size; ++c) matrix(r, c) = weight(static_cast<double>(r - c), width) / sum;
     }
@@ -40,7 +41,7 @@ class PlaneBlur {
   }
   static double weight(double distance, double width) { return std::exp(-distance * distance / (2 * width * width)); }
 
-  Plane<double> down_, across_;
+  PixelMatrix<double> down_, across_;
 };
 
 }  // namespace tofgraph::physics

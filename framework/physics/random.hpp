@@ -5,7 +5,7 @@
 /// are asked for. Philox4x32-10 of Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
 #pragma once
 
-#include "constants.hpp"
+#include <tofgraph/physics/constants.hpp>
 
 #include <array>
 #include <cmath>

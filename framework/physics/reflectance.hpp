@@ -3,7 +3,7 @@
 /// @file How rough surfaces send light back.
 #pragma once
 
-#include "geometry.hpp"
+#include <tofgraph/physics/geometry.hpp>
 
 #include <algorithm>
 #include <cmath>

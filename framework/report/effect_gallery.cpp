@@ -5,13 +5,13 @@
 #include "core/document.hpp"
 #include "core/parameters.hpp"
 #include "core/quantity.hpp"
-#include "physics/four_phase.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/four_phase.hpp>
 
 #include <array>
 #include <cmath>

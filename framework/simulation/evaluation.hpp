@@ -3,9 +3,10 @@
 /// @file The evaluation of one shot. For forward_model.cpp and evaluation*.cpp only.
 #pragma once
 
-#include "physics/lens.hpp"
 #include "simulation/forward_model.hpp"
 #include "simulation/points.hpp"
+
+#include <tofgraph/physics/lens.hpp>
 
 #include <array>
 

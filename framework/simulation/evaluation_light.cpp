@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Geometry and phasor level: the light that reaches each pixel.
-#include "physics/constants.hpp"
-#include "physics/reflectance.hpp"
 #include "simulation/evaluation.hpp"
+
+#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/reflectance.hpp>
 
 #include <algorithm>
 #include <cmath>

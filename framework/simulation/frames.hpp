@@ -3,9 +3,10 @@
 /// @file From what the taps hold on average to frames with noise, as a camera hands them out.
 #pragma once
 
-#include "physics/four_phase.hpp"
 #include "simulation/forward_model.hpp"
 #include "simulation/noise.hpp"
+
+#include <tofgraph/physics/four_phase.hpp>
 
 namespace tofgraph::simulation {
 

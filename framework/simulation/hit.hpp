@@ -3,8 +3,9 @@
 /// @file What a pixel sees: the meeting of scenes, which are traced, and light, which is computed.
 #pragma once
 
-#include "physics/geometry.hpp"
 #include "simulation/surface.hpp"
+
+#include <tofgraph/physics/geometry.hpp>
 
 #include <cstdint>
 #include <functional>

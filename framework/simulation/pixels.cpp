@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "physics/lens.hpp"
 #include "simulation/forward_model.hpp"
+
+#include <tofgraph/physics/lens.hpp>
 
 namespace tofgraph::simulation {
 namespace {

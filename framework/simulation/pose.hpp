@@ -3,7 +3,7 @@
 /// @file Where an object stands: a rotation and a place in the sensor frame.
 #pragma once
 
-#include "physics/geometry.hpp"
+#include <tofgraph/physics/geometry.hpp>
 
 #include <cmath>
 

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The image is a little blurred: at the edges of things a pixel sees both.
 #include <tofgraph/effect.hpp>
+#include <tofgraph/physics/plane_blur.hpp>
 
 #include <Eigen/Core>
-
-#include "physics/plane_blur.hpp"
 
 namespace tofgraph {
 
@@ -24,16 +23,17 @@ struct MixedPixels final : Effect {
     const auto rows = static_cast<Eigen::Index>(light.state.rows),
                columns = static_cast<Eigen::Index>(light.state.columns);
     const physics::PlaneBlur gaussian(rows, columns, *blur / light.state.spacing);
-    const physics::Plane<double> seen = gaussian(physics::Plane<double>(physics::Plane<double>::Ones(rows, columns)));
+    const physics::PixelMatrix<double> seen =
+        gaussian(physics::PixelMatrix<double>(physics::PixelMatrix<double>::Ones(rows, columns)));
     for (std::size_t s = 0; s < light.size(); ++s) {
       const SourceLight source = light[s];
       if (source.from_inside()) continue;
-      Eigen::Map<physics::Plane<std::complex<double>>> phasor(source.phasor, rows, columns);
-      Eigen::Map<physics::Plane<double>> strength(source.strength, rows, columns);
-      phasor = gaussian(physics::Plane<std::complex<double>>(phasor))
+      Eigen::Map<physics::PixelMatrix<std::complex<double>>> phasor(source.phasor, rows, columns);
+      Eigen::Map<physics::PixelMatrix<double>> strength(source.strength, rows, columns);
+      phasor = gaussian(physics::PixelMatrix<std::complex<double>>(phasor))
                    .cwiseQuotient(seen.cast<std::complex<double>>())
                    .eval();
-      strength = gaussian(physics::Plane<double>(strength)).cwiseQuotient(seen).eval();
+      strength = gaussian(physics::PixelMatrix<double>(strength)).cwiseQuotient(seen).eval();
     }
   }
 };

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gloss: a spot in the direction of the mirror, one for each source.
 #include <tofgraph/effect.hpp>
-
-#include "physics/geometry.hpp"
+#include <tofgraph/physics/geometry.hpp>
 
 namespace tofgraph {
 

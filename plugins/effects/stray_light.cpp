@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The lens scatters light from everywhere to everywhere.
 #include <tofgraph/effect.hpp>
+#include <tofgraph/physics/plane_blur.hpp>
 
 #include <Eigen/Core>
-
-#include "physics/plane_blur.hpp"
 
 namespace tofgraph {
 
@@ -42,10 +41,10 @@ struct StrayLight final : Effect {
     for (std::size_t s = 0; s < light.size(); ++s) {
       const SourceLight source = light[s];
       if (source.from_inside()) continue;
-      Eigen::Map<physics::Plane<std::complex<double>>> phasor(source.phasor, rows, columns);
-      Eigen::Map<physics::Plane<double>> strength(source.strength, rows, columns);
-      phasor += scattered(physics::Plane<std::complex<double>>(phasor));
-      strength += scattered(physics::Plane<double>(strength));
+      Eigen::Map<physics::PixelMatrix<std::complex<double>>> phasor(source.phasor, rows, columns);
+      Eigen::Map<physics::PixelMatrix<double>> strength(source.strength, rows, columns);
+      phasor += scattered(physics::PixelMatrix<std::complex<double>>(phasor));
+      strength += scattered(physics::PixelMatrix<double>(strength));
     }
   }
 };

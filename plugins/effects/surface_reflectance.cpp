@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How surfaces send light back by its angle of incidence: Lambert, or Oren-Nayar when rough.
 #include <tofgraph/effect.hpp>
+#include <tofgraph/physics/reflectance.hpp>
 
 #include <algorithm>
-
-#include "physics/reflectance.hpp"
 
 namespace tofgraph {
 

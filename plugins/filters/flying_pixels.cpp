@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/geometry.hpp>
 
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "physics/geometry.hpp"
 #include "plugins/filters/neighbourhood.hpp"
 
 namespace tofgraph {

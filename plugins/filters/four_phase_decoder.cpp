@@ -6,9 +6,8 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <tofgraph/lengths.hpp>
-
-#include "physics/four_phase.hpp"
-#include "physics/vector_phase.hpp"
+#include <tofgraph/physics/four_phase.hpp>
+#include <tofgraph/physics/vector_phase.hpp>
 
 #ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE

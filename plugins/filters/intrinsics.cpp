@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Replaces the lens of the camera, and with it the rays. Images are not touched unless they are rectified.
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/lens.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 #include <vector>
 
 #include "core/calibration.hpp"
-#include "physics/lens.hpp"
 #include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {

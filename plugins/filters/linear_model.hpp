@@ -4,14 +4,13 @@
 #pragma once
 
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/non_linearity.hpp>
 
 #include <cmath>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "physics/non_linearity.hpp"
 
 namespace tofgraph {
 

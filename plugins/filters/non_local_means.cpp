@@ -5,7 +5,8 @@
 #define HWY_TARGET_INCLUDE "plugins/filters/non_local_means.cpp"
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
-#include "physics/four_phase.hpp"
+#include <tofgraph/physics/four_phase.hpp>
+
 #include "plugins/filters/patch_vector.hpp"
 #include "plugins/filters/window_filter.hpp"
 #include "plugins/filters/window_images.hpp"

@@ -7,15 +7,14 @@
 // The order matters: Highway first.
 #include <hwy/highway.h>
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/bistatic_tables.hpp>
+#include <tofgraph/physics/non_linearity.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <string_view>
-
-#include "physics/bistatic_tables.hpp"
-#include "physics/non_linearity.hpp"
 
 #ifndef TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE

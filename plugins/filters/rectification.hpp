@@ -3,6 +3,7 @@
 /// @file Images resampled to an ideal pinhole: where each pixel comes from, and how each kind of channel is mixed.
 #pragma once
 
+#include <tofgraph/physics/lens.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 #include <cstdint>
 #include <limits>
 #include <vector>
-
-#include "physics/lens.hpp"
 
 namespace tofgraph {
 

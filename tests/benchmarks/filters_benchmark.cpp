@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The measuring chain of a CamCube, 204 x 204 pixels on one core, stage by stage through the plugin border.
-#include "physics/four_phase.hpp"
-#include "physics/geometry.hpp"
-#include "physics/phasor.hpp"
-
 #include "tests/unit/cameras.hpp"
 
 #include <benchmark/benchmark.h>
 #include <tofgraph/harness.hpp>
+#include <tofgraph/physics/four_phase.hpp>
+#include <tofgraph/physics/geometry.hpp>
+#include <tofgraph/physics/phasor.hpp>
 
 using namespace tofgraph;
 

@@ -4,8 +4,7 @@
 #pragma once
 
 #include <tofgraph/plugin.h>
-
-#include "physics/lens.hpp"
+#include <tofgraph/physics/lens.hpp>
 
 #include <unistd.h>
 

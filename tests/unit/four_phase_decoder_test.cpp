@@ -4,8 +4,7 @@
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
-
-#include "physics/constants.hpp"
+#include <tofgraph/physics/constants.hpp>
 
 #include "tests/unit/cameras.hpp"
 #include "tests/unit/processors.hpp"

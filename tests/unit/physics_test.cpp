@@ -1,19 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The shared formulas against published tables, closed forms and other libraries.
-#include "physics/four_phase.hpp"
-#include "physics/geometry.hpp"
-#include "physics/lens.hpp"
-#include "physics/non_linearity.hpp"
-#include "physics/phasor.hpp"
-#include "physics/random.hpp"
-
 #include "tests/unit/cameras.hpp"
 #include "tests/unit/thesis_table.hpp"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 #include <opencv2/calib3d.hpp>
+#include <tofgraph/physics/four_phase.hpp>
+#include <tofgraph/physics/geometry.hpp>
+#include <tofgraph/physics/lens.hpp>
+#include <tofgraph/physics/non_linearity.hpp>
+#include <tofgraph/physics/phasor.hpp>
+#include <tofgraph/physics/random.hpp>
 
 #include <numbers>
 #include <random>
