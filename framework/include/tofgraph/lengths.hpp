@@ -91,7 +91,8 @@ inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviat
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
   int valid = 0;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const bool good = (std::abs(lengths[i]) <= farthest) & ((bits[i] & flag::invalid) == 0);
+    const int measured = std::abs(lengths[i]) <= farthest, unmarked = (bits[i] & flag::invalid) == 0;
+    const bool good = (measured & unmarked) != 0;
     lengths[i] = good ? lengths[i] : nan;
     bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));
     valid |= good ? 1 : 0;

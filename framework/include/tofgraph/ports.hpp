@@ -219,3 +219,5 @@ template <class T> class Param : public detail::ParamBase {
 };
 
 }  // namespace tofgraph
+
+#include <tofgraph/detail/glue.hpp>  // IWYU pragma: export

@@ -149,5 +149,4 @@ struct Effect : Stage {
 
 }  // namespace tofgraph
 
-#include <tofgraph/detail/glue.hpp>  // IWYU pragma: export
-#include <tofgraph/ports.hpp>        // IWYU pragma: export
+#include <tofgraph/ports.hpp>  // IWYU pragma: export
