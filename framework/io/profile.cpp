@@ -11,7 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
+
+#include <tofgraph/array.hpp>
 
 namespace tofgraph::io {
 namespace {
@@ -212,7 +213,7 @@ std::string profile_text(const tofgraph_camera& camera) {
   text += fmt::format("distortion: [{}]\n", fmt::join(camera.distortion, ", "));
   number("modulation_frequency", camera.modulation_frequency, " Hz");
   if (camera.light_count > 0) text += "sources:\n";
-  for (const tofgraph_light& light : std::span(camera.lights, camera.light_count)) {
+  for (const tofgraph_light& light : lights_of(camera)) {
     text += fmt::format("  - {{name: {}, position: [{} m, {} m, {} m], amplitude: {}}}\n", quoted(light.name),
                         light.position[0], light.position[1], light.position[2], light.amplitude);
   }
