@@ -94,8 +94,7 @@ void Graph::make_nodes(const WrittenNodes& written, Diagnostics& diagnostics) {
 }
 
 /// A channel of the k-th input, beside those that are there. With ports by name each reads its own.
-bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all,
-                         Diagnostics& diagnostics) {
+bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all) {
   const Channel* mine = all.find(channel.name);
   const InputSpec& input = input_specs_[node][k];
   if (mine == nullptr) {
@@ -112,15 +111,23 @@ bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel
     aliases_[node][k].emplace_back(channel.name, own.name);
     all.channels.push_back(std::move(own));
   } else if (mine->made_by != channel.made_by) {
-    diagnostics.error(
-        input.at,
-        fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
-                    channel.name, nodes_[mine->made_by]->name, nodes_[channel.made_by]->name),
-        fmt::format("take one out or rename it before the join, e.g. with the stage channels and {}",
-                    assignment(input.at, "drop", fmt::format("[{}]", channel.name))));
     return false;
   }
   return true;
+}
+
+/// The channels that two streams both bring, in one message.
+void Graph::tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
+                            Diagnostics& diagnostics) const {
+  const InputSpec& input = input_specs_[node][k];
+  const Stream& other = nodes_[inputs_[node][k]]->output();
+  diagnostics.error(
+      input.at,
+      fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
+                  fmt::join(names, "', '"), nodes_[all.find(names.front())->made_by]->name,
+                  nodes_[other.find(names.front())->made_by]->name),
+      fmt::format("take them out or rename them before the join, e.g. with the stage channels and {}",
+                  assignment(input.at, "drop", fmt::format("[{}]", fmt::join(names, ", ")))));
 }
 
 Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) {
@@ -128,8 +135,12 @@ Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) {
   const Node& self = *nodes_[node];
   for (std::size_t k = 1; k < inputs_[node].size(); ++k) {
     const Node& other = *nodes_[inputs_[node][k]];
-    for (const Channel& channel : other.output().channels)
-      right = join_channel(node, k, channel, all, diagnostics) && right;
+    std::vector<std::string> collisions;
+    for (const Channel& channel : other.output().channels) {
+      if (!join_channel(node, k, channel, all)) collisions.push_back(channel.name);
+    }
+    if (!collisions.empty()) tell_collisions(node, k, all, collisions, diagnostics);
+    right = right && collisions.empty();
     for (const std::size_t step : other.output().history) {
       if (std::ranges::find(all.history, step) == all.history.end()) all.history.push_back(step);
     }

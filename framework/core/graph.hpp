@@ -46,7 +46,9 @@ class Graph {
   void make_nodes(const WrittenNodes& written, Diagnostics& diagnostics);
   void prepare(Diagnostics& diagnostics);
   Stream joined(std::size_t node, Diagnostics& diagnostics, bool& right);
-  bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all, Diagnostics& diagnostics);
+  bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all);
+  void tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
+                       Diagnostics& diagnostics) const;
   bool ports_are_served(std::size_t node, Diagnostics& diagnostics) const;
 
   std::string name_;

@@ -105,7 +105,10 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
   if (!prepared || !choose_files(first.frames, diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
-  if (is_source() && output().camera) announce_rays();
+  if (is_source() && output().camera) {
+    size_by_camera();
+    announce_rays();
+  }
   return true;
 }
 
@@ -139,6 +142,18 @@ bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
   }
   instance_.set_outputs(outputs_);
   return right;
+}
+
+/// Images that were announced before the source chose its camera have that camera's size.
+void Node::size_by_camera() {
+  for (const tofgraph_port& port : stage().own_ports) {
+    Channel* channel = leaving_.stream.find(port.channel);
+    if (channel == nullptr || channel->made_by != index) continue;
+    const Channel sized = output_channel(stage(), port, output(), index);
+    for (std::size_t i = 0; i < sized.rank && sized.rank == channel->rank; ++i) {
+      if (channel->extent[i] == 0) channel->extent[i] = sized.extent[i];
+    }
+  }
 }
 
 /// The rays travel as a channel, so that what is computed from them is known.

@@ -14,6 +14,7 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <span>
 #include <thread>
 
 namespace tofgraph::core {
@@ -262,10 +263,13 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
       receiver->second(frame);
       return;
     }
-    std::vector<tofgraph_frame*> frames = {&frame};
+    tofgraph_frame* one = &frame;
+    std::span<tofgraph_frame*> frames(&one, 1);
+    thread_local std::vector<tofgraph_frame*> many;
     if (node.many_inputs()) {
-      frames.clear();
-      for (const std::size_t input : inputs) frames.push_back(&token.frames[input]);
+      many.clear();
+      for (const std::size_t input : inputs) many.push_back(&token.frames[input]);
+      frames = many;
     } else {
       take_inputs(index, token);
     }

@@ -178,6 +178,7 @@ struct CaptureReader final : Source {
       }
     };
     each_length(false, [](std::uint16_t& flag, std::span<float> values) {
+      if ((flag & flag::filled) != 0) return;  // valid in what was filled, not known in the other lengths
       if (std::ranges::any_of(values, [](float v) { return std::isnan(v); })) flag |= flag::invalid;
     });
     each_length(true, [](std::uint16_t flag, std::span<float> values) {

@@ -62,7 +62,7 @@ TEST(FrozenPlainC, DoesWhatItDid) {
   stage.run();
   EXPECT_EQ(stage.get<float>("amplitude"), (std::vector<float>{8, 8, 8, 8}));
   const auto lights = lights_of(stage.camera_out());
-  ASSERT_EQ(lights.size(), 2U);
+  ASSERT_EQ(lights.size, 2U);
   EXPECT_STREQ(lights[1].name, "east");
   EXPECT_EQ(lights[1].position[0], 0.1);
   EXPECT_EQ(lights[1].amplitude, 0.75);

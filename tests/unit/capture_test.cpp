@@ -3,6 +3,7 @@
 // Captures against HDF5's own interface: what is read is what is stored, what is wrong is named.
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <tofgraph/array.hpp>
 
 #include <algorithm>
 #include <cstring>
