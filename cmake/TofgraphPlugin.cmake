@@ -55,7 +55,8 @@ function(tofgraph_add_plugin name file)
   endforeach()
   # Libraries are found where they were linked; installed, those of tofgraph two folders up.
   set_target_properties(${target} PROPERTIES PREFIX "" CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden
-                                             C_VISIBILITY_PRESET hidden INSTALL_RPATH "$ORIGIN/../.." INSTALL_RPATH_USE_LINK_PATH ON)
+                                             C_VISIBILITY_PRESET hidden INSTALL_RPATH "$ORIGIN/../.."
+                                             INSTALL_RPATH_USE_LINK_PATH ON)
   target_link_options(${target} PRIVATE -Wl,--no-undefined)
   if(TOFGRAPH_PLUGIN_DESTINATION)
     install(TARGETS ${target} DESTINATION ${TOFGRAPH_PLUGIN_DESTINATION})
