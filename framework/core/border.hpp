@@ -12,6 +12,12 @@
 
 namespace tofgraph::core {
 
+/// Something that no plugin should do. It is told with the plugin's file.
+class PluginDefect : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
 /// Sizes of API 2.0, the least that a struct of this major version has. They never change.
 template <class T> inline constexpr std::size_t first_size = sizeof(T);
 template <> inline constexpr std::size_t first_size<tofgraph_view> = 104;
@@ -26,9 +32,9 @@ template <> inline constexpr std::size_t first_size<tofgraph_effect> = 48;
 template <> inline constexpr std::size_t first_size<tofgraph_descriptor> = 184;
 
 /// A struct of so many bytes as one of this host: what they do not cover is as in `absent`.
-/// @throws std::invalid_argument when there are less than the first version had
+/// @throws PluginDefect when there are less than the first version had
 template <class T> T host_sized(const void* given, std::size_t bytes, const T& absent = {}) {
-  if (bytes < first_size<T>) throw std::invalid_argument("a struct is smaller than API 2.0 has it: is its size set?");
+  if (bytes < first_size<T>) throw PluginDefect("a struct is smaller than API 2.0 has it: is its size set?");
   T result = absent;
   std::memcpy(static_cast<void*>(&result), given, std::min(bytes, sizeof(T)));
   return result;

@@ -48,6 +48,7 @@ class Inspection {
     not_null(first, fmt::format("array of {}", what));
     need(bytes >= first_size<T>,
          fmt::format("its {} have {} bytes each, expected at least {}", what, bytes, first_size<T>));
+    need(bytes % 8 == 0 && bytes <= 4096, fmt::format("its {} have {} bytes each: is the size set?", what, bytes));
     need(count <= 4096, fmt::format("it has {} {}: is the count set?", count, what));
     for (const T& element : Strided<const T>{first, bytes, count})
       all.push_back(host_sized<T>(&element, bytes, absent));
@@ -117,7 +118,7 @@ void check_name(const Inspection& read, const PluginFile& file, const tofgraph_d
 
 void check_port(const Inspection& read, const Plugin& plugin, tofgraph_port& port, std::set<std::string>& names) {
   read.not_null(port.name, "port's name");
-  read.not_null(port.channel, fmt::format("port '{}' without a channel: its channel", port.name));
+  read.not_null(port.channel, fmt::format("channel of port '{}'", port.name));
   or_empty({&port.shape, &port.unit, &port.needs, &port.refuses, &port.from, &port.adds, &port.of, &port.text});
   const auto wrong = [&](const std::string& what) { read.defect(fmt::format("its port '{}' {}", port.name, what)); };
   if (*port.name == 0) wrong("has no name");

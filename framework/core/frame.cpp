@@ -72,21 +72,24 @@ namespace {
 template <class Call> int guarded(Call&& call) noexcept {
   try {
     return call() ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
-  } catch (const std::exception& error) {
-    tofgraph::core::last_failure() = {"", error.what()};
   } catch (...) {
-    tofgraph::core::last_failure() = {"", "the host failed"};
+    keep_failure();
   }
   return TOFGRAPH_STATUS_ERROR;
 }
 
 /// A call that no plugin should make.
-bool refuse(const char* why) { throw std::invalid_argument(std::string(why) + ": this is a defect of the plugin"); }
+bool refuse(const std::string& why) { throw PluginDefect(why); }
+
+template <class... Pointers> void not_null(const char* call, const Pointers*... given) {
+  if (((given == nullptr) || ...)) throw PluginDefect(std::string("the plugin gave null to ") + call);
+}
 
 /// As much of a view as the other side has room for.
 bool fill(tofgraph_view* view, const tofgraph_frame::Channel& channel) {
   const std::uint32_t size = view->size;
-  if (size < tofgraph::core::first_size<tofgraph_view>) return refuse("a view has no size: it is set before the call");
+  if (size < tofgraph::core::first_size<tofgraph_view>)
+    return refuse("the view for channel '" + channel.name + "' has no size: it is set before the call");
   const tofgraph_view full = view_of(channel);
   std::memcpy(view, &full, std::min<std::size_t>(size, sizeof full));
   view->size = size;
@@ -95,6 +98,7 @@ bool fill(tofgraph_view* view, const tofgraph_frame::Channel& channel) {
 
 int read(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
   return guarded([&] {
+    not_null("read()", frame, name, view);
     const auto* channel = frame->find(name);
     return channel != nullptr && fill(view, *channel);
   });
@@ -102,11 +106,13 @@ int read(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
 
 int write(tofgraph_frame* frame, const tofgraph_channel* given, tofgraph_view* view) {
   return guarded([&] {
+    not_null("write()", frame, given, view);
     const tofgraph_channel channel_made = tofgraph::core::host_sized(*given);
     const tofgraph_channel* made = &channel_made;
     if (made->name == nullptr) return refuse("a channel without a name cannot be written");
     if (made->rank < 1 || made->rank > 4 || element_size(made->type) == 0)
-      return refuse("a channel has one to four dimensions and a type of element");
+      return refuse("channel '" + std::string(made->name) + "' was to be written with " + std::to_string(made->rank) +
+                    " dimensions of type " + element_name(made->type) + ", expected one to four of a type");
     const std::size_t bytes = channel_bytes(made->type, made->rank, made->extent);
     auto& channel = frame->slot(made->name);
     if (!channel.buffer || !channel.buffer.unique() || channel.buffer.capacity() < bytes) {
@@ -122,6 +128,7 @@ int write(tofgraph_frame* frame, const tofgraph_channel* given, tofgraph_view* v
 
 int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
   return guarded([&] {
+    not_null("modify()", frame, name, view);
     auto* channel = frame->find(name);
     if (channel == nullptr) return false;
     if (!channel->buffer.unique()) {
@@ -136,6 +143,7 @@ int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
 
 int share(tofgraph_frame* frame, const tofgraph_view* given, void* owner, void (*release)(void*)) {
   return guarded([&] {
+    not_null("share()", frame, given);
     const tofgraph_view shared = tofgraph::core::host_sized(*given);
     const tofgraph_view* view = &shared;
     if (view->rank < 1 || view->rank > 4 || element_size(view->type) == 0 || view->data == nullptr ||
@@ -159,6 +167,7 @@ int share(tofgraph_frame* frame, const tofgraph_view* given, void* owner, void (
 
 int drop(tofgraph_frame* frame, const char* name) {
   return guarded([&] {
+    not_null("drop()", frame, name);
     auto* channel = frame->find(name);
     if (channel != nullptr) frame->replace(*channel, {});
     return channel != nullptr;

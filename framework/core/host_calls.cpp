@@ -26,10 +26,8 @@ struct HostCalls {
     try {
       call();
       return TOFGRAPH_STATUS_OK;
-    } catch (const std::exception& error) {
-      last_failure() = {"", error.what()};
     } catch (...) {
-      last_failure() = {"", "the host failed"};
+      keep_failure();
     }
     return TOFGRAPH_STATUS_ERROR;
   }
@@ -37,18 +35,20 @@ struct HostCalls {
   /// The stream that the running prepare shapes.
   static Leaving& leaving(Instance& self, const char* service) {
     if (self.leaving_ != nullptr) return *self.leaving_;
-    throw std::runtime_error(
-        fmt::format("the plugin called {}() {}: this is a defect of the plugin", service,
-                    self.plugin_.effect != nullptr ? ", but an effect has no stream" : "outside of prepare()"));
+    throw PluginDefect(
+        fmt::format("the plugin called {}(){}", service,
+                    self.plugin_.effect != nullptr ? ", but an effect has no stream" : " outside of prepare()"));
   }
-  static const char* needed(const char* text, const char* what) {
-    if (text == nullptr)
-      throw std::runtime_error(fmt::format("the plugin gave null as {}: this is a defect of the plugin", what));
-    return text;
+  template <class T> static T* needed(T* given, const char* what) {
+    if (given == nullptr) throw PluginDefect(fmt::format("the plugin gave null as {}", what));
+    return given;
   }
 
   static void fail(void*, const char* parameter, const char* text) {
-    guarded([&] { last_failure() = {parameter != nullptr ? parameter : "", text != nullptr ? text : ""}; });
+    guarded([&] {
+      if (last_failure().defect) return;  // the cause of what the plugin is about to say
+      last_failure() = {parameter != nullptr ? parameter : "", text != nullptr ? text : ""};
+    });
   }
 
   static void message(void* context, std::uint32_t level, const char* text) {
@@ -71,7 +71,7 @@ struct HostCalls {
     guarded([&] {
       Instance& self = instance(context);
       Stream& stream = leaving(self, "provide").stream;
-      Channel channel = Channel::from_view(*view);
+      Channel channel = Channel::from_view(*needed(view, "a channel"));
       channel.made_by = self.index_;
       if (is_alias(channel.name)) throw std::runtime_error("a channel's name has no @");
       const std::span ports(self.plugin_.own_ports);
@@ -99,7 +99,8 @@ struct HostCalls {
     guarded([&] {
       Instance& self = instance(context);
       Leaving& leaves = leaving(self, "set_camera");
-      tofgraph_camera changed = host_sized(*camera);
+      tofgraph_camera changed = host_sized(*needed(camera, "a camera"));
+      needed(changed.name, "a camera's name");
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
       changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
       leaves.own_camera = leaves.stream.camera = std::make_shared<Camera>(changed);
@@ -158,6 +159,7 @@ struct HostCalls {
                             std::uint64_t count) {
     guarded([&] {
       std::vector<tofgraph_exposure> all;
+      if (count != 0) needed(exposures, "exposures");
       for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
         all.push_back(host_sized<tofgraph_exposure>(&one, size));
       leaving(instance(context), "set_exposures").stream.exposures = std::move(all);
@@ -188,7 +190,7 @@ struct HostCalls {
       const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
       const auto place = static_cast<std::size_t>(found - parameters.begin());
       if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
-        throw std::runtime_error(fmt::format("output() was asked for '{}', which names no output", name));
+        throw PluginDefect(fmt::format("output() was asked for '{}', which names no output", name));
       const io::OutputPattern& files = self.outputs_[place];
       const bool once = companion != nullptr || found->kind == TOFGRAPH_KIND_OUTPUT_FILE;
       *path = open_outputs().open(companion != nullptr ? files.companion(companion) : files.path(frame), once);

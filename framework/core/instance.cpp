@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/instance.hpp"
 
+#include "core/border.hpp"
 #include "core/open_outputs.hpp"
 #include "core/paths.hpp"
 #include "core/running_call.hpp"
@@ -15,8 +16,8 @@ namespace tofgraph::core {
 namespace {
 
 /// @throws std::runtime_error what the plugin said
-void fail(const char* otherwise) {
-  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().text);
+void fail(const Plugin& plugin, const char* otherwise) {
+  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().told(plugin));
 }
 
 void forget_failure() {
@@ -38,6 +39,22 @@ Failure& last_failure() {
   return failure;
 }
 
+std::string Failure::told(const Plugin& plugin) const {
+  return defect ? fmt::format("{}\n         this is a defect of the plugin {}", text, plugin.file.path.string()) : text;
+}
+
+void keep_failure() noexcept {
+  try {
+    throw;
+  } catch (const PluginDefect& error) {
+    last_failure() = {"", error.what(), true};
+  } catch (const std::exception& error) {
+    last_failure() = {"", error.what()};
+  } catch (...) {
+    last_failure() = {"", "the host failed"};
+  }
+}
+
 Instance::Instance(const Plugin& plugin, std::string name, Host& host)
     : plugin_(plugin), name_(std::move(name)), host_(host) {}
 
@@ -52,7 +69,7 @@ std::optional<Failure> Instance::create(const tofgraph_value* values) {
   const RunningCall call(*this, "create");
   const int status = plugin_.create(&host_table(), this, values, &self_);
   auto failure = outcome(status, "failed without saying why");
-  if (!failure && self_ == nullptr) failure = Failure{"", "create() gave nothing"};
+  if (!failure && self_ == nullptr) failure = Failure{"", "create() gave nothing", true};
   if (failure) self_ = nullptr;
   return failure;
 }
@@ -74,9 +91,10 @@ int Instance::process(std::span<tofgraph_frame* const> frames) {
   OpenOutputs& outputs = open_outputs();
   const RunningCall call(*this, "process", frames.front()->metadata.number);
   const int status = plugin_.process(self_, frames.data(), frames.size());
-  if (status != TOFGRAPH_STATUS_OK && status != TOFGRAPH_STATUS_END) {
+  const bool fine = status == TOFGRAPH_STATUS_OK || status == TOFGRAPH_STATUS_END;
+  if (!fine || last_failure().defect) {
     outputs.discard(last_failure().text);
-    fail("the stage failed without saying why");
+    fail(plugin_, "the stage failed without saying why");
   }
   outputs.commit();
   return status;
@@ -89,7 +107,7 @@ void Instance::finish() {
   const RunningCall call(*this, "finish");
   if (plugin_.finish(self_) != TOFGRAPH_STATUS_OK) {
     outputs.discard(last_failure().text);
-    fail("the stage could not finish and did not say why");
+    fail(plugin_, "the stage could not finish and did not say why");
   }
   outputs.commit();
 }

@@ -36,9 +36,14 @@ struct UsedFile {
 /// What a plugin said of a call that failed.
 struct Failure {
   std::string parameter, text;
+  bool defect = false;  ///< the host noticed that the plugin did what no plugin should
+  /// The text; with the plugin's file where the user can only take the plugin out.
+  std::string told(const Plugin& plugin) const;
 };
 /// That of the running call of this thread.
 Failure& last_failure();
+/// In a catch clause of a host's call, which lets nothing out: what was thrown becomes the running call's failure.
+void keep_failure() noexcept;
 
 /// What a stage does to its stream, in prepare.
 struct Leaving {

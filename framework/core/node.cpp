@@ -62,7 +62,7 @@ bool Node::create(Diagnostics& diagnostics) {
   const std::optional<Failure> failure = instance_.create(values_.data());
   if (!failure) return true;
   diagnostics.error(at, fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage().name, failure->text),
-                    "this is a defect of the plugin");
+                    fmt::format("this is a defect of the plugin {}", stage().file.path.string()));
   return false;
 }
 
@@ -71,7 +71,7 @@ bool Node::tell(const std::optional<Failure>& failure, Diagnostics& diagnostics)
   if (!failure) return true;
   const Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
   const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
-  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->text));
+  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())));
   return false;
 }
 

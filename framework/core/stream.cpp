@@ -62,8 +62,12 @@ tofgraph_channel Channel::view(std::string& applied_words, std::string& from_wor
 
 Channel Channel::from_view(const tofgraph_channel& given) {
   const tofgraph_channel view = host_sized(given);
-  if (view.name == nullptr) throw std::invalid_argument("a channel has no name");
-  if (view.rank > 4) throw std::invalid_argument("a channel has more than four dimensions");
+  if (view.name == nullptr) throw PluginDefect("the plugin announced a channel without a name");
+  if (view.rank > 4)
+    throw PluginDefect(fmt::format("the plugin announced '{}' with more than four dimensions", view.name));
+  if (view.type > TOFGRAPH_TYPE_I32)
+    throw PluginDefect(
+        fmt::format("the plugin announced '{}' with the element type {}, which is none", view.name, view.type));
   const auto text = [](const char* value) { return std::string(value != nullptr ? value : ""); };
   Channel channel;
   channel.name = text(view.name);

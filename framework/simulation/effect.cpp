@@ -31,7 +31,7 @@ Effect::Effect(const core::Plugin& plugin, const tofgraph_value* values, const t
       host_(host != nullptr ? std::move(host) : standard_host()),
       instance_(plugin, plugin.name, *host_) {
   const auto check = [&](const std::optional<core::Failure>& failure) {
-    if (failure) throw EffectError(name(), failure->parameter, failure->text);
+    if (failure) throw EffectError(name(), failure->parameter, failure->told(plugin));
   };
   check(instance_.create(values));
   tofgraph_stream stream{};
@@ -53,7 +53,7 @@ void Effect::apply(tofgraph_light_state& state) const {
   const core::RunningCall call(instance_, "apply");
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
   const core::Failure told = std::exchange(failure, {});
-  throw EffectError(name(), told.parameter, told.text.empty() ? "failed and did not say why" : told.text);
+  throw EffectError(name(), told.parameter, told.text.empty() ? "failed and did not say why" : told.told(descriptor()));
 }
 
 }  // namespace tofgraph::simulation
