@@ -71,7 +71,7 @@ constexpr const char* two_distances =
     "pipeline: 1\n"
     "nodes:\n"
     "  - {name: grab, stage: ramp, frames: 4}\n"
-    "  - {name: twice, stage: scale, inputs: [grab], channel: distance, factor: 3}\n"
+    "  - {name: twice, stage: scale, inputs: [grab], channel: distance, factor: 2}\n"
     "  - {name: less, stage: difference, inputs: {minuend: twice, subtrahend: grab}}\n"
     "  - {name: save, stage: collect, path: a.txt}\n";
 
@@ -80,7 +80,7 @@ TEST(NamedPorts, TakeTheSameChannelFromTwoStreams) {
   write_text(folder.path() / "a.yaml", two_distances);
   const Outcome run = shell("\"$TOFGRAPH\" run a.yaml", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 less=0\n1 less=2\n2 less=4\n3 less=6\n");
+  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 less=0\n1 less=1\n2 less=2\n3 less=3\n");
 }
 
 TEST(NamedPorts, TheOtherWayRoundGivesTheOppositeSign) {
@@ -89,7 +89,7 @@ TEST(NamedPorts, TheOtherWayRoundGivesTheOppositeSign) {
   text.replace(text.find("minuend: twice, subtrahend: grab"), 32, "minuend: grab, subtrahend: twice");
   write_text(folder.path() / "a.yaml", text);
   EXPECT_EQ(shell("\"$TOFGRAPH\" run a.yaml", folder.path()).exit_code, 0);
-  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 less=-0\n1 less=-2\n2 less=-4\n3 less=-6\n");
+  EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 less=0\n1 less=-1\n2 less=-2\n3 less=-3\n");
 }
 
 TEST(NamedPorts, ARenamedChannelPassesAJoin) {
@@ -98,7 +98,7 @@ TEST(NamedPorts, ARenamedChannelPassesAJoin) {
              "pipeline: 1\n"
              "nodes:\n"
              "  - {name: grab, stage: ramp, frames: 2}\n"
-             "  - {name: other, stage: scale, inputs: [grab], channel: distance, factor: 3}\n"
+             "  - {name: other, stage: scale, inputs: [grab], channel: distance, factor: 2}\n"
              "  - {name: renamed, stage: channels, rename: [distance=distance_other]}\n"
              "  - {name: both, stage: make_depth, inputs: [grab, renamed]}\n"
              "  - {name: save, stage: collect, path: a.txt}\n");
