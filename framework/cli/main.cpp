@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
+#include "cli/slow_calls.hpp"
 
 #include "core/paths.hpp"
 
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <optional>
 
 namespace tofgraph::cli {
 namespace {
@@ -69,6 +71,8 @@ std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineAr
     if (!common.quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
   };
   core::Diagnostics diagnostics;
+  std::optional<SlowCalls> slow;
+  if (!common.quiet) slow.emplace(5.0);
   auto graph = core::build_graph(document, arguments.settings, options, diagnostics);
   if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
   if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
@@ -79,6 +83,7 @@ std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineAr
 
 int main(int argc, char** argv) {
   using namespace tofgraph;
+  core::tell_crashes();
   cli::Common common;
   CLI::App app("tofgraph turns what a time-of-flight camera measures into point clouds that are right.", "tofgraph");
   app.set_version_flag("--version", "tofgraph " TOFGRAPH_VERSION);

@@ -5,6 +5,7 @@
 
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
+#include "core/running_call.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -37,7 +38,8 @@ extern "C" void on_signal(int) {
   signals = 1;
 }
 
-/// Watches a run from a thread of its own: passes the interrupt on, draws progress on a terminal after two seconds.
+/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress on
+/// a terminal after two seconds.
 class Watch {
  public:
   Watch(core::Runner& runner, bool progress)
@@ -47,20 +49,31 @@ class Watch {
   void watch(const std::stop_token& stop) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
-    bool drawn = false, passed_on = false;
+    bool drawn = false, passed_on = false, told = false;
+    double interrupted_at = 0;
     while (!stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       if (signals != 0 && !passed_on) {
         passed_on = true;
+        interrupted_at = seconds;
         runner_.stop();
       }
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
       if (!progress_ || seconds < (drawn ? next_ : 2.0)) continue;
       draw(seconds);
       drawn = true;
       next_ = seconds + 0.2;
     }
     if (drawn) fmt::print(stderr, "\r\033[K");
+  }
+
+  /// @returns whether there was one
+  static bool tell_whom_it_waits_for() {
+    const std::vector<std::string> calls = core::calls_longer_than(patience);
+    for (const std::string& call : calls) say("still waiting: " + call);
+    if (!calls.empty()) say("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
+    return !calls.empty();
   }
 
   void draw(double seconds) const {
@@ -73,6 +86,7 @@ class Watch {
     fmt::print(stderr, "\r\033[K{}", text);
   }
 
+  static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
   core::Runner& runner_;
   bool progress_;
   double next_ = 0;

@@ -7,6 +7,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -75,6 +76,31 @@ std::string how_it_ended(int status) {
   return fmt::format("ended the process that loaded it (exit code {})", WEXITSTATUS(status));
 }
 
+/// What the scanner writes, to its end. Says once of a plugin that it takes long.
+std::string read_all(int end, const std::vector<PluginFile>& files, std::size_t first) {
+  constexpr int patience_ms = 2000;
+  std::string text;
+  std::size_t told = SIZE_MAX;
+  char block[4096];
+  while (true) {
+    const auto loading = first + static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    const bool tell = loading < files.size() && loading != told;
+    pollfd waits{end, POLLIN, 0};
+    const int ready = poll(&waits, 1, tell ? patience_ms : -1);
+    if (ready == 0) {
+      fmt::print(stderr, "plugin {}: still being loaded after {} s\n", files[loading].path.string(),
+                 patience_ms / 1000);
+      told = loading;
+    } else if (ready > 0) {
+      const ssize_t n = read(end, block, sizeof block);
+      if (n <= 0) return text;
+      text.append(block, static_cast<std::size_t>(n));
+    } else if (errno != EINTR) {
+      return text;
+    }
+  }
+}
+
 /// Runs the scanner over files; gives the lines that it wrote before it ended.
 std::vector<std::string> run_scanner(const std::vector<PluginFile>& files, std::size_t first, int& status) {
   std::vector<std::string> words = {scanner().string()};
@@ -98,9 +124,7 @@ std::vector<std::string> run_scanner(const std::vector<PluginFile>& files, std::
     close(ends[0]);
     throw PluginError(fmt::format("cannot start the plugin scanner {}: {}", words[0], std::strerror(failed)));
   }
-  std::string text;
-  char block[4096];
-  for (ssize_t n = 0; (n = read(ends[0], block, sizeof block)) > 0;) text.append(block, static_cast<std::size_t>(n));
+  const std::string text = read_all(ends[0], files, first);
   close(ends[0]);
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

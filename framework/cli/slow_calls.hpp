@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Tells which plugin keeps the program waiting before a run has begun.
+#pragma once
+
+#include "cli/commands.hpp"
+#include "core/running_call.hpp"
+
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+namespace tofgraph::cli {
+
+/// As long as it lives: says once which calls of plugins take longer than so many seconds.
+class SlowCalls {
+ public:
+  explicit SlowCalls(double seconds)
+      : thread_([this, seconds](const std::stop_token& stop) { watch(stop, seconds); }) {}
+
+ private:
+  void watch(const std::stop_token& stop, double seconds) {
+    std::unique_lock lock(mutex_);
+    while (!stop.stop_requested()) {
+      wake_.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
+      const std::vector<std::string> calls = core::calls_longer_than(seconds);
+      for (const std::string& call : calls) say(call);
+      if (!calls.empty()) return;
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread thread_;
+};
+
+}  // namespace tofgraph::cli
