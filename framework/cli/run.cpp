@@ -26,7 +26,7 @@ struct RunArguments : PipelineArguments {
   std::uint64_t frames = 0;
   unsigned threads = 0;
   std::string stats;
-  bool force = false;
+  bool force = false, validate = false;
 };
 
 /// Set in a signal handler, read in another thread.
@@ -193,6 +193,9 @@ int run(const RunArguments& arguments, const Common& common) {
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
     throw core::ConfigurationError(problem);
   const auto graph = build(arguments.document(), arguments, common, arguments.force);
+  for (const auto& node : graph->nodes()) {
+    if (arguments.validate) node->set_validating();
+  }
   const Series before = series_of(*graph);
   core::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
@@ -224,6 +227,8 @@ void add_run(CLI::App& app, Common& common) {
   command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")
       ->check(CLI::Range(1, 1024));
   command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file");
+  command->add_flag("--validate", arguments->validate,
+                    "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--force", arguments->force, "Replace outputs that exist");
   command->callback(
       [arguments, &common] { common.command = [arguments, &common] { return run(*arguments, common); }; });

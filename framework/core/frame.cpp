@@ -4,6 +4,7 @@
 
 #include "core/border.hpp"
 #include "core/instance.hpp"
+#include "core/validation.hpp"
 
 #include <tofgraph/array.hpp>
 
@@ -100,7 +101,9 @@ int read(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
   return guarded([&] {
     not_null("read()", frame, name, view);
     const auto* channel = frame->find(name);
-    return channel != nullptr && fill(view, *channel);
+    if (channel == nullptr || !fill(view, *channel)) return false;
+    if (Validation* validation = Validation::current()) validation->shown(*channel);
+    return true;
   });
 }
 
@@ -115,9 +118,8 @@ int write(tofgraph_frame* frame, const tofgraph_channel* given, tofgraph_view* v
                     " dimensions of type " + element_name(made->type) + ", expected one to four of a type");
     const std::size_t bytes = channel_bytes(made->type, made->rank, made->extent);
     auto& channel = frame->slot(made->name);
-    if (!channel.buffer || !channel.buffer.unique() || channel.buffer.capacity() < bytes) {
-      frame->replace(channel, frame->pool->get(bytes));
-    }
+    if (!channel.buffer || !may_write(channel.buffer) || channel.buffer.capacity() < bytes)
+      frame->replace(channel, buffer_to_write(*frame, bytes, channel.name));
     channel.unit = made->unit != nullptr ? made->unit : "";
     channel.type = made->type;
     channel.rank = made->rank;
@@ -131,9 +133,9 @@ int modify(tofgraph_frame* frame, const char* name, tofgraph_view* view) {
     not_null("modify()", frame, name, view);
     auto* channel = frame->find(name);
     if (channel == nullptr) return false;
-    if (!channel->buffer.unique()) {
+    if (!may_write(channel->buffer)) {
       const std::size_t bytes = channel_bytes(channel->type, channel->rank, channel->extent);
-      BufferRef own = frame->pool->get(bytes);
+      BufferRef own = buffer_to_write(*frame, bytes, channel->name);
       std::memcpy(own.data(), channel->buffer.data(), bytes);
       frame->replace(*channel, std::move(own));
     }

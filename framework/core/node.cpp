@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/node.hpp"
 
+#include "core/validation.hpp"
+
 #include <tofgraph/array.hpp>
 
 #include <fmt/format.h>
@@ -168,6 +170,19 @@ void Node::announce_rays() {
   leaving_.stream.channels.push_back(std::move(rays));
 }
 
+int Node::call_process(std::span<tofgraph_frame* const> frames) {
+  if (!validating_) return instance_.process(frames);
+  try {
+    const Validation validation;
+    const int status = instance_.process(frames);
+    validation.check_memory();
+    if (status == TOFGRAPH_STATUS_OK && !is_sink()) Validation::check_flags(*frames.front());
+    return status;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("{}\n         plugin {}", error.what(), stage().file.path.string()));
+  }
+}
+
 bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   struct ViewsEnd {
     std::span<tofgraph_frame* const> frames;
@@ -178,7 +193,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   int status = TOFGRAPH_STATUS_OK;
   {
     const ViewsEnd end{{frames, count}};
-    status = instance_.process(end.frames);
+    status = call_process(end.frames);
   }
   if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
   if (status == TOFGRAPH_STATUS_END) throw std::runtime_error("the sink said that nothing leaves it");

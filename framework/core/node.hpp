@@ -9,6 +9,7 @@
 #include "core/parameters.hpp"
 #include "core/stream.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,8 @@ class Node {
   const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
   bool may_overwrite() const { return overwrite_; }
   void set_overwrite(bool allowed);
+  /// From now on each call of process() is watched: it fails when the stage does to a frame what it may not.
+  void set_validating() { validating_ = true; }
   void set_provenance(std::string json) { instance_.set_provenance(std::move(json)); }
 
  private:
@@ -62,6 +65,7 @@ class Node {
   std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
   void size_by_camera();
   void announce_rays();
+  int call_process(std::span<tofgraph_frame* const> frames);
   void verify(const tofgraph_frame& frame) const;
 
   ParameterValues values_;
@@ -70,7 +74,7 @@ class Node {
   Leaving leaving_;
   std::vector<io::OutputPattern> outputs_;
   std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
-  bool overwrite_;
+  bool overwrite_, validating_ = false;
 };
 
 }  // namespace tofgraph::core
