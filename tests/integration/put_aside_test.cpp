@@ -81,7 +81,7 @@ class PutAside : public testing::TestWithParam<const char*> {
   }
 
   static inline std::unique_ptr<tests::TemporaryFolder> folder;
-  const core::Catalogue catalogue(core::plugin_path({}));
+  const core::Catalogue catalogue{core::plugin_path({})};
   const Candidate wiggling{catalogue.load(*catalogue.find("wiggling"))};
 };
 
