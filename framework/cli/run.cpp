@@ -5,6 +5,7 @@
 
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
+#include "core/validation.hpp"
 #include "core/running_call.hpp"
 #include "io/output_file.hpp"
 
@@ -192,6 +193,7 @@ int report(const core::Graph& graph, const core::RunResult& result, const Series
 int run(const RunArguments& arguments, const Common& common) {
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
     throw core::ConfigurationError(problem);
+  if (arguments.validate) core::set_validating();
   const auto graph = build(arguments.document(), arguments, common, arguments.force);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();

@@ -12,6 +12,10 @@
 
 namespace tofgraph::core {
 
+/// Whether plugins are looked at closely in this process: `run --validate`.
+bool validating();
+void set_validating();
+
 class Validation {
  public:
   Validation();  ///< from here on that of this thread

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/simulation.hpp"
 
+#include "simulation/effect_check.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,6 +77,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
     diagnostics.warning(document.at,
                         fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
   std::vector<EffectPtr> effects = make_effects(model, camera, diagnostics);
+  look_closely(model, camera, diagnostics);
   if (scene.noise.from == SceneNoise::From::profile && !noise_of(scene).known())
     diagnostics.error(document.at,
                       fmt::format("the profile of the camera '{}' has no read_noise and shot_noise", camera.name),

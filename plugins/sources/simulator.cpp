@@ -10,6 +10,7 @@
 
 #include "core/paths.hpp"
 #include "simulation/board.hpp"
+#include "simulation/effect_check.hpp"
 #include "simulation/simulation.hpp"
 
 namespace tofgraph {
@@ -152,6 +153,7 @@ struct Simulator final : Source {
       const auto read = simulation::load_model(std::string(*model), catalogue(), diagnostics);
       physical_ = read.physical;
       std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics, effects_host());
+      simulation::look_closely(read, camera, diagnostics);
       for (const std::string& file : simulation::files_of(read)) setup.uses_file(file);
       pass_on(diagnostics);
       if (diagnostics.ok()) return effects;

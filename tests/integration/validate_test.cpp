@@ -37,6 +37,41 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"behind", "the stage wrote beyond the end of the memory of 'depth'"}),
     [](const auto& info) { return std::string(info.param.rule); });
 
+/// What is said of an effect when the simulator is to use it.
+Outcome with_effect(const std::string& effect, const std::string& option) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "model.yaml", "model: 1\ncamera: camcube2\neffects: [{effect: " + effect + "}]\n");
+  return shell("\"$TOFGRAPH\" --plugin-path " + invalid +
+                   " --plugin-path " TOFGRAPH_BINARY_DIR
+                   "/tests/broken_effects run \"simulator distance='1 m' model=model.yaml ! null\" --camera camcube2 " +
+                   option,
+               folder.path());
+}
+
+TEST(Validate, AnEffectThatIsNotOffIsTold) {
+  EXPECT_EQ(with_effect("never_off", "").exit_code, 0) << "without a close look nobody sees it";
+  const Outcome outcome = with_effect("never_off", "--validate");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("the effect never_off changes the light though all its sizes are off"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("tofgraph_effect_never_off.so"), std::string::npos) << outcome.err;
+}
+
+TEST(Validate, AnEffectThatMakesNaNIsTold) {
+  const Outcome outcome = with_effect("gives_nan", "--validate");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("the effect gives_nan makes what is no number out of finite light"), std::string::npos)
+      << outcome.err;
+}
+
+TEST(Validate, EveryEffectThatIsShippedIsOffWhenItIsOff) {
+  for (const auto& entry : std::filesystem::directory_iterator(TOFGRAPH_SOURCE_DIR "/plugins/effects")) {
+    if (entry.path().extension() != ".cpp") continue;
+    const Outcome outcome = with_effect(entry.path().stem().string(), "--validate");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+}
+
 TEST(Validate, FindsNothingWhereNothingIs) {
   EXPECT_EQ(run("none", "--validate").exit_code, 0) << run("none", "--validate").err;
   EXPECT_EQ(run("nan", "").exit_code, 0) << "without the option nobody looks";

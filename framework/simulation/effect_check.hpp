@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Whether an effect keeps its promises: off is off, and finite light stays finite.
+#pragma once
+
+#include "simulation/model.hpp"
+
+#include <string>
+
+namespace tofgraph::simulation {
+
+/// Looks at a board with the effect at its off values, which must change no bit, and at its typical ones, which must
+/// leave every tap a number. @returns what is wrong with the plugin, or nothing, also where it cannot be asked: it
+/// refuses these values, or has no size
+std::string defect_of(const core::Plugin& effect, const tofgraph_camera& camera);
+
+/// Where plugins are looked at closely (core::validating), every effect of a model; what is wrong goes to the
+/// diagnostics.
+void look_closely(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::simulation
