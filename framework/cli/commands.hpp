@@ -54,10 +54,10 @@ int run_module(const std::string& name, const void* arguments);
 /// A message on standard error.
 void say(const std::string& text);
 
-/// Builds the graph; warnings are printed. @throws core::ConfigurationError with every mistake
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
 void tell_hidden(const core::Catalogue& catalogue, const Common& common, const std::string& name = "");
 
+/// Builds the graph; warnings are printed. @throws core::ConfigurationError with every mistake
 std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
                                    const Common& common, bool overwrite);
 

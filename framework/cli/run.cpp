@@ -5,8 +5,8 @@
 
 #include "core/quantity.hpp"
 #include "core/runner.hpp"
-#include "core/validation.hpp"
 #include "core/running_call.hpp"
+#include "core/validation.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>

@@ -67,7 +67,8 @@ void or_empty(std::initializer_list<const char**> texts) {
 
 bool is_unit(std::string_view unit) {
   const std::string one = unit.empty() ? "1" : fmt::format("1 {}", unit);
-  return parse_quantity(one, unit).ok();
+  const Quantity quantity = parse_quantity(one, unit);
+  return quantity.ok() && quantity.value == 1;  // SI: bounds and values are in this unit
 }
 
 /// "m|counts|1": each of them.
@@ -156,6 +157,9 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
     wrong("has no name that can be written as a key");
   if (std::ranges::find(reserved, name) != std::end(reserved)) wrong("has a name that every node has");
   if (!names.insert(p.name).second) wrong("is there twice");
+  const auto chooses = [](const tofgraph_port& port) { return alternatives(port).size() > 1; };
+  if (name == "channel" && p.kind != TOFGRAPH_KIND_CHOICE && std::ranges::any_of(plugin.own_ports, chooses))
+    wrong("chooses among the channels of a port, so it must be a choice");
   if (p.kind < TOFGRAPH_KIND_BOOL || p.kind > TOFGRAPH_KIND_IMAGE)
     wrong(fmt::format("has the kind {}, which is none", p.kind));
   constexpr std::uint32_t known = TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE;

@@ -27,12 +27,12 @@ struct Pipeline::Impl {
     GraphOptions complete = options;
     complete.plugin_folders = core::plugin_path(options.plugin_folders);
     auto graph = build_graph(document_of(pipeline, camera), settings, complete, diagnostics);
+    if (!diagnostics.ok()) throw ConfigurationError(diagnostics);
     for (const auto& [node, receive] : receivers) {
       const auto named = [&](const auto& other) { return other->name == node; };
       if (!std::ranges::any_of(graph->nodes(), named))
         throw std::runtime_error(fmt::format("on_frame: there is no node '{}'", node));
     }
-    if (!diagnostics.ok()) throw ConfigurationError(diagnostics);
     return graph;
   }
 

@@ -178,6 +178,7 @@ int drop(tofgraph_frame* frame, const char* name) {
 
 int rename(tofgraph_frame* frame, const char* name, const char* other) {
   return guarded([&] {
+    not_null("rename()", frame, name, other);
     auto* channel = frame->find(name);
     if (channel == nullptr || frame->find(other) != nullptr) return false;
     auto& renamed = frame->slot(other);

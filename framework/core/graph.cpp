@@ -121,13 +121,12 @@ void Graph::tell_collisions(std::size_t node, std::size_t k, const Stream& all, 
                             Diagnostics& diagnostics) const {
   const InputSpec& input = input_specs_[node][k];
   const Stream& other = nodes_[inputs_[node][k]]->output();
-  diagnostics.error(
-      input.at,
-      fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
-                  fmt::join(names, "', '"), nodes_[all.find(names.front())->made_by]->name,
-                  nodes_[other.find(names.front())->made_by]->name),
-      fmt::format("take them out or rename them before the join, e.g. with the stage channels and {}",
-                  assignment(input.at, "drop", fmt::format("[{}]", fmt::join(names, ", ")))));
+  diagnostics.error(input.at,
+                    fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
+                                fmt::join(names, "', '"), nodes_[all.find(names.front())->made_by]->name,
+                                nodes_[other.find(names.front())->made_by]->name),
+                    fmt::format("take them out or rename them before the join, e.g. with the stage channels and {}",
+                                assignment(input.at, "drop", fmt::format("[{}]", fmt::join(names, ", ")))));
 }
 
 Stream Graph::joined(std::size_t node, Diagnostics& diagnostics, bool& right) {

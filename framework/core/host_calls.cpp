@@ -99,8 +99,13 @@ struct HostCalls {
     guarded([&] {
       Instance& self = instance(context);
       Leaving& leaves = leaving(self, "set_camera");
-      tofgraph_camera changed = host_sized(*needed(camera, "a camera"));
+      // What an older plugin does not know stays that of the camera that arrives.
+      const tofgraph_camera arriving = leaves.stream.camera ? leaves.stream.camera->view() : tofgraph_camera{};
+      tofgraph_camera changed = host_sized(*needed(camera, "a camera"), arriving);
       needed(changed.name, "a camera's name");
+      if (changed.light_count != 0) needed(changed.lights, "a camera's lights");
+      for (const tofgraph_light& light : lights_of(*camera)) needed(light.name, "a light's name");
+      if (changed.exposure_count != 0) needed(changed.exposures, "a camera's exposures");
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
       changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
       leaves.own_camera = leaves.stream.camera = std::make_shared<Camera>(changed);
@@ -184,16 +189,27 @@ struct HostCalls {
   static int output(void* context, const char* parameter, const char* companion, std::uint64_t frame,
                     const char** path) {
     return guarded([&] {
-      const Instance& self = instance(context);
+      Instance& self = instance(context);
       const std::string_view name = needed(parameter, "the parameter of an output");
       const std::span parameters(self.plugin_.own_parameters);
       const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
       const auto place = static_cast<std::size_t>(found - parameters.begin());
       if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
         throw PluginDefect(fmt::format("output() was asked for '{}', which names no output", name));
+      if (!open_outputs().accepting()) throw PluginDefect("output() is for process() and finish()");
+      const std::vector<std::string> companions = split_words(found->choices);
+      if (companion != nullptr && std::ranges::find(companions, companion) == companions.end())
+        throw PluginDefect(
+            fmt::format("output() was asked for '{}' beside '{}', which does not announce it", companion, name));
       const io::OutputPattern& files = self.outputs_[place];
+      if (companion == nullptr && !files.numbered() && !self.claim(place))
+        throw std::runtime_error(
+            fmt::format("{} would be written a second time: where more than one frame comes, its "
+                        "name needs {{frame}}",
+                        files.text()));
       const bool once = companion != nullptr || found->kind == TOFGRAPH_KIND_OUTPUT_FILE;
-      *path = open_outputs().open(companion != nullptr ? files.companion(companion) : files.path(frame), once);
+      *needed(path, "the place for a path") =
+          open_outputs().open(companion != nullptr ? files.companion(companion) : files.path(frame), once);
     });
   }
 };

@@ -88,12 +88,12 @@ std::optional<Failure> Instance::prepare(std::span<const tofgraph_stream* const>
 
 int Instance::process(std::span<tofgraph_frame* const> frames) {
   forget_failure();
-  OpenOutputs& outputs = open_outputs();
+  const OutputScope outputs;
   const RunningCall call(*this, "process", frames.front()->metadata.number);
   const int status = plugin_.process(self_, frames.data(), frames.size());
   const bool fine = status == TOFGRAPH_STATUS_OK || status == TOFGRAPH_STATUS_END;
-  if (!fine || last_failure().defect) {
-    outputs.discard(last_failure().text);
+  if (!fine || !last_failure().text.empty()) {
+    outputs.name_finally(last_failure().text);
     fail(plugin_, "the stage failed without saying why");
   }
   outputs.commit();
@@ -103,10 +103,10 @@ int Instance::process(std::span<tofgraph_frame* const> frames) {
 void Instance::finish() {
   if (plugin_.finish == nullptr || self_ == nullptr) return;
   forget_failure();
-  OpenOutputs& outputs = open_outputs();
+  const OutputScope outputs;
   const RunningCall call(*this, "finish");
-  if (plugin_.finish(self_) != TOFGRAPH_STATUS_OK) {
-    outputs.discard(last_failure().text);
+  if (plugin_.finish(self_) != TOFGRAPH_STATUS_OK || !last_failure().text.empty()) {
+    outputs.name_finally(last_failure().text);
     fail(plugin_, "the stage could not finish and did not say why");
   }
   outputs.commit();
@@ -115,9 +115,15 @@ void Instance::finish() {
 void Instance::stop() noexcept {
   if (plugin_.stop == nullptr || self_ == nullptr) return;
   forget_failure();
+  const RunningCall call(*this, "stop");
   plugin_.stop(self_);
   if (const Failure failure = std::exchange(last_failure(), {}); !failure.text.empty() && host_.message)
     host_.message(name_, "cannot be stopped: " + failure.text, true);
+}
+
+bool Instance::claim(std::size_t parameter) {
+  const std::scoped_lock lock(claims_mutex_);
+  return claims_.insert(parameter).second;
 }
 
 void Instance::add_file(const std::string& path) {

@@ -12,7 +12,9 @@
 
 #include <atomic>
 #include <functional>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -85,6 +87,9 @@ class Instance {
  private:
   friend struct HostCalls;
 
+  /// @returns whether a file that comes once in a run is asked for the first time
+  bool claim(std::size_t parameter);
+
   const Plugin& plugin_;
   std::string name_;
   Host& host_;
@@ -96,6 +101,8 @@ class Instance {
   std::vector<std::string> warnings_;
   std::vector<UsedFile> files_;
   std::vector<io::OutputPattern> outputs_;
+  std::mutex claims_mutex_;
+  std::set<std::size_t> claims_;
   std::string provenance_ = "{}";
 };
 

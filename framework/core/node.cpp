@@ -62,7 +62,7 @@ void Node::set_overwrite(bool allowed) {
 
 bool Node::create(Diagnostics& diagnostics) {
   const std::optional<Failure> failure = instance_.create(values_.data());
-  if (!failure) return true;
+  if (!failure || !failure->parameter.empty()) return tell(failure, diagnostics);
   diagnostics.error(at, fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage().name, failure->text),
                     fmt::format("this is a defect of the plugin {}", stage().file.path.string()));
   return false;
@@ -108,8 +108,15 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   if (!prepared || !choose_files(first.frames, diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
+    if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
     size_by_camera();
     announce_rays();
+  }
+  if (output().camera && (is_source() || leaving_.own_camera)) {
+    const tofgraph_camera& camera = output().camera->view();
+    const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
+    rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent), nullptr,
+                             nullptr);
   }
   return true;
 }
@@ -203,8 +210,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     const tofgraph_camera& camera = output().camera->view();
     tofgraph_frame::Channel& rays = frame.slot("rays");
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
-    rays.buffer = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent),
-                                   nullptr, nullptr);
+    rays.buffer = rays_;
     rays.type = TOFGRAPH_TYPE_F32;
     rays.rank = 3;
     std::copy_n(extent, 4, rays.extent);

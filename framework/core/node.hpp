@@ -73,6 +73,7 @@ class Node {
   Host& host_;
   Leaving leaving_;
   std::vector<io::OutputPattern> outputs_;
+  BufferRef rays_;                    ///< of the camera that leaves, where this node chose it
   std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
   bool overwrite_, validating_ = false;
 };

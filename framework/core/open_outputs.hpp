@@ -29,22 +29,24 @@ class OpenOutputs {
       open.file->commit();
     }
   }
-  /// Removes them. @param text where a temporary name is told, the final one will be
-  void discard(std::string& text) {
+  /// Where a text tells a temporary name, the final one takes its place.
+  void name_finally(std::string& text) const {
     for (const Open& open : files_) {
       const std::string& temporary = open.file->temporary_path().string();
       if (const auto at = text.find(temporary); at != std::string::npos)
         text.replace(at, temporary.size(), open.file->final_path().string());
     }
-    files_.clear();
   }
+  bool accepting() const { return accepting_; }
 
  private:
   struct Open {
     std::unique_ptr<io::OutputFile> file;
     bool once;
   };
+  friend class OutputScope;
   std::vector<Open> files_;
+  bool accepting_ = false;
 };
 
 /// Those of this thread.
@@ -52,5 +54,19 @@ inline OpenOutputs& open_outputs() {
   thread_local OpenOutputs outputs;
   return outputs;
 }
+
+/// A call in which outputs may be begun; what it has not committed at its end is removed.
+class OutputScope {
+ public:
+  OutputScope() { open_outputs().accepting_ = true; }
+  ~OutputScope() {
+    open_outputs().accepting_ = false;
+    open_outputs().files_.clear();
+  }
+  OutputScope(const OutputScope&) = delete;
+  OutputScope& operator=(const OutputScope&) = delete;
+  void commit() const { open_outputs().commit(); }
+  void name_finally(std::string& text) const { open_outputs().name_finally(text); }
+};
 
 }  // namespace tofgraph::core

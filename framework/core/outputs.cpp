@@ -47,7 +47,8 @@ void check_outputs(std::span<const std::unique_ptr<Node>> nodes, Diagnostics& di
     for (const Claim& claim : own) {
       const auto same = [&](const Claim& other) { return other.files.overlaps(claim.files); };
       const auto other = std::ranges::find_if(all, same);
-      if (other == all.end()) continue;
+      all.push_back(claim);
+      if (other == all.end() - 1) continue;
       diagnostics.error(
           node->values().position_of(claim.parameter),
           fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name, node->stage().name,
@@ -55,7 +56,6 @@ void check_outputs(std::span<const std::unique_ptr<Node>> nodes, Diagnostics& di
           "give one of the two another name");
       break;
     }
-    all.insert(all.end(), own.begin(), own.end());
   }
 }
 

@@ -42,7 +42,7 @@ std::string example(const tofgraph_parameter& p, const Position& at) {
     case TOFGRAPH_KIND_INPUT_FOLDER:
       return of("recordings");
     case TOFGRAPH_KIND_IMAGE:
-      return of("{file: map.h5, dataset: map}");
+      return of("map.h5");
     default:
       return of("text");
   }
@@ -234,7 +234,10 @@ void ParameterValues::parse_image(const tofgraph_parameter& p, const Value& valu
                       example(p, value.at));
     return;
   }
-  shown_[p.name] = dataset.empty() ? nlohmann::json(file) : nlohmann::json{{"file", file}, {"dataset", dataset}};
+  nlohmann::json shown = {{"file", file}};
+  if (!dataset.empty()) shown["dataset"] = dataset;
+  if (!unit.empty()) shown["unit"] = unit;
+  shown_[p.name] = shown.size() == 1 ? nlohmann::json(file) : shown;
   try {
     out.image = &kept_->images.emplace_back(p.name, file, dataset, unit, p.unit).view();
     files_.push_back(file);

@@ -274,7 +274,8 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
       take_inputs(index, token);
     }
     const auto start = Clock::now();
-    token.absent[index] = !node.process(frames.data(), frames.size());
+    // A stage that waits for its own parallel work must not begin another node's frame meanwhile.
+    tbb::this_task_arena::isolate([&] { token.absent[index] = !node.process(frames.data(), frames.size()); });
     times_[index].add(seconds_since(start));
     if (receiver != options_.receivers.end() && !token.absent[index]) receiver->second(*frames.front());
   } catch (...) {

@@ -38,26 +38,29 @@ std::array<Thread, most_threads>& threads() {
   return all;
 }
 
-/// The place of this thread, given back when it ends; null where there are too many threads.
-struct Place {
-  Thread* thread = nullptr;
-  Place() {
+/// The place of this thread; plain, so that a signal handler may read it.
+thread_local Thread* place = nullptr;
+
+/// Takes a place for this thread and gives it back when the thread ends. There is none where there are too many.
+struct Holder {
+  Holder() {
     for (Thread& candidate : threads()) {
       if (candidate.taken.exchange(true)) continue;
-      thread = &candidate;
+      place = &candidate;
       return;
     }
   }
-  ~Place() {
-    if (thread != nullptr) thread->taken = false;
+  ~Holder() {
+    if (place != nullptr) place->taken = false;
+    place = nullptr;
   }
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
+  Holder(const Holder&) = delete;
+  Holder& operator=(const Holder&) = delete;
 };
 
 Thread* this_thread() {
-  thread_local Place place;
-  return place.thread;
+  thread_local const Holder holder;
+  return place;
 }
 
 std::int64_t now_ns() {  // some microseconds late, but nearly for nothing
@@ -97,11 +100,11 @@ void describe(Line& line, const Entry& call) {
 }
 
 void on_crash(int number) {
-  // The handler runs on the thread that crashed; its place is known without a look at thread storage being made.
+  // The handler runs on the thread that crashed.
   Line line;
   line << "\ntofgraph: error: crashed (signal " << static_cast<std::uint64_t>(number) << ", " << sigdescr_np(number)
        << ")";
-  const Thread* thread = this_thread();
+  const Thread* thread = place;
   const std::size_t depth = thread != nullptr ? std::min(thread->depth.load(), deepest) : 0;
   for (std::size_t i = depth; i-- > 0;) {
     line << (i + 1 == depth ? ": " : "\n         called by ");

@@ -75,8 +75,8 @@ void compare(const std::string& name, std::span<const float> lengths, std::span<
 bool validating() { return closely; }
 void set_validating() { closely = true; }
 
-Validation::Validation() { watching = this; }
-Validation::~Validation() { watching = nullptr; }
+Validation::Validation() : before_(watching) { watching = this; }
+Validation::~Validation() { watching = before_; }
 Validation* Validation::current() { return watching; }
 
 BufferRef Validation::guarded(BufferPool& pool, std::size_t bytes, const std::string& channel) {

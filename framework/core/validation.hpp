@@ -49,6 +49,7 @@ class Validation {
     BufferRef buffer;
     std::size_t bytes, hash;
   };
+  Validation* before_;
   std::vector<Given> given_;
   std::vector<Shown> shown_;
 };

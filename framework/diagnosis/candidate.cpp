@@ -145,9 +145,9 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
       const double value = free_values[static_cast<std::size_t>(varied - free_.begin())];
       text += fmt::format(", {}: {:.9g}{}{}", p.name, value, *p.unit != 0 ? " " : "", p.unit);
     } else if (written_->data()[i].given != 0) {
-      const std::string shown = written_->text_of(p.name);
+      const nlohmann::json& shown = written_->shown()[p.name];  // an object is a map of YAML as it is
       text +=
-          fmt::format(", {}: {}", p.name, core::yaml_word(shown.empty() ? written_->shown()[p.name].dump() : shown));
+          fmt::format(", {}: {}", p.name, shown.is_string() ? core::yaml_word(shown.get<std::string>()) : shown.dump());
     }
   }
   for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t longest_text = 1U << 24U;       // bytes
 constexpr std::size_t greatest_frame = 1ULL << 31U;   // bytes of one frame of a channel
 constexpr std::size_t greatest_chunk = 64ULL << 20U;  // bytes read at once, where it is more than a frame
-constexpr hsize_t exposures = 4;                       // of a frame
+constexpr hsize_t exposures = 4;                      // of a frame
 constexpr int greatest_rank = 5;                      // frames and four dimensions
 
 /// Never wraps around: what is too great stays the greatest number.

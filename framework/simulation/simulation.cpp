@@ -76,7 +76,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   if (!model.camera.empty() && model.camera != camera.name)
     diagnostics.warning(document.at,
                         fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
-  std::vector<EffectPtr> effects = make_effects(model, camera, diagnostics);
+  std::vector<EffectPtr> effects = make_effects(model, camera, diagnostics, changes.host);
   look_closely(model, camera, diagnostics);
   if (scene.noise.from == SceneNoise::From::profile && !noise_of(scene).known())
     diagnostics.error(document.at,

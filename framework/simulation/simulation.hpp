@@ -16,6 +16,7 @@ struct SimulationChanges {
   std::filesystem::path model;
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> frames;
+  std::shared_ptr<core::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
 };
 
 /// One condition, ready to give frames; frames of different numbers may be made at the same time.
@@ -35,6 +36,7 @@ class Simulation {
   const SceneFile& scene() const { return scene_; }
   const tofgraph_camera& camera() const { return scene_.camera->view(); }
   const Model& model() const { return model_; }
+  const std::vector<EffectPtr>& effects() const { return forward_.effects(); }
   const Pixels& pixels() const { return pixels_; }
   std::uint64_t frames() const { return static_cast<std::uint64_t>(scene_.frames); }
   std::uint64_t seed() const { return static_cast<std::uint64_t>(scene_.seed); }

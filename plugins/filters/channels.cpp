@@ -75,22 +75,30 @@ struct Channels final : Filter {
       if (after.find('@') != std::string::npos) throw ConfigError("rename", "a name has no @");
       if (setup.find(after) != nullptr && !is_in(dropped_, after))
         throw ConfigError("rename", "there is a channel '" + after + "' already");
-      tofgraph_channel channel = *setup.find(before);
-      channel.name = after.c_str();
-      setup.withdraw(before.c_str());
-      setup.provide(channel);
+      for (const auto& [other, name] : renamed_)
+        if (other == before || name == after)
+          throw ConfigError("rename", "'" + (other == before ? before : after) + "' is there twice");
       renamed_.emplace_back(before, after);
-      follow(setup, before, after);
     }
+    announce(setup);
   }
 
-  /// A sigma stays that of its channel.
-  void follow(const Setup& setup, const std::string& before, const std::string& after) const {
-    const tofgraph_channel* sigma = setup.find("sigma");
-    if (sigma == nullptr || is_in(dropped_, "sigma") || sigma->of != before) return;
-    tofgraph_channel channel = *sigma;
-    channel.of = after.c_str();
-    setup.provide(channel);
+  std::string new_name(const std::string& channel) const {
+    const auto found = std::ranges::find(renamed_, channel, &std::pair<std::string, std::string>::first);
+    return found == renamed_.end() ? channel : found->second;
+  }
+
+  /// What leaves under another name, or is the sigma of what does.
+  void announce(const Setup& setup) const {
+    for (const tofgraph_channel& channel : setup.channels()) {
+      const std::string name = new_name(channel.name), of = new_name(channel.of);
+      if (is_in(dropped_, channel.name) || (name == channel.name && of == channel.of)) continue;
+      tofgraph_channel made = channel;
+      made.name = name.c_str();
+      made.of = of.c_str();
+      if (name != channel.name) setup.withdraw(channel.name);
+      setup.provide(made);
+    }
   }
 
   std::vector<std::string> dropped_;

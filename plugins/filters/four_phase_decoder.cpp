@@ -163,8 +163,12 @@ HWY_EXPORT(Decode);
 /// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
 /// light. sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
 struct FourPhaseDecoder final : Filter {
-  In<std::uint16_t> taps{this, "taps", {.optional = true, .text = "read first: they show saturation and light"}};
-  In<void> phases{this, "phases", {.optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
+  In<std::uint16_t> taps{
+      this, "taps", {.shape = "4 2 H W", .optional = true, .text = "read first: they show saturation and light"}};
+  In<void> phases{
+      this,
+      "phases",
+      {.shape = "4 H W", .optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Out<float> distance{this, "distance", {.from = "taps phases"}};
   Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
@@ -205,6 +209,7 @@ struct FourPhaseDecoder final : Filter {
   void prepare(Setup& setup) {
     if (!taps.present() && !phases.present())
       throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
+    check_exposures(setup);
     if (!modulation_frequency.given() && !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
       throw ConfigError("modulation_frequency",
                         "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
@@ -244,6 +249,21 @@ struct FourPhaseDecoder final : Filter {
   }
 
  private:
+  /// Four steps of 90 degrees, at one frequency.
+  static void check_exposures(const Setup& setup) {
+    const tofgraph_stream& stream = setup.stream();
+    const Strided<const tofgraph_exposure> exposures{stream.exposures, stream.exposure_size, stream.exposure_count};
+    for (std::size_t k = 0; k < exposures.size; ++k) {
+      const double step = static_cast<double>(k) * M_PI / 2;
+      if (exposures.size == 4 && std::abs(std::remainder(exposures[k].phase - step, 2 * M_PI)) < 1e-9 &&
+          exposures[k].frequency == exposures[0].frequency)
+        continue;
+      throw std::runtime_error("decodes four exposures at 0, 90, 180 and 270 deg of one frequency, what arrives has " +
+                               std::to_string(exposures.size) + ", and exposure " + std::to_string(k) + " is at " +
+                               std::to_string(exposures[k].phase * 180 / M_PI) + " deg");
+    }
+  }
+
   /// All that does not depend on the frame.
   void set_constants(const tofgraph_camera* camera) {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();

@@ -107,9 +107,7 @@ struct Statistics final : Sink {
     for (const char* name : {"all", "flat", "edge"}) {
       if (*part == name || *part == "each") input.parts.push_back({name, {}, {}});
     }
-    const std::span channels(stream.channels, stream.channel_count);
-    const auto found =
-        std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return input.channel == c.name; });
+    const tofgraph_channel* const found = channel_of(stream, input.channel);
     const std::uint64_t height = found->extent[0], width = found->extent[1];
     if (reference.given()) check_reference(stream, *found);
     if (height != 0 && width != 0) region(height, width);
@@ -123,10 +121,16 @@ struct Statistics final : Sink {
     inputs_.push_back(std::move(input));
   }
 
+  static const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {
+    for (const tofgraph_channel& c :
+         Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
+      if (name == c.name) return &c;
+    return nullptr;
+  }
+
   void check_reference(const tofgraph_stream& stream, const tofgraph_channel& image) const {
-    const std::span channels(stream.channels, stream.channel_count);
-    const auto found = std::ranges::find_if(channels, [&](const tofgraph_channel& c) { return *reference == c.name; });
-    if (found == channels.end())
+    const tofgraph_channel* const found = channel_of(stream, *reference);
+    if (found == nullptr)
       throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
         found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {

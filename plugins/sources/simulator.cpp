@@ -90,7 +90,7 @@ struct Simulator final : Source {
       const char* name = parameter->parameter().name;
       if (parameter->given()) throw ConfigError(name, "is the scene's: write it in " + *scene);
     }
-    simulation::SimulationChanges changes{std::string(*model), {}, {}};
+    simulation::SimulationChanges changes{std::string(*model), {}, {}, effects_host()};
     if (seed.given()) changes.seed = static_cast<std::uint64_t>(*seed);
     if (frames.given()) changes.frames = *frames;
     core::Diagnostics diagnostics;
@@ -102,6 +102,7 @@ struct Simulator final : Source {
     if (!simulation_) throw ConfigError("scene", diagnostics.text());
     pass_on(diagnostics);
     for (const std::string& file : simulation::files_of(simulation_->model())) setup.uses_file(file);
+    use_files(setup, simulation_->effects());
     const tofgraph_camera& own = simulation_->camera();
     const tofgraph_camera* given = setup.stream().camera;
     if (given == nullptr)
@@ -116,7 +117,8 @@ struct Simulator final : Source {
   }
 
   void prepare_board(Setup& setup) {
-    const tofgraph_camera& camera = setup.camera();
+    camera_ = std::make_unique<core::Camera>(setup.camera());
+    const tofgraph_camera& camera = camera_->view();
     const physics::Geometry geometry = physics::geometry_of(camera);
     if (*distance <= geometry.focal_length) {
       throw ConfigError("distance", "the board stands behind the lens, which is " +
@@ -138,7 +140,9 @@ struct Simulator final : Source {
     count_ = static_cast<std::uint64_t>(*frames);
     pixels_ = simulation::whole_image(camera);
     const auto tracer = simulation::board_tracer(camera.focal_length, {*distance, 0, 0, *reflectivity});
-    const auto shot = simulation::shot_of(camera, *integration_time);
+    auto shot = simulation::shot_of(camera, *integration_time);
+    shot.condition.distance = *distance;
+    shot.condition.tilt[0] = shot.condition.tilt[1] = shot.condition.roll = 0;
     board_ = std::make_unique<simulation::Frames>(
         *forward_, tracer, shot, pixels_, *noise == "none" ? physics::TapNoise{} : tap_noise,
         simulation::NoiseSeed{static_cast<std::uint64_t>(*seed), 0}, hands_out("taps"));
@@ -155,6 +159,7 @@ struct Simulator final : Source {
       std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics, effects_host());
       simulation::look_closely(read, camera, diagnostics);
       for (const std::string& file : simulation::files_of(read)) setup.uses_file(file);
+      use_files(setup, effects);
       pass_on(diagnostics);
       if (diagnostics.ok()) return effects;
     } catch (const core::ConfigurationError& error) {
@@ -166,13 +171,20 @@ struct Simulator final : Source {
   /// The plugins of the run that this stage is in.
   core::Catalogue catalogue() const { return core::Catalogue(core::split_path(host->plugin_path(context))); }
 
+  static void use_files(const Setup& setup, const std::vector<simulation::EffectPtr>& effects) {
+    for (const simulation::EffectPtr& effect : effects) {
+      for (const core::UsedFile& file : effect->files()) setup.uses_file(file.path);
+    }
+  }
+
   /// What effects remark is told as this stage's.
   std::shared_ptr<core::Host> effects_host() const {
-    auto host = std::make_shared<core::Host>();
-    host->message = [this](const std::string& name, const std::string& text, bool) {
+    auto own = std::make_shared<core::Host>();
+    own->plugin_path = host->plugin_path(context);
+    own->message = [this](const std::string& name, const std::string& text, bool) {
       warn("effect " + name + ": " + text);
     };
-    return host;
+    return own;
   }
   void pass_on(const core::Diagnostics& diagnostics) const {
     for (const core::Diagnostic& remark : diagnostics.all())
@@ -268,6 +280,7 @@ struct Simulator final : Source {
   std::unique_ptr<const simulation::Simulation> simulation_;  // of a scene
   std::unique_ptr<const simulation::ConditionFrames> prepared_;
   simulation::Pixels pixels_;  // of the board
+  std::unique_ptr<const core::Camera> camera_;
   std::unique_ptr<const simulation::ForwardModel> forward_;
   std::unique_ptr<const simulation::Frames> board_;
   tofgraph_condition metadata_{};

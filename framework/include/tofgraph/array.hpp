@@ -73,8 +73,9 @@ template <class T> class Array {
  public:
   Array() = default;
 
-  /// @throws std::runtime_error when the view's elements are of another type or not without gaps.
+  /// @throws std::runtime_error when the view has no data, elements of another type, or gaps
   explicit Array(const tofgraph_view& view) : view_(view) {
+    if (view.data == nullptr) refuse(" is not there");
     if (view.type != element_type<T>()) refuse(std::string(" is no ") + element_name(element_type<T>()));
     auto stride = static_cast<std::int64_t>(sizeof(T));
     for (std::uint32_t i = view.rank; i-- > 0;) {
@@ -101,7 +102,9 @@ template <class T> class Array {
   explicit operator bool() const { return view_.data != nullptr; }
 
  private:
-  [[noreturn]] void refuse(const std::string& what) const { throw std::runtime_error(view_.channel + what); }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw std::runtime_error((view_.channel != nullptr ? view_.channel : "the channel") + what);
+  }
 
   tofgraph_view view_{};
   std::size_t size_ = 1;

@@ -138,7 +138,7 @@ struct ReadoutLevel : TapsLevel {
 
 namespace detail {
 
-template <class T> struct EffectGlue {
+template <class T> struct __attribute__((visibility("hidden"))) EffectGlue {
   template <class Level> static Level level_of(void (T::*)(Level&) const);
   using Level = decltype(level_of(&T::apply));
 

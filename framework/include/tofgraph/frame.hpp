@@ -18,7 +18,10 @@ class Frame {
   /// @returns a view without data when the frame has no such channel.
   tofgraph_view find(const char* channel) const {
     tofgraph_view view = empty_view();
-    if (host_->read(frame_, channel, &view) != TOFGRAPH_STATUS_OK) view.data = nullptr;
+    if (host_->read(frame_, channel, &view) != TOFGRAPH_STATUS_OK) {
+      view.data = nullptr;
+      view.channel = channel;
+    }
     return view;
   }
   /// A new buffer under the channel's name, content undefined.

@@ -104,7 +104,7 @@ inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviat
 /// A filter of one length image: its ports, which of the lengths it takes, and the rule for invalid pixels.
 ///
 ///     struct Smooth final : tofgraph::LengthFilter {
-///       void prepare(Setup& setup) { prepare_lengths(setup); }
+///       void prepare(tofgraph::Setup& setup) { prepare_lengths(setup); }
 ///       void process(Frame& frame) const {
 ///         const Lengths in = begin(frame);  // invalid pixels are NaN and flagged, in every length of the frame
 ///         for (float& length : in.image) length = ..;

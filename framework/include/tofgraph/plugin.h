@@ -12,6 +12,11 @@
  * in. Fields are added at the end, without gaps, with a new minor version; what exists keeps its place and meaning, so
  * that a plugin of this major version is loaded for good.
  *
+ * Calls of one stage may come on different threads, one at a time if not said otherwise; stop() at any time, also more
+ * than once. A plugin calls the host on the thread of the call that it is in; stopping() and message() on any. create()
+ * comes once, prepare() once after it, destroy() only where create() gave something. An element type, kind or flag that
+ * a plugin does not know is one of a later minor version: it refuses what it cannot handle.
+ *
  * Strings are UTF-8, end with 0 and live as long as the struct they came in, if not said otherwise. Pointers are not
  * null, if not said otherwise; "" stands for nothing. Lengths are in metre, times in second, angles in radian,
  * frequencies in hertz, temperatures in kelvin, everywhere. NaN is "unknown". No call may let an exception out. */
@@ -135,7 +140,8 @@ typedef struct tofgraph_camera {
   uint64_t exposure_count;            /* 0: four, 90 degrees apart */
 } tofgraph_camera;
 
-/** What arrives at a node, known before the first frame. */
+/** What arrives at a node, known before the first frame. It lives during prepare; its camera, with lights, rays and
+ * profile, as long as the stage. */
 typedef struct tofgraph_stream {
   uint32_t size, channel_size, exposure_size, zero;
   const char* node;              /* the node it comes from */
@@ -173,12 +179,14 @@ typedef struct tofgraph_host {
   int (*stopping)(void* context);
   /** Not 0 when existing files may be replaced (--force, or overwrite: true at the node). output() sees to it. */
   int (*overwrite)(void* context);
-  /** In prepare only: what the stage hands on, where that is more than its declared outputs. */
+  /** In prepare only: what the stage hands on, where that is more than its declared outputs. A channel of rank 0 is
+   * that of the output port of its name. One that arrived is replaced. */
   void (*provide)(void* context, const tofgraph_channel* channel);
   void (*withdraw)(void* context, const char* channel);
-  void (*set_camera)(void* context, const tofgraph_camera* camera); /* copied; rays may be null: made anew */
+  /** Copied. Rays null: made anew. Fields beyond its size stay those of the camera that arrives. */
+  void (*set_camera)(void* context, const tofgraph_camera* camera);
   /** For sources: the camera by its profile's name, or by the profile's text where that is not null. ERROR: there
-   * is no such profile; the stream then has no camera. */
+   * is no such profile; the stream keeps the camera it has. */
   int (*use_profile)(void* context, const char* name, const char* profile);
   void (*set_frames)(void* context, uint64_t frames, uint64_t known);
   /** For sources, in prepare: the exposures of the frames' raw images, where they are not the camera's. Copied. */
@@ -189,7 +197,7 @@ typedef struct tofgraph_host {
   /** A file whose content shapes the result: its hash goes into the provenance. In prepare only. Images and input
    * files are seen to by the host. */
   void (*uses_file)(void* context, const char* path);
-  /** The provenance of what arrives at this node, as JSON; valid until the next call. */
+  /** The provenance of what arrives at this node, as JSON; {} before the first frame. Lives as long as the stage. */
   const char* (*provenance)(void* context);
   /** The folders in which the run finds plugins, in their order, with colons between; lives as long as the stage. */
   const char* (*plugin_path)(void* context);
@@ -198,9 +206,11 @@ typedef struct tofgraph_host {
    * of the parameter's `choices`, for the file beside it. frame: its number, for FRAME_FILES. path: lives until the
    * call returns. */
   int (*output)(void* context, const char* parameter, const char* companion, uint64_t frame, const char** path);
-  /** The channels of a frame. read: shared, do not write. write: a new buffer, content undefined. modify: a
-   * private copy where the buffer is shared. All return OK, or ERROR when there is none. A view is filled in as far as
-   * its `size` reaches. */
+  /** The channels of a frame. read: shared, do not write. write: memory for the channel, content undefined; where
+   * nobody else holds what is there, that very memory. modify: a private copy where the buffer is shared. All return
+   * OK, or ERROR when there is none. A view is filled in as far as its `size` reaches, and lives until the call
+   * returns. share: memory of the plugin without gaps, which nobody writes; release(owner), which may be null, is
+   * called once when nobody holds it any more, on any thread, also after destroy(), not when share() returned ERROR. */
   int (*read)(tofgraph_frame* frame, const char* channel, tofgraph_view* view);
   int (*write)(tofgraph_frame* frame, const tofgraph_channel* channel, tofgraph_view* view);
   int (*modify)(tofgraph_frame* frame, const char* channel, tofgraph_view* view);
@@ -274,12 +284,14 @@ typedef struct tofgraph_descriptor {
   int (*prepare)(void* self, const tofgraph_stream* const* streams, uint64_t count);
   /** One frame: sources fill it, filters change it, sinks store it. [STATELESS: several threads] Null in effects. */
   int (*process)(void* self, tofgraph_frame* const* frames, uint64_t count);
-  /** After the last frame, if nothing failed in this stage: complete the outputs. May be null. */
+  /** After the last frame, if nothing failed in this stage, also when the run was interrupted: complete the outputs.
+   * May be null. */
   int (*finish)(void* self);
   /** Wakes a source that waits. May be null. [any thread] */
   void (*stop)(void* self);
   void (*destroy)(void* self);
-  /** New values of LIVE parameters, between two frames. Null where no parameter is LIVE. */
+  /** All values anew, as in create, of which LIVE ones may differ; between two frames, while no other call of this
+   * stage runs. ERROR: the old ones stay. Null where no parameter is LIVE. */
   int (*change)(void* self, const tofgraph_value* values);
 } tofgraph_descriptor;
 

@@ -117,8 +117,8 @@ using Kinds = std::tuple<bool, std::int64_t, double, std::string, Choice, std::v
                          FrameFiles, InputFolder, Image>;
 template <class T, class... Types> constexpr std::uint32_t kind_among(const std::tuple<Types...>*) {
   std::uint32_t kind = 0;
-  static_cast<void>(((++kind, std::is_same_v<T, Types>) || ...));
-  return kind;
+  const bool known = ((++kind, std::is_same_v<T, Types>) || ...);
+  return known ? kind : kind + 1;
 }
 
 }  // namespace detail
@@ -177,8 +177,13 @@ template <class T> class InOut : public detail::PortBase {
   bool made_here_ = false;
 };
 
-/// A parameter; * gives its value, numbers in SI.
+/// A parameter; * gives its value, numbers in SI. Of one that is optional and has no default it is NaN, 0 or empty
+/// where the user wrote none: see given().
 template <class T> class Param : public detail::ParamBase {
+  static_assert(
+      detail::kind_among<T>(static_cast<detail::Kinds*>(nullptr)) <= std::tuple_size_v<detail::Kinds>,
+      "Param takes bool, std::int64_t, double, std::string, std::vector<double>, Choice, Image, files, folders");
+
  public:
   Param(Stage* stage, const char* name, const ParamSpec& spec)
       : ParamBase(stage, detail::kind_among<T>(static_cast<detail::Kinds*>(nullptr)), name, spec) {}

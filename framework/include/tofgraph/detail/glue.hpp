@@ -43,7 +43,8 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
   return TOFGRAPH_STATUS_ERROR;
 }
 
-template <class T> struct Glue {
+/// Hidden: classes of one name in two plugins are two classes, however the plugins are built.
+template <class T> struct __attribute__((visibility("hidden"))) Glue {
   static int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
     return guarded(host, context, [&] {
       auto stage = std::make_unique<T>();
