@@ -46,13 +46,15 @@ void check_outputs(std::span<const std::unique_ptr<Node>> nodes, Diagnostics& di
     const std::vector<Claim> own = claims_of(*node);
     for (const Claim& claim : own) {
       const auto same = [&](const Claim& other) { return other.files.overlaps(claim.files); };
-      const auto other = std::ranges::find_if(all, same);
+      const auto found = std::ranges::find_if(all, same);
+      const bool taken = found != all.end();
+      const Claim other = taken ? *found : claim;
       all.push_back(claim);
-      if (other == all.end() - 1) continue;
+      if (!taken) continue;
       diagnostics.error(
           node->values().position_of(claim.parameter),
           fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name, node->stage().name,
-                      claim.files.text(), other->node->name, other->node->stage().name),
+                      claim.files.text(), other.node->name, other.node->stage().name),
           "give one of the two another name");
       break;
     }
