@@ -26,7 +26,7 @@ inline constexpr ChannelInfo known_channels[] = {
     {"range", "H W", TOFGRAPH_TYPE_F32, "m", "straight distance from the optical centre"},
     {"depth", "H W", TOFGRAPH_TYPE_F32, "m", "along z from the sensor plane"},
     {"amplitude", "H W", TOFGRAPH_TYPE_F32, "counts", "A of c_k = A cos"},
-    {"intensity", "H W", TOFGRAPH_TYPE_F32, "counts", "mean of the eight tap samples"},
+    {"intensity", "H W", TOFGRAPH_TYPE_F32, "counts", "mean of the tap samples"},
     {"sigma", "H W", TOFGRAPH_TYPE_F32, "m", "standard deviation of a length"},
     {"flags", "H W", TOFGRAPH_TYPE_U16, "", "why a pixel is not good, as bits"},
     {"points", "H W 3", TOFGRAPH_TYPE_F32, "m", "optical frame: x right, y down, z forward"},

@@ -36,15 +36,10 @@ extern "C" {
 /** What a call returns. END: a source has no more frames; of a filter nothing leaves for this frame. */
 enum { TOFGRAPH_STATUS_OK = 0, TOFGRAPH_STATUS_END = 1, TOFGRAPH_STATUS_ERROR = 2 };
 /** Type of an element. ANY: not told. */
-enum {
-  TOFGRAPH_TYPE_ANY = 0,
-  TOFGRAPH_TYPE_F32 = 1,
-  TOFGRAPH_TYPE_F64 = 2,
-  TOFGRAPH_TYPE_U8 = 3,
-  TOFGRAPH_TYPE_U16 = 4,
-  TOFGRAPH_TYPE_I16 = 5,
-  TOFGRAPH_TYPE_I32 = 6
-};
+enum { /* clang-format off */
+  TOFGRAPH_TYPE_ANY = 0, TOFGRAPH_TYPE_F32 = 1, TOFGRAPH_TYPE_F64 = 2, TOFGRAPH_TYPE_U8 = 3, TOFGRAPH_TYPE_U16 = 4,
+  TOFGRAPH_TYPE_I16 = 5, TOFGRAPH_TYPE_I32 = 6
+}; /* clang-format on */
 /** Direction of a port. */
 enum { TOFGRAPH_DIRECTION_IN = 1, TOFGRAPH_DIRECTION_OUT = 2, TOFGRAPH_DIRECTION_INOUT = 3 };
 /** Level of a message. */
@@ -60,30 +55,19 @@ enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2 };
 
 /** Kind of a parameter. NUMBER(S) have the unit of the parameter; paths come absolute. OUTPUT_FILE: one a run;
  * FRAME_FILES: one a frame, "out/cloud_{frame:06}.pcd"; IMAGE: values of the pixels, read by the host. */
-enum {
-  TOFGRAPH_KIND_BOOL = 1,
-  TOFGRAPH_KIND_INTEGER = 2,
-  TOFGRAPH_KIND_NUMBER = 3,
-  TOFGRAPH_KIND_TEXT = 4,
-  TOFGRAPH_KIND_CHOICE = 5,
-  TOFGRAPH_KIND_NUMBERS = 6,
-  TOFGRAPH_KIND_INPUT_FILE = 7,
-  TOFGRAPH_KIND_OUTPUT_FILE = 8,
-  TOFGRAPH_KIND_FRAME_FILES = 9,
-  TOFGRAPH_KIND_INPUT_FOLDER = 10,
-  TOFGRAPH_KIND_IMAGE = 11
-};
+enum { /* clang-format off */
+  TOFGRAPH_KIND_BOOL = 1, TOFGRAPH_KIND_INTEGER = 2, TOFGRAPH_KIND_NUMBER = 3, TOFGRAPH_KIND_TEXT = 4,
+  TOFGRAPH_KIND_CHOICE = 5, TOFGRAPH_KIND_NUMBERS = 6, TOFGRAPH_KIND_INPUT_FILE = 7, TOFGRAPH_KIND_OUTPUT_FILE = 8,
+  TOFGRAPH_KIND_FRAME_FILES = 9, TOFGRAPH_KIND_INPUT_FOLDER = 10, TOFGRAPH_KIND_IMAGE = 11
+}; /* clang-format on */
 /** Flags of a parameter. LIVE: may change between frames, told by change(). */
 enum { TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2 };
 
 /** Metadata bits: what is known of every frame of a stream. */
-enum {
-  TOFGRAPH_KNOWS_TIMESTAMP = 1,
-  TOFGRAPH_KNOWS_INTEGRATION_TIME = 2,
-  TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4,
-  TOFGRAPH_KNOWS_TEMPERATURE = 8,
-  TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16
-};
+enum { /* clang-format off */
+  TOFGRAPH_KNOWS_TIMESTAMP = 1, TOFGRAPH_KNOWS_INTEGRATION_TIME = 2, TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4,
+  TOFGRAPH_KNOWS_TEMPERATURE = 8, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON = 16
+}; /* clang-format on */
 
 /** A plain view of one channel of one frame: the element at (i, j, ..) is at data + i stride[0] + j stride[1] + .. */
 typedef struct tofgraph_view {
@@ -110,7 +94,8 @@ typedef struct tofgraph_light {
   double amplitude;   /* relative */
 } tofgraph_light;
 
-/** One of the raw images that make a frame. */
+/** One of the raw images that make a frame: A - B = amplitude cos(Psi + phase), Psi growing with the distance. A camera
+ * that turns the other way has the phases' negatives, one with exchanged taps all of them half a turn on. */
 typedef struct tofgraph_exposure {
   double phase;     /* rad, step of the demodulation against the light */
   double frequency; /* Hz; 0: the frame's modulation frequency */

@@ -104,6 +104,10 @@ class Setup {
   Strided<const tofgraph_channel> channels() const {
     return {stream().channels, stream().channel_size, stream().channel_count};
   }
+  /// Of the raw images that make a frame, in their order.
+  Strided<const tofgraph_exposure> exposures() const {
+    return {stream().exposures, stream().exposure_size, stream().exposure_count};
+  }
 
   /// Announces a channel that no port declares, or an optional output.
   void provide(tofgraph_channel channel) const {
@@ -121,6 +125,10 @@ class Setup {
     return host_->use_profile(context_, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_STATUS_OK;
   }
   void set_frames(std::uint64_t frames, std::uint64_t known) const { host_->set_frames(context_, frames, known); }
+  /// For sources: the exposures of the frames, where they are not the camera's.
+  void set_exposures(std::span<const tofgraph_exposure> exposures) const {
+    host_->set_exposures(context_, exposures.data(), sizeof(tofgraph_exposure), exposures.size());
+  }
   /// A file whose content shapes the result: its hash goes into the provenance. Files and images that are parameters
   /// are seen to by the host.
   void uses_file(const std::string& path) const { host_->uses_file(context_, path.c_str()); }
