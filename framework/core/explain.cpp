@@ -5,6 +5,7 @@
 #include "core/quantity.hpp"
 
 #include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -54,6 +55,9 @@ void add_changes(std::string& text, const Node& node, const Stream* before) {
     const bool changed = before != nullptr && before->find(channel.name) != nullptr;
     text += fmt::format("    {} {}\n", changed ? "changes" : "makes  ", channel_text(channel));
   }
+  const bool raw = node.output().find("taps") != nullptr || node.output().find("phases") != nullptr;
+  if (before == nullptr && raw)
+    text += fmt::format("    a frame is {}\n", physics::exposures_text(node.output().all_exposures()));
   if (before == nullptr) return;
   for (const Channel& channel : before->channels) {
     if (node.output().find(channel.name) == nullptr) text += fmt::format("    removes {}\n", channel.name);

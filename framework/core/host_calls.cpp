@@ -8,6 +8,7 @@
 #include "io/profile.hpp"
 
 #include <tofgraph/array.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -105,7 +106,9 @@ struct HostCalls {
       needed(changed.name, "a camera's name");
       if (changed.light_count != 0) needed(changed.lights, "a camera's lights");
       for (const tofgraph_light& light : lights_of(*camera)) needed(light.name, "a light's name");
-      if (changed.exposure_count != 0) needed(changed.exposures, "a camera's exposures");
+      if (changed.exposure_count != 0)
+        static_cast<void>(
+            usable(needed(changed.exposures, "a camera's exposures"), changed.exposure_size, changed.exposure_count));
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
       changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
       leaves.own_camera = leaves.stream.camera = std::make_shared<Camera>(changed);
@@ -160,14 +163,20 @@ struct HostCalls {
     });
   }
 
+  static physics::Exposures usable(const tofgraph_exposure* exposures, std::uint32_t size, std::uint64_t count) {
+    physics::Exposures all;
+    for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
+      all.push_back(host_sized<tofgraph_exposure>(&one, size));
+    if (const std::string problem = physics::exposures_problem(all); !problem.empty())
+      throw std::runtime_error("exposures that cannot be: " + problem);
+    return all;
+  }
+
   static void set_exposures(void* context, const tofgraph_exposure* exposures, std::uint32_t size,
                             std::uint64_t count) {
     guarded([&] {
-      std::vector<tofgraph_exposure> all;
-      if (count != 0) needed(exposures, "exposures");
-      for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
-        all.push_back(host_sized<tofgraph_exposure>(&one, size));
-      leaving(instance(context), "set_exposures").stream.exposures = std::move(all);
+      leaving(instance(context), "set_exposures").stream.exposures =
+          usable(needed(exposures, "exposures"), size, count);
     });
   }
 

@@ -5,6 +5,7 @@
 #include "core/validation.hpp"
 
 #include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
 
 #include <fmt/format.h>
 
@@ -33,9 +34,9 @@ struct Node::BorderStream {
     view.known = stream.known;
     view.bound = bound.data();
     view.bound_count = bound.size();
-    const bool own = !stream.exposures.empty();
-    view.exposures = own ? stream.exposures.data() : stream.camera ? stream.camera->view().exposures : nullptr;
-    view.exposure_count = own ? stream.exposures.size() : stream.camera ? stream.camera->view().exposure_count : 0;
+    exposures = stream.all_exposures();
+    view.exposures = exposures.data();
+    view.exposure_count = exposures.size();
     view.source = stream.source.c_str();
   }
   BorderStream(BorderStream&&) = default;
@@ -43,6 +44,7 @@ struct Node::BorderStream {
   std::vector<std::string> words;
   std::vector<tofgraph_channel> channels;
   std::vector<const char*> bound;
+  std::vector<tofgraph_exposure> exposures;
 };
 
 Node::Node(std::size_t node_index, std::string node_name, Position position, const Plugin& plugin,
@@ -105,7 +107,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   const bool prepared = tell(instance_.prepare(views, index, &leaving_), diagnostics);
   leaving_.arriving = nullptr;
   for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
-  if (!prepared || !choose_files(first.frames, diagnostics)) return false;
+  if (!prepared || !choose_files(first.frames, diagnostics) || !check_exposures(diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
     if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
@@ -151,6 +153,27 @@ bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
   }
   instance_.set_outputs(outputs_);
   return right;
+}
+
+/// A source's raw images are as many as its exposures.
+bool Node::check_exposures(Diagnostics& diagnostics) const {
+  const std::size_t count = output().all_exposures().size();
+  for (const Channel& channel : output().channels) {
+    const ChannelInfo* known = known_channel(channel.name);
+    const bool raw = is_source() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
+    if (!raw || channel.extent[0] == 0 || channel.extent[0] == count) continue;
+    diagnostics.error(at,
+                      fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name,
+                                  stage().name, channel.name, channel.described(), channel.extent[0],
+                                  !output().exposures.empty() ? "the source says that a frame has"
+                                  : output().camera           ? "the camera's profile has"
+                                                              : "without a profile there are",
+                                  count),
+                      "give a profile whose exposures are those of the recording, e.g. --camera ./camera.yaml with\n"
+                      "exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]");
+    return false;
+  }
+  return true;
 }
 
 /// Images that were announced before the source chose its camera have that camera's size.

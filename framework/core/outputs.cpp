@@ -51,11 +51,10 @@ void check_outputs(std::span<const std::unique_ptr<Node>> nodes, Diagnostics& di
       const Claim other = taken ? *found : claim;
       all.push_back(claim);
       if (!taken) continue;
-      diagnostics.error(
-          node->values().position_of(claim.parameter),
-          fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name, node->stage().name,
-                      claim.files.text(), other.node->name, other.node->stage().name),
-          "give one of the two another name");
+      diagnostics.error(node->values().position_of(claim.parameter),
+                        fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name,
+                                    node->stage().name, claim.files.text(), other.node->name, other.node->stage().name),
+                        "give one of the two another name");
       break;
     }
   }

@@ -4,8 +4,8 @@
 
 #include "core/border.hpp"
 
-#include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 
@@ -102,9 +102,9 @@ std::string applied_text(const std::vector<std::string>& applied) {
   return text;
 }
 
-std::uint64_t Stream::exposure_count() const {
-  if (!exposures.empty()) return exposures.size();
-  return camera && camera->view().exposure_count != 0 ? camera->view().exposure_count : 4;
+std::vector<tofgraph_exposure> Stream::all_exposures() const {
+  if (!exposures.empty()) return exposures;
+  return camera ? physics::exposures_of(camera->view()) : physics::exposures_of(tofgraph_camera{});
 }
 
 bool Stream::is_from_source(const Channel& channel) const {
@@ -163,7 +163,7 @@ Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& po
   channel.of = port.of;
   channel.made_by = node;
   Sizes sizes{stream.camera ? stream.camera->view().height : 0, stream.camera ? stream.camera->view().width : 0,
-              stream.exposure_count()};
+              stream.all_exposures().size()};
   for (std::uint64_t i = 0; i < stage.port_count; ++i) {  // the size of what is read
     const tofgraph_port& input = stage.ports[i];
     const Channel* read =

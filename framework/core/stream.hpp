@@ -52,7 +52,8 @@ struct Stream {
     camera = std::move(chosen);
     camera_made_by = node;
   }
-  std::uint64_t exposure_count() const;
+  /// The stream's own exposures, or the camera's, or four steps of 90 degrees.
+  std::vector<tofgraph_exposure> all_exposures() const;
   /// Adds a channel, or replaces the one of its name.
   void put(Channel channel);
 

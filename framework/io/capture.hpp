@@ -21,8 +21,9 @@ namespace tofgraph::io {
 struct CaptureHeader {
   std::string camera;  ///< the name of its profile
   std::uint32_t width = 0, height = 0;
-  std::string comment, serial;      ///< optional
-  std::string profile, provenance;  ///< optional: texts in YAML and JSON
+  std::string comment, serial;               ///< optional
+  std::string profile, provenance;           ///< optional: texts in YAML and JSON
+  std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
 };
 
 /// One dataset of /frames: N x extent.

@@ -4,6 +4,7 @@
 
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 
@@ -18,7 +19,6 @@ namespace {
 constexpr std::size_t longest_text = 1U << 24U;       // bytes
 constexpr std::size_t greatest_frame = 1ULL << 31U;   // bytes of one frame of a channel
 constexpr std::size_t greatest_chunk = 64ULL << 20U;  // bytes read at once, where it is more than a frame
-constexpr hsize_t exposures = 4;                      // of a frame
 constexpr int greatest_rank = 5;                      // frames and four dimensions
 
 /// Never wraps around: what is too great stays the greatest number.
@@ -33,7 +33,7 @@ std::uint64_t product(const std::vector<hsize_t>& factors, std::size_t first) {
   return result;
 }
 
-Handle open_attribute(hid_t object, const char* name) {
+Handle open_attribute(hid_t object, const char* name, std::size_t most = 1) {
   const htri_t exists = H5Aexists(object, name);
   if (exists <= 0) {
     H5Eclear2(H5E_DEFAULT);
@@ -41,19 +41,26 @@ Handle open_attribute(hid_t object, const char* name) {
   }
   Handle attribute(check(H5Aopen(object, name, H5P_DEFAULT), fmt::format("attribute {}", name)), H5Aclose);
   const Handle space(check(H5Aget_space(attribute), fmt::format("attribute {}", name)), H5Sclose);
-  if (H5Sget_simple_extent_npoints(space) != 1)
-    throw std::runtime_error(fmt::format("attribute {} is not one value", name));
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if (count < 1 || static_cast<std::size_t>(count) > most)
+    throw std::runtime_error(most == 1
+                                 ? fmt::format("attribute {} is not one value", name)
+                                 : fmt::format("attribute {} has {} values, expected 1 to {}", name, count, most));
   return attribute;
 }
 
-/// The extents that a shape of the channel table asks for: "P H W". Empty for a channel without a fixed shape.
+/// The extents that a shape of the channel table asks for: "P H W", 0 where the capture does not say. Empty for a
+/// channel without a fixed shape.
 std::vector<hsize_t> expected_extent(const ChannelInfo& info, const CaptureHeader& header) {
   std::vector<hsize_t> extent;
   std::string_view shape = info.shape;
   while (!shape.empty()) {
     const auto end = std::min(shape.find(' '), shape.size());
     const std::string_view word = shape.substr(0, end);
-    hsize_t number = word == "H" ? header.height : word == "W" ? header.width : word == "P" ? exposures : 0;
+    hsize_t number = word == "H"   ? header.height
+                     : word == "W" ? header.width
+                     : word == "P" ? header.exposures.size()
+                                   : 0;
     if (number == 0) std::from_chars(word.data(), word.data() + word.size(), number);
     extent.push_back(number);
     shape.remove_prefix(std::min(end + 1, shape.size()));
@@ -68,6 +75,13 @@ std::vector<std::uint32_t> expected_types(const ChannelInfo& info) {
   return {info.type};
 }
 
+std::string shown(const std::vector<hsize_t>& extent) {
+  std::string text;
+  for (const hsize_t size : extent)
+    text += (text.empty() ? "" : " x ") + (size == 0 ? std::string("P (3 to 32)") : fmt::format("{}", size));
+  return text;
+}
+
 std::string names_of(const std::vector<std::uint32_t>& types) {
   std::vector<std::string> names;
   for (const std::uint32_t type : types) names.emplace_back(element_name(type));
@@ -75,6 +89,27 @@ std::string names_of(const std::vector<std::uint32_t>& types) {
 }
 
 }  // namespace
+
+std::vector<double> numbers_attribute(hid_t object, const char* name, std::size_t most) {
+  const Handle attribute = open_attribute(object, name, most);
+  if (!attribute) return {};
+  const Handle space(check(H5Aget_space(attribute), fmt::format("attribute {}", name)), H5Sclose);
+  const Handle type(check(H5Aget_type(attribute), fmt::format("attribute {}", name)), H5Tclose);
+  if (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)
+    throw std::runtime_error(fmt::format("attribute {} holds no numbers", name));
+  std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  check(H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()), fmt::format("attribute {} cannot be read", name));
+  return values;
+}
+
+void write_numbers(hid_t object, const char* name, const std::vector<double>& values) {
+  const hsize_t size = values.size();
+  const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  const Handle attribute(check(H5Acreate2(object, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                               fmt::format("attribute {} cannot be made", name)),
+                         H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data()), fmt::format("attribute {} cannot be written", name));
+}
 
 void write_text(hid_t object, const char* name, const std::string& value) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -194,9 +229,11 @@ std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) c
   }
   const std::vector<hsize_t> extent = expected_extent(*info, header);
   const std::vector<std::uint32_t> types = expected_types(*info);
-  const bool same_extent = std::ranges::equal(channel.extent, extent);
+  const bool same_extent = std::ranges::equal(channel.extent, extent, [](std::uint64_t found, hsize_t wanted) {
+    return wanted == 0 ? found >= physics::fewest_exposures && found <= physics::most_exposures : found == wanted;
+  });
   if (!same_extent || std::ranges::find(types, channel.type) == types.end())
-    fail(fmt::format("is {}, expected N x {} {}", described(), fmt::join(extent, " x "), names_of(types)));
+    fail(fmt::format("is {}, expected N x {} {}", described(), shown(extent), names_of(types)));
   if (!channel.unit.empty() && channel.unit != info->unit)
     fail(fmt::format("is in {}, expected {}", channel.unit, *info->unit != 0 ? info->unit : "no unit"));
   channel.unit = info->unit;

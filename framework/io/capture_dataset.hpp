@@ -16,6 +16,9 @@ namespace tofgraph::io::h5 {
 
 /// The attribute's text; empty when there is none. @throws std::runtime_error when it is no single text
 std::string text_attribute(hid_t object, const char* name);
+/// Numbers, empty where there is no such attribute. @throws std::runtime_error
+std::vector<double> numbers_attribute(hid_t object, const char* name, std::size_t most);
+void write_numbers(hid_t object, const char* name, const std::vector<double>& values);
 void write_text(hid_t object, const char* name, const std::string& value);
 /// A whole number, also when it is stored as a float, as MATLAB does. @throws std::runtime_error
 std::int64_t integer_attribute(hid_t object, const char* name);

@@ -12,6 +12,8 @@ namespace tofgraph::io::layout {
 inline constexpr const char* format = "tofgraph-capture";
 inline constexpr int version = 1;
 inline constexpr const char* group = "frames";
+/// Root attributes: of the exposures, in their order, rad and Hz.
+inline constexpr const char *phase = "exposure_phase_rad", *frequency = "exposure_frequency_hz";
 
 /// 0 degC in kelvin.
 inline constexpr double zero_celsius = 273.15;

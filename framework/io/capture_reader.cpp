@@ -7,6 +7,7 @@
 #include "io/capture_layout.hpp"
 
 #include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 
@@ -84,6 +85,7 @@ struct CaptureReader::Impl {
   void try_frames() const;
   void open();
   void read_header();
+  void read_exposures();
   void read_channels();
   void add_channel(Dataset dataset);
   void add_unknown(const std::string& name);
@@ -188,6 +190,21 @@ void CaptureReader::Impl::read_header() {
   header.profile = h5::text_attribute(h5, "profile");
   header.serial = h5::text_attribute(h5, "serial");
   header.provenance = h5::text_attribute(h5, "provenance");
+  read_exposures();
+}
+
+void CaptureReader::Impl::read_exposures() {
+  const std::vector<double> phases = h5::numbers_attribute(h5, layout::phase, physics::most_exposures);
+  const std::vector<double> frequencies = h5::numbers_attribute(h5, layout::frequency, physics::most_exposures);
+  if (phases.empty() && frequencies.empty()) return;
+  if (phases.empty() || (!frequencies.empty() && frequencies.size() != phases.size())) {
+    throw std::runtime_error(fmt::format("attribute {} has {} values, {} has {}: as many are expected", layout::phase,
+                                         phases.size(), layout::frequency, frequencies.size()));
+  }
+  for (std::size_t k = 0; k < phases.size(); ++k)
+    header.exposures.push_back({phases[k], frequencies.empty() ? 0 : frequencies[k]});
+  if (const std::string problem = physics::exposures_problem(header.exposures); !problem.empty())
+    throw std::runtime_error(fmt::format("attributes {} and {}: {}", layout::phase, layout::frequency, problem));
 }
 
 void CaptureReader::Impl::read_channels() {
@@ -211,6 +228,13 @@ void CaptureReader::Impl::read_channels() {
 
 void CaptureReader::Impl::add_channel(Dataset dataset) {
   CaptureChannel channel = dataset.as_channel(header).value();
+  for (const CaptureChannel& other : channels) {
+    const bool both_raw =
+        (other.name == "taps" && channel.name == "phases") || (other.name == "phases" && channel.name == "taps");
+    if (both_raw && other.extent[0] != channel.extent[0])
+      throw std::runtime_error(fmt::format("/frames/{} has {} exposures, but /frames/{} has {}", channel.name,
+                                           channel.extent[0], other.name, other.extent[0]));
+  }
   settle_frames(dataset);
   channels.push_back(std::move(channel));
   datasets.push_back(std::move(dataset));

@@ -182,6 +182,15 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   write_optional(h5, "profile", header.profile);
   write_optional(h5, "serial", header.serial);
   write_optional(h5, "provenance", header.provenance);
+  if (!header.exposures.empty()) {
+    std::vector<double> phases, frequencies;
+    for (const tofgraph_exposure& exposure : header.exposures) {
+      phases.push_back(exposure.phase);
+      frequencies.push_back(exposure.frequency);
+    }
+    write_numbers(h5, layout::phase, phases);
+    write_numbers(h5, layout::frequency, frequencies);
+  }
   const Handle group(
       check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "the group frames cannot be made"),
       H5Gclose);

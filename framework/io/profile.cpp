@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 
-#include <tofgraph/array.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 namespace tofgraph::io {
 namespace {
@@ -70,6 +70,35 @@ void read_sources(const Value& list, std::vector<tofgraph_light>& lights, std::v
     reader.finish();
     lights.push_back(light);
   }
+}
+
+/// The raw images of a frame.
+std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& diagnostics) {
+  constexpr std::string_view example = "example: exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]";
+  const std::size_t before = diagnostics.errors();
+  if (!list.is_list()) {
+    diagnostics.error(list.at, fmt::format("'exposures' is {}, expected a list", list.described()),
+                      std::string(example));
+    return {};
+  }
+  std::vector<tofgraph_exposure> exposures;
+  for (const Value& item : list.items) {
+    Reader reader(item, diagnostics, "the exposure");
+    tofgraph_exposure exposure{};
+    exposure.phase = reader.number("phase", "rad", "90 deg", std::nullopt);
+    exposure.frequency = reader.number("frequency", "Hz", "20 MHz", 0.0);
+    if (const Entry* given = item.is_map() ? item.find("frequency") : nullptr;
+        given != nullptr && exposure.frequency <= 0)
+      diagnostics.error(given->value.at,
+                        fmt::format("'frequency' is {}, expected more than 0", given->value.described()),
+                        "example: frequency: 20 MHz");
+    reader.finish();
+    exposures.push_back(exposure);
+  }
+  if (diagnostics.errors() != before) return {};
+  if (const std::string problem = physics::exposures_problem(exposures); !problem.empty())
+    diagnostics.error(list.at, fmt::format("'exposures': {}", problem), std::string(example));
+  return exposures;
 }
 
 void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, Diagnostics& diagnostics) {
@@ -146,6 +175,12 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   camera.height = read_size(reader, "height", diagnostics);
   read_lens(reader, camera, document, diagnostics);
   camera.modulation_frequency = optional_number(reader, "modulation_frequency", "Hz", "20 MHz");
+  std::vector<tofgraph_exposure> exposures;
+  if (const Entry* entry = reader.take("exposures")) exposures = read_exposures(entry->value, diagnostics);
+  camera.exposures = exposures.data();
+  camera.exposure_count = exposures.size();
+  if (std::isnan(camera.modulation_frequency) && !exposures.empty() && exposures[0].frequency > 0)
+    camera.modulation_frequency = exposures[0].frequency;
   std::vector<tofgraph_light> lights;
   std::vector<std::string> light_names;
   if (const Entry* sources = reader.take("sources")) read_sources(sources->value, lights, light_names, diagnostics);
@@ -212,6 +247,13 @@ std::string profile_text(const tofgraph_camera& camera) {
   pair("principal_point", camera.principal_point, "");
   text += fmt::format("distortion: [{}]\n", fmt::join(camera.distortion, ", "));
   number("modulation_frequency", camera.modulation_frequency, " Hz");
+  if (camera.exposure_count > 0) text += "exposures:\n";
+  for (const tofgraph_exposure& exposure :
+       Strided<const tofgraph_exposure>{camera.exposures, camera.exposure_size, camera.exposure_count}) {
+    const std::string frequency =
+        exposure.frequency > 0 ? fmt::format(", frequency: {} Hz", exposure.frequency) : std::string();
+    text += fmt::format("  - {{phase: {} rad{}}}\n", exposure.phase, frequency);
+  }
   if (camera.light_count > 0) text += "sources:\n";
   for (const tofgraph_light& light : lights_of(camera)) {
     text += fmt::format("  - {{name: {}, position: [{} m, {} m, {} m], amplitude: {}}}\n", quoted(light.name),

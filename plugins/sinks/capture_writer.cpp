@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Records what arrives, with its meaning, so that it can be read again.
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -32,6 +33,8 @@ struct CaptureWriter final : Sink {
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
     header_.comment = *comment;
+    const physics::Exposures exposures = physics::exposures_of(setup.exposures());
+    if (!physics::are_default(exposures)) header_.exposures = exposures;
     std::istringstream words(*channels);
     const std::vector<std::string> wanted(std::istream_iterator<std::string>(words), {});
     for (const std::string& name : wanted) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames of a recording, with the meaning that was recorded with them.
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -38,6 +39,7 @@ struct CaptureReader final : Source {
     choose_frames();
     choose_channels();
     choose_camera(setup);
+    choose_exposures(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
     if (!reader_->finished())
@@ -147,6 +149,21 @@ struct CaptureReader final : Source {
     }
     if (header.camera != camera->name)
       warn(fmt::format("the capture is of the camera '{}', the pipeline's '{}' is used", header.camera, camera->name));
+  }
+
+  /// The capture knows its own exposures best.
+  void choose_exposures(const Setup& setup) const {
+    const physics::Exposures& own = reader_->header().exposures;
+    if (own.empty()) return;
+    setup.set_exposures(own);
+    const tofgraph_camera* camera = setup.stream().camera;
+    if (camera == nullptr || camera->exposure_count == 0) return;
+    const auto same = [](const tofgraph_exposure& a, const tofgraph_exposure& b) {
+      return std::abs(a.phase - b.phase) < 1e-9 && a.frequency == b.frequency;
+    };
+    if (!std::ranges::equal(own, physics::exposures_of(*camera), same))
+      warn(fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used",
+                       own.size(), camera->name));
   }
 
   void check_profile(const tofgraph_camera& camera) const {

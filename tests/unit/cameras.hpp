@@ -97,7 +97,14 @@ inline std::string profile_of(const tofgraph_camera& camera) {
   line("shot_noise", camera.shot_noise, "counts");
   line("full_well", camera.full_well, "counts");
   file << "integration_time: [" << camera.integration_time[0] << " s, " << camera.integration_time[1]
-       << " s]\nsources:\n";
+       << " s]\n";
+  if (camera.exposure_count > 0) file << "exposures:\n";
+  for (std::uint64_t i = 0; i < camera.exposure_count; ++i) {
+    file << "  - {phase: " << camera.exposures[i].phase << " rad";
+    if (camera.exposures[i].frequency > 0) file << ", frequency: " << camera.exposures[i].frequency << " Hz";
+    file << "}\n";
+  }
+  file << "sources:\n";
   for (std::uint64_t i = 0; i < camera.light_count; ++i) {
     const tofgraph_light& light = camera.lights[i];
     file << "  - {name: " << light.name << ", position: [" << light.position[0] << " m, " << light.position[1] << " m, "

@@ -32,6 +32,9 @@ const std::map<std::string, Published> published = {
     {"o3", {64, 48, 25, 40, 30}},
     {"s3", {64, 48, 20, 40, 30}},
     {"o3d303", {176, 132, unknown, unknown, unknown}},
+    {"kinect2", {512, 424, 30, unknown, unknown}},
+    {"monstar", {352, 287, unknown, unknown, unknown}},
+    {"mlx75027_three_step", {640, 480, unknown, unknown, unknown}},
 };
 
 double view_in_degrees(std::uint32_t pixels, double focal_length) {
@@ -62,7 +65,7 @@ TEST(Profiles, EveryOneThatIsShippedLoadsWithItsPublishedNumbers) {
     // All of the image lies within the lens model, and the middle looks along the axis.
     const std::size_t pixels = std::size_t{camera.width} * camera.height;
     EXPECT_TRUE(std::all_of(camera.rays, camera.rays + 3 * pixels, [](float v) { return std::isfinite(v); }));
-    EXPECT_GT(camera.rays[3 * (pixels / 2 + camera.width / 2) + 2], 0.99F);
+    EXPECT_GT(camera.rays[3 * (camera.height / 2 * camera.width + camera.width / 2) + 2], 0.99F);
   }
   EXPECT_EQ(found.size(), published.size()) << "a profile is gone";
 }

@@ -1,0 +1,330 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The raw images of a frame, any steps at up to several frequencies: which the phase can be told from, and how, by
+/// linear least squares, in double. A sample is c_k = A_k - B_k = x cos(theta_k) - y sin(theta_k) + offset with
+/// x = amplitude cos(Psi), y = amplitude sin(Psi).
+#pragma once
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/phasor.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace tofgraph::physics {
+
+using Exposures = std::vector<tofgraph_exposure>;
+inline constexpr std::size_t most_exposures = 32, fewest_exposures = 3;
+
+/// 0, 90, 180, 270 degrees at the frame's own frequency.
+inline const std::array<tofgraph_exposure, 4> four_exposures = {
+    {{0, 0}, {std::numbers::pi / 2, 0}, {2 * (std::numbers::pi / 2), 0}, {3 * (std::numbers::pi / 2), 0}}};
+
+inline Exposures exposures_of(const Strided<const tofgraph_exposure>& exposures) {
+  Exposures all(four_exposures.begin(), four_exposures.end());
+  if (exposures.size == 0) return all;
+  all.clear();
+  for (const tofgraph_exposure& exposure : exposures) all.push_back(exposure);
+  return all;
+}
+/// The camera's; the four where it has none.
+inline Exposures exposures_of(const tofgraph_camera& camera) {
+  return exposures_of({camera.exposures, camera.exposure_size, camera.exposure_count});
+}
+
+/// True for four_exposures themselves, which files leave out.
+inline bool are_default(const Exposures& exposures) {
+  return std::ranges::equal(exposures, four_exposures, [](const tofgraph_exposure& a, const tofgraph_exposure& b) {
+    return a.phase == b.phase && a.frequency == b.frequency;
+  });
+}
+
+/// True where the step is so many quarter turns, give or take whole ones.
+inline bool is_quarter(double phase, double quarters) {
+  return std::abs(std::remainder(phase - quarters * std::numbers::pi / 2, two_pi)) < 1e-9;
+}
+
+/// Four steps of 90 degrees at one frequency, in any order, either sign: where the images of 0, 90, 180, 270 degrees
+/// are. Empty when they are none.
+inline std::vector<std::size_t> quarter_order(const Exposures& exposures) {
+  std::vector<std::size_t> order;
+  for (int quarter = 0; quarter < 4 && exposures.size() == 4; ++quarter) {
+    const auto found =
+        std::ranges::find_if(exposures, [&](const tofgraph_exposure& e) { return is_quarter(e.phase, quarter); });
+    const bool same = found != exposures.end() && found->frequency == exposures[0].frequency;
+    if (same) order.push_back(static_cast<std::size_t>(found - exposures.begin()));
+  }
+  return order.size() == 4 ? order : std::vector<std::size_t>{};
+}
+
+/// The four of today in their order: what a search for effects and its observables are made for.
+inline bool are_the_four(const Exposures& exposures) {
+  return quarter_order(exposures) == std::vector<std::size_t>{0, 1, 2, 3};
+}
+
+/// The exposures of one frequency, and the phase's least squares: x = sum cosine[j] c[image[j]], y with sine, both free
+/// of the offset. What the fit leaves is spanned by the rows of `rest`, which are orthonormal.
+struct PhaseFit {
+  double frequency = 0;  ///< Hz; 0: the frame's own
+  std::vector<std::size_t> image;
+  std::vector<double> cosine, sine;
+  std::vector<std::vector<double>> rest;
+  double xx = 0, xy = 0, yy = 0;  ///< covariance of x and y for samples of variance 1
+
+  /// How much more variance the phase has than with the same number of equal steps: 1 at best.
+  double loss() const { return (xx + yy) * static_cast<double>(image.size()) / 4; }
+};
+
+/// @returns cosine and sine empty when the steps leave the phase undetermined
+inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
+  PhaseFit fit;
+  fit.frequency = frequency;
+  using Row = std::vector<double>;
+  std::array<Row, 3> columns;  // of the design: cos, -sin, 1
+  for (std::size_t k = 0; k < exposures.size(); ++k) {
+    if (exposures[k].frequency != frequency) continue;
+    fit.image.push_back(k);
+    columns[0].push_back(std::cos(exposures[k].phase));
+    columns[1].push_back(-std::sin(exposures[k].phase));
+    columns[2].push_back(1);
+  }
+  const std::size_t n = fit.image.size();
+  const auto dot = [](const Row& a, const Row& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+    return sum;
+  };
+  // Gram-Schmidt, twice for its rounding; unit vectors after the three columns span what is left.
+  std::vector<Row> basis;
+  const auto add = [&](Row v, double least) {
+    for (int twice = 0; twice < 2; ++twice) {
+      for (const Row& b : basis) {
+        const double along = dot(b, v);
+        for (std::size_t i = 0; i < n; ++i) v[i] -= along * b[i];
+      }
+    }
+    const double length = std::sqrt(dot(v, v));
+    if (length <= least) return false;
+    for (double& value : v) value /= length;
+    basis.push_back(std::move(v));
+    return true;
+  };
+  // The offset first: what is left of the other two columns is free of it.
+  std::array<Row, 2> free = {columns[0], columns[1]};
+  for (Row& column : free) {
+    const double mean = dot(column, columns[2]) / static_cast<double>(std::max<std::size_t>(n, 1));
+    for (double& value : column) value -= mean;
+  }
+  const double cc = dot(free[0], free[0]), cs = dot(free[0], free[1]), ss = dot(free[1], free[1]);
+  const double determinant = cc * ss - cs * cs;
+  if (n < fewest_exposures || !(determinant > 1e-8)) return fit;
+  fit.xx = ss / determinant;
+  fit.xy = -cs / determinant;
+  fit.yy = cc / determinant;
+  for (std::size_t i = 0; i < n; ++i) {
+    fit.cosine.push_back(fit.xx * free[0][i] + fit.xy * free[1][i]);
+    fit.sine.push_back(fit.xy * free[0][i] + fit.yy * free[1][i]);
+  }
+  for (const Row& column : {columns[2], columns[0], columns[1]}) add(column, 0);
+  for (std::size_t i = 0; i < n && basis.size() < n; ++i) {
+    Row unit(n, 0);
+    unit[i] = 1;
+    if (add(unit, 1e-6)) fit.rest.push_back(basis.back());
+  }
+  return fit;
+}
+
+/// One fit a frequency, the lowest frequency first.
+inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
+  std::vector<double> frequencies;
+  for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency);
+  std::ranges::sort(frequencies);
+  const auto twice = std::ranges::unique(frequencies);
+  frequencies.erase(twice.begin(), twice.end());
+  std::vector<PhaseFit> fits;
+  for (const double frequency : frequencies) fits.push_back(phase_fit(exposures, frequency));
+  return fits;
+}
+
+/// For people: "4 exposures: 0, 90, 180, 270 deg", "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 16 MHz".
+inline std::string exposures_text(const Exposures& exposures) {
+  const auto number = [](double value) {
+    std::string text = std::to_string(std::round(value * 1e4) / 1e4);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+    return text;
+  };
+  std::string text = std::to_string(exposures.size()) + " exposures: ";
+  for (std::size_t k = 0; k < exposures.size(); ++k) {
+    const double frequency = exposures[k].frequency;
+    const bool last = k + 1 == exposures.size();
+    text += number(exposures[k].phase * 180 / std::numbers::pi);
+    if (!last && exposures[k + 1].frequency == frequency) {
+      text += ", ";
+      continue;
+    }
+    text += " deg" + (frequency > 0 ? " at " + number(frequency * 1e-6) + " MHz" : std::string());
+    if (!last) text += "; ";
+  }
+  return text;
+}
+
+/// Why no phase can be told from these exposures, as a sentence; empty when it can.
+inline std::string exposures_problem(const Exposures& exposures) {
+  const auto number = [](double value) {
+    std::string text = std::to_string(value);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+    return text;
+  };
+  if (exposures.size() < fewest_exposures || exposures.size() > most_exposures)
+    return "a frame has " + std::to_string(exposures.size()) + " exposures, expected 3 to 32";
+  const bool own = exposures[0].frequency == 0;
+  for (std::size_t k = 0; k < exposures.size(); ++k) {
+    const double phase = exposures[k].phase, frequency = exposures[k].frequency;
+    const std::string name = "exposure " + std::to_string(k);
+    if (!std::isfinite(phase)) return name + " has no phase";
+    if (!own && frequency == 0) return name + " has a frequency of 0 Hz or none, and others have one";
+    if (own ? frequency != 0 : !(frequency >= 1e3 && frequency <= 1e10))
+      return name + " has the frequency " + number(frequency) + " Hz, expected " +
+             (own ? "none, as the others" : "1 kHz to 10 GHz");
+  }
+  for (const PhaseFit& fit : phase_fits(exposures)) {
+    const std::string at = own ? "" : " at " + number(fit.frequency * 1e-6) + " MHz";
+    std::string steps;
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < fit.image.size(); ++i) {
+      const double phase = exposures[fit.image[i]].phase;
+      steps += (i == 0 ? "" : ", ") + number(phase * 180 / std::numbers::pi);
+      const bool again =
+          std::any_of(fit.image.begin(), fit.image.begin() + static_cast<std::ptrdiff_t>(i),
+                      [&](auto k) { return std::abs(std::remainder(exposures[k].phase - phase, two_pi)) < 1e-9; });
+      if (!again) ++different;
+    }
+    if (different < fewest_exposures)
+      return "the steps " + steps + " deg" + at + " are only " + std::to_string(different) +
+             " different ones, expected three at least of each frequency";
+    if (fit.cosine.empty() || fit.loss() > 1e4)
+      return "the steps " + steps + " deg" + at + " are so near to each other that they leave the phase undetermined";
+  }
+  return {};
+}
+
+/// The greatest frequency of which all are multiples, within 1 ppm of the highest, Hz; 0 when there is none above a
+/// thousandth of the highest. Distances repeat after c / (2 f).
+inline double common_frequency(const std::vector<double>& frequencies) {
+  const double highest = *std::ranges::max_element(frequencies);
+  double common = 0;
+  for (double frequency : frequencies) {
+    while (frequency > highest * 1e-6) {
+      const double rest = std::abs(std::remainder(common, frequency));
+      common = frequency;
+      frequency = rest;
+    }
+  }
+  return common >= highest * 1e-3 ? common : 0;
+}
+
+/// Which of the distances that wrapped phases allow is the most likely one.
+class Unwrapping {
+ public:
+  /// @param frequencies lowest first, Hz
+  /// @param range distances are from 0 to this, m: at most that of common_frequency()
+  Unwrapping(const std::vector<double>& frequencies, double range) : range_(range) {
+    for (const double frequency : frequencies) ranges_.push_back(unambiguous_range(frequency));
+    candidates_ = static_cast<std::size_t>(std::ceil(range / ranges_.back() - 1e-6));
+  }
+
+  struct Result {
+    double distance;      ///< m, 0 .. range
+    double cost, second;  ///< chi-square of the best, and of the second best wraps
+  };
+
+  /// Maximum likelihood over the wraps: for each wrap of the highest frequency the nearest ones of the others.
+  /// @param distances each within its own range, m @param weights 1 / variance, 1/m^2
+  Result operator()(const std::vector<double>& distances, const std::vector<double>& weights) const {
+    constexpr double never = std::numeric_limits<double>::infinity();
+    const std::size_t last = ranges_.size() - 1;
+    double all = 0;
+    for (const double weight : weights) all += weight;
+    Result result{0, never, never};
+    for (std::size_t n = 0; n < candidates_; ++n) {
+      const double reference = distances[last] + static_cast<double>(n) * ranges_[last];
+      double first = 0, square = 0;
+      for (std::size_t b = 0; b < last; ++b) {
+        const double rest = std::remainder(distances[b] - reference, ranges_[b]);
+        first += weights[b] * rest;
+        square += weights[b] * rest * rest;
+      }
+      const double cost = square - first * first / all;
+      if (cost < result.cost)
+        result = {reference + first / all, cost, result.cost};
+      else
+        result.second = std::min(result.second, cost);
+    }
+    if (result.distance < 0) result.distance += range_;
+    if (result.distance >= range_) result.distance -= range_;
+    return result;
+  }
+
+  const std::vector<double>& ranges() const { return ranges_; }
+  std::size_t candidates() const { return candidates_; }
+
+ private:
+  std::vector<double> ranges_;
+  double range_;
+  std::size_t candidates_ = 0;
+};
+
+/// Distance and amplitude of one pixel from any exposures: the reference form of phase_decoder, for samples of equal
+/// variance.
+class PhaseDecoding {
+ public:
+  /// @param own the frame's own modulation frequency, Hz, for exposures that have none
+  /// @throws std::invalid_argument when the frequencies have no common range
+  PhaseDecoding(const Exposures& exposures, double own) : fits_(phase_fits(exposures)), unwrapping_(unwrapping(own)) {}
+
+  struct Decoded {
+    double distance, amplitude;  ///< m; counts, the mean of the frequencies
+  };
+  Decoded operator()(const std::vector<double>& samples) const {
+    std::vector<double> distances, weights;
+    double amplitude = 0;
+    for (std::size_t b = 0; b < fits_.size(); ++b) {
+      const PhaseFit& fit = fits_[b];
+      double x = 0, y = 0;
+      for (std::size_t j = 0; j < fit.image.size(); ++j) {
+        x += fit.cosine[j] * samples[fit.image[j]];
+        y += fit.sine[j] * samples[fit.image[j]];
+      }
+      const double scale = unwrapping_.ranges()[b] / two_pi, square = x * x + y * y;
+      double distance = scale * std::atan2(y, x);
+      if (distance < 0) distance += unwrapping_.ranges()[b];
+      distances.push_back(distance);
+      weights.push_back(square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx)));
+      amplitude += std::sqrt(square) / static_cast<double>(fits_.size());
+    }
+    const double distance = fits_.size() == 1 ? distances[0] : unwrapping_(distances, weights).distance;
+    return {distance, amplitude};
+  }
+
+ private:
+  Unwrapping unwrapping(double own) const {
+    std::vector<double> frequencies;
+    for (const PhaseFit& fit : fits_) frequencies.push_back(fit.frequency == 0 ? own : fit.frequency);
+    const double common = common_frequency(frequencies);
+    if (common == 0) throw std::invalid_argument("the modulation frequencies have no common range");
+    return {frequencies, unambiguous_range(common)};
+  }
+  std::vector<PhaseFit> fits_;
+  Unwrapping unwrapping_;
+};
+
+}  // namespace tofgraph::physics
