@@ -4,6 +4,8 @@
 
 #include "core/running_call.hpp"
 
+#include <tofgraph/physics/exposures.hpp>
+
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -41,8 +43,9 @@ Effect::Effect(const core::Plugin& plugin, const tofgraph_value* values, const t
   stream.node = "";
   stream.source = "{}";
   stream.camera = &camera;
-  stream.exposures = camera.exposures;
-  stream.exposure_count = camera.exposure_count;
+  const physics::Exposures exposures = physics::exposures_of(camera);
+  stream.exposures = exposures.data();
+  stream.exposure_count = exposures.size();
   const tofgraph_stream* const streams[] = {&stream};
   check(instance_.prepare(streams, 0, nullptr));
 }

@@ -8,15 +8,16 @@
 
 #include <tofgraph/physics/lens.hpp>
 
-#include <array>
+#include <map>
 
 namespace tofgraph::simulation {
 
 /// The border's state is the base, so that a call from an effect finds its way back.
 class Evaluation : public tofgraph_light_state {
  public:
+  /// @param modulation Hz, that of the light; the exposures' own where it is not told
   Evaluation(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-             const BoardChange& moved);
+             const BoardChange& moved, double modulation = 0);
 
   /// Geometry and phasor level: light_ and strength_ of each pixel.
   void shine();
@@ -53,6 +54,8 @@ class Evaluation : public tofgraph_light_state {
 
   /// Exposure k sees the scene as changes_[k] says: what effects made of its light before stays, in proportion.
   void shine_again(std::size_t k);
+  /// The light of another frequency.
+  void shine_at(double other_frequency);
   int move_exposure(std::uint32_t k, double displacement) noexcept;
   void expose(Expectation& result);
 
@@ -70,9 +73,16 @@ class Evaluation : public tofgraph_light_state {
   Doubles amplitudes_;
   std::vector<tofgraph_exposure> steps_;
   std::vector<Complex> light_, exposures_;
-  std::array<std::vector<Complex>, 4> clean_;
-  std::array<std::vector<double>, 4> clean_strength_;
-  std::array<BoardChange, 4> changes_{};
+
+  /// The light as it is before the exposures' own effects.
+  struct Shine {
+    std::vector<Complex> light;
+    std::vector<double> strength;
+  };
+  std::map<double, Shine> by_frequency_;  ///< Hz
+  std::vector<double> frequencies_;       ///< of each exposure, Hz
+  std::vector<Shine> clean_;              ///< of each exposure that was made anew
+  std::vector<BoardChange> changes_;      ///< of each exposure
 };
 
 }  // namespace tofgraph::simulation

@@ -3,7 +3,7 @@
 // Geometry and phasor level: the light that reaches each pixel.
 #include "simulation/evaluation.hpp"
 
-#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/reflectance.hpp>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-                       const BoardChange& moved)
+                       const BoardChange& moved, double modulation)
     : tofgraph_light_state{}, model_(model), tracer_(tracer), shot_(shot), pixels_(pixels), moved_(moved) {
   size = sizeof(tofgraph_light_state);
   source_size = sizeof(tofgraph_source_light);
@@ -28,8 +28,12 @@ Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Sh
   columns = pixels.columns;
   spacing = pixels.spacing;
   noise_factor = 1;
-  frequency = camera->modulation_frequency;
-  for (std::size_t k = 0; k < 4; ++k) steps_.push_back({static_cast<double>(k) * (std::numbers::pi / 2), frequency});
+  steps_ = physics::exposures_of(*camera);
+  for (tofgraph_exposure& step : steps_) {
+    if (step.frequency == 0) step.frequency = condition->modulation_frequency;
+    frequencies_.push_back(step.frequency);
+  }
+  frequency = modulation > 0 ? modulation : frequencies_.front();
   exposure_size = sizeof(tofgraph_exposure);
   exposures = steps_.data();
   exposure_count = steps_.size();
@@ -176,7 +180,7 @@ void Evaluation::emit_at(std::size_t i, double all) {
   const std::size_t lights = camera->light_count;
   const double common = points_.reflected[i] + points_.inside[i];
   const double amount = camera->gain * points_.reflectivity[i] * shot_.condition.integration_time;
-  const double radians_per_metre = physics::two_pi * shot_.condition.modulation_frequency / physics::speed_of_light;
+  const double radians_per_metre = physics::two_pi * frequency / physics::speed_of_light;
   double mean = 0, weights = 0;
   for (std::size_t s = 0; s < lights; ++s) {
     const double weight = borders_[s].on * camera->lights[s].amplitude;

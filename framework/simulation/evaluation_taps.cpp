@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Sample and tap level: four exposures, and what the taps hold of them.
+// Sample and tap level: the exposures, and what the taps hold of them.
 #include "simulation/evaluation.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -11,25 +12,27 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// e^(j angle) * p, exactly for whole quarter turns from k pi/2.
-Complex turned(Complex p, double angle, std::size_t k) {
-  if (angle == static_cast<double>(k) * (std::numbers::pi / 2)) {
-    constexpr std::array<Complex, 4> quarters = {Complex{1, 0}, Complex{0, 1}, Complex{-1, 0}, Complex{0, -1}};
-    const Complex q = quarters[k];
-    return {p.real() * q.real() - p.imag() * q.imag(), p.real() * q.imag() + p.imag() * q.real()};
-  }
-  return p * std::polar(1.0, angle);
+/// e^(j angle), exact where the angle is a multiple of pi/2 as it is rounded.
+Complex turn_of(double angle) {
+  constexpr std::array<Complex, 4> quarters = {Complex{1, 0}, Complex{0, 1}, Complex{-1, 0}, Complex{0, -1}};
+  for (std::size_t k = 0; k < quarters.size(); ++k)
+    if (angle == static_cast<double>(k) * (std::numbers::pi / 2)) return quarters[k];
+  return std::polar(1.0, angle);
 }
 
 }  // namespace
 
 Expectation Evaluation::develop() {
-  const std::size_t n = pixels_.size();
-  for (std::size_t k = 0; k < 4; ++k) {
-    exposures_.insert(exposures_.end(), light_.begin(), light_.end());
-    intensities_.insert(intensities_.end(), strength_.begin(), strength_.end());
+  const std::size_t n = pixels_.size(), count = steps_.size();
+  for (const double each : frequencies_) shine_at(each);
+  for (const double each : frequencies_) {
+    const Shine& shine = by_frequency_.at(each);
+    exposures_.insert(exposures_.end(), shine.light.begin(), shine.light.end());
+    intensities_.insert(intensities_.end(), shine.strength.begin(), shine.strength.end());
   }
-  extras_.assign(4 * n, 0);
+  clean_.resize(count);
+  changes_.assign(count, moved_);
+  extras_.assign(count * n, 0);
   exposure = reinterpret_cast<double*>(exposures_.data());
   intensity = intensities_.data();
   extra = extras_.data();
@@ -37,8 +40,8 @@ Expectation Evaluation::develop() {
     return static_cast<Evaluation*>(state)->move_exposure(k, displacement);
   };
   if (shot_.moving) {
-    for (std::size_t k = 1; k < 4; ++k) {
-      changes_[k].time = static_cast<double>(k) / (4 * camera->frame_rate);
+    for (std::size_t k = 1; k < count; ++k) {
+      changes_[k].time = static_cast<double>(k) / (static_cast<double>(count) * camera->frame_rate);
       shine_again(k);
     }
   }
@@ -55,26 +58,34 @@ void Evaluation::use_taps(std::span<double> values) {
   pixel = pixels_.at.data();
 }
 
+void Evaluation::shine_at(double other_frequency) {
+  if (by_frequency_.contains(other_frequency)) return;
+  if (other_frequency == frequency) {
+    by_frequency_[frequency] = {light_, strength_};
+    return;
+  }
+  Evaluation other(model_, tracer_, shot_, pixels_, moved_, other_frequency);
+  other.shine();
+  by_frequency_[other_frequency] = {std::move(other.light_), std::move(other.strength_)};
+}
+
 void Evaluation::shine_again(std::size_t k) {
-  Evaluation other(model_, tracer_, shot_, pixels_, changes_[k]);
+  Evaluation other(model_, tracer_, shot_, pixels_, changes_[k], frequencies_[k]);
   other.shine();
   const std::size_t n = pixels_.size();
-  if (clean_[k].empty()) {
-    clean_[k] = light_;
-    clean_strength_[k] = strength_;
-  }
+  Shine& clean = clean_[k];
+  if (clean.light.empty()) clean = by_frequency_.at(frequencies_[k]);
   for (std::size_t i = 0; i < n; ++i) {
     Complex& now = exposures_[k * n + i];
-    now = clean_[k][i] != Complex{} ? now * (other.light_[i] / clean_[k][i]) : other.light_[i];
+    now = clean.light[i] != Complex{} ? now * (other.light_[i] / clean.light[i]) : other.light_[i];
     double& amount = intensities_[k * n + i];
-    amount = clean_strength_[k][i] > 0 ? amount * (other.strength_[i] / clean_strength_[k][i]) : other.strength_[i];
+    amount = clean.strength[i] > 0 ? amount * (other.strength_[i] / clean.strength[i]) : other.strength_[i];
   }
-  clean_[k] = std::move(other.light_);
-  clean_strength_[k] = std::move(other.strength_);
+  clean = {std::move(other.light_), std::move(other.strength_)};
 }
 
 int Evaluation::move_exposure(std::uint32_t k, double displacement) noexcept {
-  if (k > 3) return TOFGRAPH_STATUS_ERROR;
+  if (k >= steps_.size()) return TOFGRAPH_STATUS_ERROR;
   if (displacement == 0) return TOFGRAPH_STATUS_OK;
   try {
     changes_[k].displacement += displacement;
@@ -87,10 +98,12 @@ int Evaluation::move_exposure(std::uint32_t k, double displacement) noexcept {
 
 void Evaluation::expose(Expectation& result) {
   const std::size_t n = pixels_.size();
-  result.taps.resize(8 * n);
-  for (std::size_t k = 0; k < 4; ++k) {
+  result.taps.resize(2 * steps_.size() * n);
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    const Complex turn = turn_of(steps_[k].phase);
     for (std::size_t i = 0; i < n; ++i) {
-      double c = turned(exposures_[k * n + i], steps_[k].phase, k).real() + extras_[k * n + i];
+      const Complex p = exposures_[k * n + i];
+      double c = p.real() * turn.real() - p.imag() * turn.imag() + extras_[k * n + i];
       if (std::isnan(pixels_.rays[i].z)) c = nan;
       const double mean = intensities_[k * n + i];
       result.taps[2 * k * n + i] = mean + c / 2;

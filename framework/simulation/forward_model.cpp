@@ -4,13 +4,19 @@
 
 #include "simulation/evaluation.hpp"
 
+#include <tofgraph/physics/exposures.hpp>
+
 #include <algorithm>
 
 namespace tofgraph::simulation {
 
 ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::vector<EffectPtr> effects,
                            std::size_t edge_samples)
-    : camera_(camera), physical_(physical), effects_(std::move(effects)), edge_samples_(edge_samples) {
+    : camera_(camera),
+      physical_(physical),
+      exposures_(physics::exposures_of(camera).size()),
+      effects_(std::move(effects)),
+      edge_samples_(edge_samples) {
   static_cast<void>(physics::geometry_of(camera));  // says what is missing
   const auto need = [&](double value, const char* what) {
     if (value > 0) return;
@@ -52,7 +58,7 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Shot& shot, const P
   if (whole || pixels.rows <= 2 * rows) return evaluate(pixels);
   Expectation result;
   const std::size_t n = pixels.size();
-  result.taps.resize(8 * n);
+  result.taps.resize(2 * exposures_ * n);
   result.hits.resize(n);
   for (std::size_t first = 0; first < pixels.rows; first += rows) {
     const std::size_t last = std::min(first + rows, pixels.rows);
@@ -61,7 +67,7 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Shot& shot, const P
     const Pixels strip = strip_of(pixels, first - above, last + below);
     const Expectation part = evaluate(strip);
     const std::size_t count = (last - first) * pixels.columns, from = above * pixels.columns;
-    for (std::size_t plane = 0; plane < 8; ++plane)
+    for (std::size_t plane = 0; plane < 2 * exposures_; ++plane)
       std::copy_n(part.taps.begin() + static_cast<std::ptrdiff_t>(plane * strip.size() + from), count,
                   result.taps.begin() + static_cast<std::ptrdiff_t>(plane * n + first * pixels.columns));
     std::copy_n(part.hits.begin() + static_cast<std::ptrdiff_t>(from), count,

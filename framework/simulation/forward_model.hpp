@@ -31,14 +31,14 @@ Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t 
 struct Shot {
   tofgraph_condition condition{};
   std::vector<bool> on;
-  bool moving = false;  ///< the scene is not the same in the four exposures, even without effects
+  bool moving = false;  ///< the scene is not the same in all exposures, even without effects
 };
 /// Nothing known but the times, everything on.
 Shot shot_of(const tofgraph_camera& camera, double integration_time);
 
 /// What the taps hold before noise and readout.
 struct Expectation {
-  std::vector<double> taps;  ///< 4 x (A, B) x pixels, counts; NaN outside the lens model
+  std::vector<double> taps;  ///< P x (A, B) x pixels, counts; NaN outside the lens model
   double noise_factor = 1;   ///< on the noise's standard deviation
   std::vector<Hit> hits;     ///< a pixel's centre
 };
@@ -56,12 +56,14 @@ class ForwardModel {
 
   /// True when an effect acts on the taps with their noise.
   bool has_readout() const { return first_readout_ < effects_.size(); }
-  /// Applies these effects. @param taps 4 x (A, B) x pixels, counts
+  /// Applies these effects. @param taps P x (A, B) x pixels, counts
   void read_out(const Shot& shot, const Pixels& pixels, std::span<double> taps) const;
 
   const tofgraph_camera& camera() const { return camera_; }
   const std::vector<EffectPtr>& effects() const { return effects_; }
   bool physical() const { return physical_; }
+  /// P: the raw images of a frame.
+  std::size_t exposures() const { return exposures_; }
   std::size_t edge_samples() const { return edge_samples_; }
   /// Which of the effects is the first that acts on the taps with their noise.
   std::size_t first_readout() const { return first_readout_; }
@@ -69,6 +71,7 @@ class ForwardModel {
  private:
   const tofgraph_camera& camera_;
   bool physical_;
+  std::size_t exposures_;
   std::vector<EffectPtr> effects_;  ///< by level, within a level in the model's order, late phasor effects last
   std::size_t first_readout_ = 0;   ///< from here on all act on the taps with their noise
   std::size_t edge_samples_;

@@ -3,6 +3,7 @@
 #include "simulation/frames.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tofgraph::simulation {
@@ -14,12 +15,13 @@ Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot
       shot_(shot),
       seed_(seed),
       noisy_(noise.known()),
-      from_taps_(with_taps || model.has_readout()) {
+      from_taps_(with_taps || model.has_readout()),
+      exposures_(physics::exposures_of(model.camera())) {
   Expectation expectation = model.expect(tracer, shot, pixels);
   hits_ = std::move(expectation.hits);
   const std::size_t n = pixels.size();
   mean_.assign(expectation.taps.begin(), expectation.taps.end());
-  deviation_.assign(8 * n, 0);
+  deviation_.assign(2 * exposures() * n, 0);
   if (noisy_) {
     const double read = noise.read_noise * noise.read_noise;
     std::ranges::transform(expectation.taps, deviation_.begin(), [&](double counts) {
@@ -27,9 +29,9 @@ Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot
     });
   }
   if (from_taps_) return;
-  sample_mean_.resize(4 * n);
-  sample_deviation_.resize(4 * n);
-  for (std::size_t k = 0; k < 4; ++k) {
+  sample_mean_.resize(exposures() * n);
+  sample_deviation_.resize(exposures() * n);
+  for (std::size_t k = 0; k < exposures(); ++k) {
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t a = 2 * k * n + i, b = a + n;
       sample_mean_[k * n + i] = static_cast<float>(expectation.taps[a] - expectation.taps[b]);
@@ -41,15 +43,23 @@ Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot
 void Frames::draw(std::uint64_t frame, const std::vector<float>& mean, const std::vector<float>& deviation, bool second,
                   std::size_t plane, float* out) const {
   const std::size_t first = second ? pixels_.size() : 0;
-  std::array<const float*, 4> means{}, deviations{};
-  std::array<float*, 4> outs{};
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t at = first + k * plane;
-    means[k] = mean.data() + at;
-    deviations[k] = deviation.data() + at;
-    outs[k] = out + at;
+  constexpr std::size_t at_once = 4;
+  constexpr std::uint32_t block = 1U << 28U;  // streams between one four of exposures and the next
+  for (std::size_t begin = 0; begin < exposures(); begin += at_once) {
+    std::array<const float*, at_once> means{}, deviations{};
+    std::array<float*, at_once> outs{};
+    const std::size_t count = std::min(at_once, exposures() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t at = first + (begin + k) * plane;
+      means[k] = mean.data() + at;
+      deviations[k] = deviation.data() + at;
+      outs[k] = out + at;
+    }
+    const std::uint32_t stream =
+        2 * seed_.condition + (second ? 1U : 0U) + static_cast<std::uint32_t>(begin / at_once) * block;
+    add_noise({seed_.seed, frame, stream}, pixels_.size(), std::span(means.data(), count),
+              std::span(deviations.data(), count), std::span(outs.data(), count));
   }
-  add_noise({seed_.seed, frame, 2 * seed_.condition + (second ? 1U : 0U)}, pixels_.size(), means, deviations, outs);
 }
 
 std::vector<float> Frames::read_out(std::uint64_t frame) const {
@@ -82,20 +92,33 @@ void Frames::phases(std::uint64_t frame, float* out) const {
     return;
   }
   const std::vector<float> values = read_out(frame);
-  for (std::size_t k = 0; k < 4; ++k) {
+  for (std::size_t k = 0; k < exposures(); ++k) {
     for (std::size_t i = 0; i < n; ++i) out[k * n + i] = values[2 * k * n + i] - values[(2 * k + 1) * n + i];
   }
 }
 
 void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) const {
   const std::size_t n = pixels_.size();
-  std::vector<float> samples(4 * n);
+  std::vector<float> samples(exposures() * n);
   phases(frame, samples.data());
+  if (!physics::are_the_four(exposures_)) return decode_any(samples, distance, amplitude);
   const double scale = physics::metres_per_radian(shot_.condition.modulation_frequency);
   for (std::size_t i = 0; i < n; ++i) {
     const physics::Decoded decoded =
         physics::decode({samples[i], samples[n + i], samples[2 * n + i], samples[3 * n + i]});
     distance[i] = static_cast<float>(scale * decoded.phase);
+    amplitude[i] = static_cast<float>(decoded.amplitude);
+  }
+}
+
+void Frames::decode_any(const std::vector<float>& samples, float* distance, float* amplitude) const {
+  const std::size_t n = pixels_.size();
+  const physics::PhaseDecoding decoding(exposures_, shot_.condition.modulation_frequency);
+  std::vector<double> pixel(exposures());
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < exposures(); ++k) pixel[k] = samples[k * n + i];
+    const auto decoded = decoding(pixel);
+    distance[i] = static_cast<float>(decoded.distance);
     amplitude[i] = static_cast<float>(decoded.amplitude);
   }
 }

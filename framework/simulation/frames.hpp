@@ -6,6 +6,7 @@
 #include "simulation/forward_model.hpp"
 #include "simulation/noise.hpp"
 
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/four_phase.hpp>
 
 namespace tofgraph::simulation {
@@ -26,14 +27,16 @@ class Frames {
   Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
          const physics::TapNoise& noise, NoiseSeed seed, bool with_taps = false);
 
-  /// 4 x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
+  /// P x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
   void taps(std::uint64_t frame, std::uint16_t* out) const;
-  /// 4 x pixels: A_k - B_k, counts, not rounded. Pixels outside the lens model are NaN.
+  /// P x pixels: A_k - B_k, counts, not rounded. Pixels outside the lens model are NaN.
   void phases(std::uint64_t frame, float* out) const;
   /// Decoded phases, pixels: m, counts.
   void distance(std::uint64_t frame, float* distance, float* amplitude) const;
 
   bool noisy() const { return noisy_; }
+  /// P.
+  std::size_t exposures() const { return exposures_.size(); }
   /// Where the pixels' centres look.
   const std::vector<Hit>& hits() const { return hits_; }
 
@@ -42,14 +45,17 @@ class Frames {
   std::vector<float> read_out(std::uint64_t frame) const;
   void draw(std::uint64_t frame, const std::vector<float>& mean, const std::vector<float>& deviation, bool second,
             std::size_t plane, float* out) const;
+  /// Any exposures, in double: as phase_decoder does.
+  void decode_any(const std::vector<float>& samples, float* distance, float* amplitude) const;
 
   const ForwardModel& model_;
   const Pixels& pixels_;
   Shot shot_;
   NoiseSeed seed_;
   bool noisy_, from_taps_;
-  std::vector<float> mean_, deviation_;                ///< 4 x (A, B) x pixels
-  std::vector<float> sample_mean_, sample_deviation_;  ///< 4 x pixels, where they are not made from the taps
+  physics::Exposures exposures_;
+  std::vector<float> mean_, deviation_;                ///< P x (A, B) x pixels
+  std::vector<float> sample_mean_, sample_deviation_;  ///< P x pixels, where they are not made from the taps
   std::vector<Hit> hits_;
 };
 

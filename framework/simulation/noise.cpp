@@ -64,8 +64,8 @@ HWY_INLINE void BoxMuller(V radius_words, V angle_words, hn::Vec<F32>& z0, hn::V
   z1 = hn::Mul(radius, hn::Sin(d, angle));
 }
 
-void AddNoise(const NoiseStream& stream, std::size_t pixels, const std::array<const float*, 4>& mean,
-              const std::array<const float*, 4>& deviation, const std::array<float*, 4>& out) {
+void AddNoise(const NoiseStream& stream, std::size_t pixels, std::span<const float* const> mean,
+              std::span<const float* const> deviation, std::span<float* const> out) {
   const U32 d;
   const F32 f;
   const std::size_t lanes = hn::Lanes(d);
@@ -78,7 +78,7 @@ void AddNoise(const NoiseStream& stream, std::size_t pixels, const std::array<co
     hn::Vec<F32> z[4];
     BoxMuller(c0, c1, z[0], z[1]);
     BoxMuller(c2, c3, z[2], z[3]);
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < mean.size(); ++k) {
       if (i + lanes <= pixels) {
         const auto value = hn::MulAdd(z[k], hn::LoadU(f, deviation[k] + i), hn::LoadU(f, mean[k] + i));
         hn::StoreU(value, f, out[k] + i);
@@ -99,8 +99,8 @@ namespace tofgraph::simulation {
 
 HWY_EXPORT(AddNoise);
 
-void add_noise(const NoiseStream& stream, std::size_t pixels, const std::array<const float*, 4>& mean,
-               const std::array<const float*, 4>& deviation, const std::array<float*, 4>& out) {
+void add_noise(const NoiseStream& stream, std::size_t pixels, std::span<const float* const> mean,
+               std::span<const float* const> deviation, std::span<float* const> out) {
   HWY_DYNAMIC_DISPATCH(AddNoise)(stream, pixels, mean, deviation, out);
 }
 

@@ -24,8 +24,8 @@ class Images {
   Images(const Simulation& simulation, const ConditionFrames& condition, bool truth)
       : simulation_(simulation), condition_(condition) {
     const std::uint64_t height = simulation.pixels().rows, width = simulation.pixels().columns;
-    if (simulation.has_output("taps")) add("taps", {4, 2, height, width});
-    if (simulation.has_output("phases")) add("phases", {4, height, width});
+    if (simulation.has_output("taps")) add("taps", {condition.frames.exposures(), 2, height, width});
+    if (simulation.has_output("phases")) add("phases", {condition.frames.exposures(), height, width});
     if (simulation.has_output("distance")) {
       add("distance", {height, width});
       add("amplitude", {height, width});
@@ -122,7 +122,8 @@ io::CaptureHeader header_of(const Simulation& simulation) {
           "simulated: " + simulation.scene().name,
           "",
           camera.profile != nullptr ? camera.profile : "",
-          provenance.dump()};
+          provenance.dump(),
+          camera.exposure_count > 0 ? physics::exposures_of(camera) : physics::Exposures{}};
 }
 
 }  // namespace

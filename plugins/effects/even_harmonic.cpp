@@ -16,11 +16,11 @@ struct EvenHarmonic final : Effect {
   void apply(SamplesLevel& light) const {
     if (*ratio == 0) return;
     for (std::size_t k = 0; k < light.exposures(); ++k) {
-      const double sign = k % 2 == 0 ? *ratio : -*ratio;
+      const std::complex<double> turned = std::polar(*ratio, 2 * light.step(k));
       for (std::size_t i = 0; i < light.points(); ++i) {
         const std::complex<double> p = light.phasor(k, i);
         const double amplitude = std::abs(p);
-        if (amplitude > 0) light.extra(k, i) += sign * (p * p).real() / amplitude;
+        if (amplitude > 0) light.extra(k, i) += (p * p * turned).real() / amplitude;
       }
     }
   }

@@ -23,11 +23,22 @@ struct PhaseGain final : Effect {
       "gain3",
       {.fallback = "0", .min = -0.5, .max = 0.5, .text = "image 3 gets more light", .off = 0, .typical = 5e-3}};
 
+  Param<std::vector<double>> further{
+      this, "further", {.min = -0.5, .max = 0.5, .text = "the same of the images from 4 on"}};
+
+  void prepare(Setup& setup) {
+    const std::size_t images = setup.exposures().size;
+    if (further->size() + 4 > std::max<std::size_t>(images, 4))
+      throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
+                                       std::to_string(images) + " images, of which they are those from 4 on");
+  }
+
   void apply(SamplesLevel& light) const {
     const double gains[] = {0, *gain1, *gain2, *gain3};
-    for (std::size_t k = 1; k < std::min(light.exposures(), std::size(gains)); ++k) {
-      if (gains[k] == 0) continue;
-      const double factor = 1 + gains[k];
+    for (std::size_t k = 1; k < light.exposures(); ++k) {
+      const double gain = k < 4 ? gains[k] : k - 4 < further->size() ? (*further)[k - 4] : 0;
+      if (gain == 0) continue;
+      const double factor = 1 + gain;
       for (std::size_t i = 0; i < light.points(); ++i) {
         light.phasor(k, i) *= factor;
         light.extra(k, i) *= factor;

@@ -39,9 +39,22 @@ struct PhaseStepError final : Effect {
                        .off = 0,
                        .typical = 5e-3}};
 
+  Param<std::vector<double>> further{
+      this, "further", {.unit = "rad", .min = -0.5, .max = 0.5, .text = "the same of the images from 4 on"}};
+
+  void prepare(Setup& setup) {
+    const std::size_t images = setup.exposures().size;
+    if (further->size() + 4 > std::max<std::size_t>(images, 4))
+      throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
+                                       std::to_string(images) + " images, of which they are those from 4 on");
+  }
+
   void apply(SamplesLevel& light) const {
     const double errors[] = {0, *step1, *step2, *step3};
-    for (std::size_t k = 1; k < std::min(light.exposures(), std::size(errors)); ++k) light.step(k) += errors[k];
+    for (std::size_t k = 1; k < light.exposures(); ++k) {
+      if (k < 4) light.step(k) += errors[k];
+      if (k >= 4 && k - 4 < further->size()) light.step(k) += (*further)[k - 4];
+    }
   }
 };
 

@@ -41,8 +41,8 @@ struct Wiggling final : Effect {
  private:
   static void add(const SamplesLevel& light, int order, double length, double angle) {
     if (length == 0) return;
-    const std::complex<double> harmonic = std::polar(length * light.radians_per_metre(), angle);
     for (std::size_t k = 0; k < light.exposures(); ++k) {
+      const std::complex<double> harmonic = std::polar(length * light.radians_per_metre(k), angle);
       const std::complex<double> turned = harmonic * std::polar(1.0, order * light.step(k));
       for (std::size_t i = 0; i < light.points(); ++i) {
         const std::complex<double> p = light.phasor(k, i);

@@ -230,7 +230,7 @@ struct Simulator final : Source {
   void write_images(Frame& frame) {
     if (phases.present()) {
       if (now_->noisy())
-        now_->phases(next_, phases(frame, 4, rows_, columns_).data());
+        now_->phases(next_, phases(frame, now_->exposures(), rows_, columns_).data());
       else
         share_phases(frame);
     }
@@ -251,7 +251,7 @@ struct Simulator final : Source {
     const tofgraph_channel channel{.type = TOFGRAPH_TYPE_U16,
                                    .rank = 4,
                                    .name = taps.channel(),
-                                   .extent = {4, 2, rows_, columns_},
+                                   .extent = {now_->exposures(), 2, rows_, columns_},
                                    .unit = taps.port().unit};
     return static_cast<std::uint16_t*>(frame.write(channel).data);
   }
@@ -259,7 +259,7 @@ struct Simulator final : Source {
   /// Hands the samples on without a copy; each frame keeps them alive.
   void share_phases(const Frame& frame) {
     if (!shared_) {
-      auto samples = std::make_shared<Values>(4 * rows_ * columns_);
+      auto samples = std::make_shared<Values>(now_->exposures() * rows_ * columns_);
       now_->phases(0, samples->data());
       shared_ = std::move(samples);
     }
@@ -267,7 +267,7 @@ struct Simulator final : Source {
     const tofgraph_view view{.type = TOFGRAPH_TYPE_F32,
                              .rank = 3,
                              .data = const_cast<float*>(shared_->data()),  // readers only read
-                             .extent = {4, rows_, columns_, 0},
+                             .extent = {now_->exposures(), rows_, columns_, 0},
                              .stride = {row * static_cast<std::int64_t>(rows_), row, sizeof(float), 0},
                              .channel = phases.channel(),
                              .unit = phases.port().unit};
