@@ -5,9 +5,12 @@
 #define HWY_TARGET_INCLUDE "plugins/filters/four_phase_decoder.cpp"
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
-#include <tofgraph/lengths.hpp>
-#include <tofgraph/physics/four_phase.hpp>
 #include <tofgraph/physics/vector_phase.hpp>
+
+#include <array>
+
+#include "plugins/filters/decoder.hpp"
+#include "plugins/filters/vector_samples.hpp"
 
 #ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
@@ -26,8 +29,9 @@ struct DecoderSettings {
 
 /// Where a frame's channels are; null: not wanted.
 struct DecoderImages {
-  const void* samples;  // 4 phases, or 4 x 2 taps
-  std::uint32_t type;   // of the samples
+  const void* samples;               // 4 phases, or 4 x 2 taps
+  std::array<std::size_t, 4> order;  // which of them are those of 0, 90, 180, 270 degrees
+  std::uint32_t type;                // of the samples
   std::size_t pixels;
   float* distance;
   float* amplitude;
@@ -44,43 +48,6 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A vector of samples as float.
-template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const float* from) { return hn::LoadU(d, from); }
-template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const std::int32_t* from) {
-  return hn::ConvertTo(d, hn::LoadU(hn::RebindToSigned<D>(), from));
-}
-template <class D, class T>  // 16 bits
-HWY_INLINE hn::Vec<D> LoadFloat(D d, const T* from) {
-  return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<T, D>(), from)));
-}
-
-/// The four samples of a vector of pixels, with the sum and the greatest of the taps where there are taps.
-template <class D> struct Samples { hn::Vec<D> c[4], sum, greatest; };
-
-template <class D, class T> HWY_INLINE Samples<D> LoadPhases(D d, const T* from, std::size_t pixels) {
-  const auto c = [&](std::size_t k) { return LoadFloat(d, from + k * pixels); };
-  return {{c(0), c(1), c(2), c(3)}, hn::Zero(d), hn::Zero(d)};
-}
-
-/// Integers as long as they can be: exact, and half as many conversions.
-template <class D> HWY_INLINE Samples<D> LoadTaps(D d, const std::uint16_t* from, std::size_t pixels) {
-  const hn::RebindToSigned<D> di;
-  const hn::Rebind<std::uint16_t, D> du16;
-  Samples<D> samples;
-  auto sum = hn::Zero(di);
-  auto greatest = hn::Zero(du16);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const auto a = hn::LoadU(du16, from + (2 * k) * pixels), b = hn::LoadU(du16, from + (2 * k + 1) * pixels);
-    greatest = hn::Max(greatest, hn::Max(a, b));
-    const auto wide_a = hn::PromoteTo(di, a), wide_b = hn::PromoteTo(di, b);
-    samples.c[k] = hn::ConvertTo(d, hn::Sub(wide_a, wide_b));
-    sum = hn::Add(sum, hn::Add(wide_a, wide_b));
-  }
-  samples.sum = hn::ConvertTo(d, sum);
-  samples.greatest = hn::ConvertTo(d, hn::PromoteTo(di, greatest));
-  return samples;
-}
-
 /// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
 template <bool Taps, class T, class D>
 HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& images, std::size_t i) {
@@ -88,16 +55,18 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
   const T* from = static_cast<const T*>(images.samples) + i;
-  Samples<D> samples;
-  if constexpr (Taps)
-    samples = LoadTaps(d, from, images.pixels);
-  else
-    samples = LoadPhases(d, from, images.pixels);
-  const auto& [c, sum, greatest] = samples;
+  V c[4];
+  TapSums<D> sums{hn::Zero(di), hn::Zero(du16)};
+  for (std::size_t k = 0; k < 4; ++k) {
+    if constexpr (Taps)
+      c[k] = LoadTaps(d, from + 2 * images.order[k] * images.pixels, images.pixels, sums);
+    else
+      c[k] = LoadFloat(d, from + images.order[k] * images.pixels);
+  }
   const V sine = hn::Sub(c[3], c[1]), cosine = hn::Sub(c[0], c[2]);
   const V amplitude = hn::Mul(hn::Set(d, 0.5F), hn::Sqrt(hn::MulAdd(sine, sine, hn::Mul(cosine, cosine))));
-  const V intensity =
-      Taps ? hn::Mul(sum, hn::Set(d, 0.125F)) : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
+  const V intensity = Taps ? hn::Mul(hn::ConvertTo(d, sums.sum), hn::Set(d, 0.125F))
+                           : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
   const V tap_variance = hn::MulAdd(hn::Set(d, s.shot_noise), intensity, hn::Set(d, s.read_variance));
   const V null2 = hn::Mul(hn::Set(d, 0.25F), hn::Sub(hn::Add(c[0], c[2]), hn::Add(c[1], c[3])));
   const V limit = hn::MulAdd(hn::Set(d, s.null2_per_variance), tap_variance, hn::Set(d, s.null2_square));
@@ -106,7 +75,10 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
   const auto raise = [&](hn::Mask<D> where, std::uint16_t flag) {
     flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, where), hn::Set(di, flag)));
   };
-  if constexpr (Taps) raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
+  if constexpr (Taps) {
+    const V greatest = hn::ConvertTo(d, hn::PromoteTo(di, sums.greatest));
+    raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
+  }
   raise(hn::Lt(amplitude, hn::Set(d, s.min_amplitude)), flag::low_signal);
   raise(hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
   const auto bad = hn::And(flags, hn::Set(di, s.invalid_flags));
@@ -159,36 +131,8 @@ namespace tofgraph {
 
 HWY_EXPORT(Decode);
 
-/// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts, a sample c_k is the difference of two
-/// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
-/// light. sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
-struct FourPhaseDecoder final : Filter {
-  In<std::uint16_t> taps{
-      this, "taps", {.shape = "4 2 H W", .optional = true, .text = "read first: they show saturation and light"}};
-  In<void> phases{
-      this,
-      "phases",
-      {.shape = "4 H W", .optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
-  Out<float> distance{this, "distance", {.from = "taps phases"}};
-  Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
-  Out<float> intensity{
-      this, "intensity", {.optional = true, .text = "mean of the eight tap samples; not from phases", .from = "taps"}};
-  Out<float> sigma{
-      this, "sigma", {.optional = true, .text = "where the noise is known", .from = "taps phases", .of = "distance"}};
-
-  Param<double> modulation_frequency{
-      this,
-      "modulation_frequency",
-      {.unit = "Hz", .min = 1e3, .max = 1e10, .text = "instead of the frames' own, e.g. 20 MHz"}};
-  Param<double> min_amplitude{
-      this,
-      "min_amplitude",
-      {.unit = "counts", .fallback = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
-  Param<bool> invalidate_low_signal{
-      this, "invalidate_low_signal", {.fallback = "false", .text = "pixels of low signal become invalid"}};
-  Param<bool> invalidate_saturated{
-      this, "invalidate_saturated", {.fallback = "true", .text = "saturated pixels become invalid"}};
+/// sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
+struct FourPhaseDecoder final : Decoder {
   Param<double> inconsistent_above{
       this,
       "inconsistent_above",
@@ -198,46 +142,31 @@ struct FourPhaseDecoder final : Filter {
        .choices = "auto off",
        .text = "flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent, which invalidates nothing; "
                "auto: five standard deviations where the noise is known, else off"}};
-  Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
-  Param<double> shot_noise{
-      this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};
-  Param<double> full_well{
-      this,
-      "full_well",
-      {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
 
   void prepare(Setup& setup) {
-    if (!taps.present() && !phases.present())
-      throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
-    check_exposures(setup);
-    if (!modulation_frequency.given() && !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
-      throw ConfigError("modulation_frequency",
-                        "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
+    const physics::Exposures exposures = prepare_samples(setup);
+    const std::vector<std::size_t> order = physics::quarter_order(exposures);
+    if (order.empty()) {
+      throw std::runtime_error(
+          "decodes four exposures at 0, 90, 180 and 270 deg of one frequency, in any order; what "
+          "arrives has " +
+          physics::exposures_text(exposures) + ": take phase_decoder for it");
     }
-    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_TYPE_F32 &&
-        setup.find("phases")->type != TOFGRAPH_TYPE_I16 && setup.find("phases")->type != TOFGRAPH_TYPE_I32) {
-      throw std::runtime_error(std::string("phases are ") + element_name(setup.find("phases")->type) +
-                               ", expected float32, int16 or int32");
-    }
-    flags.provide(setup);
-    lengths_.prepare(setup, {});
-    if (taps.present()) intensity.provide(setup);
-    set_constants(setup.stream().camera);
-    if (settings_.read_variance > 0 || settings_.shot_noise > 0) sigma.provide(setup);
+    std::ranges::copy(order, order_.begin());
+    set_constants();
   }
 
   void process(Frame& frame) const {
-    const tofgraph_view samples = taps.present() ? frame.find("taps") : phases(frame);
+    const tofgraph_view samples = samples_of(frame);
     const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
-    const double frequency =
-        modulation_frequency.given() ? *modulation_frequency : frame.metadata().modulation_frequency;
-    if (!(frequency > 0)) throw std::runtime_error("the frame does not know its modulation frequency");
+    const double frequency = frequency_of(frame);
     DecoderSettings settings = settings_;
     settings.metres_per_radian = static_cast<float>(physics::metres_per_radian(frequency));
     settings.range = static_cast<float>(physics::unambiguous_range(frequency));
     const Array<std::uint16_t> bits = flags(frame, rows, columns);
     HWY_DYNAMIC_DISPATCH(Decode)
     (settings, {.samples = samples.data,
+                .order = order_,
                 .type = samples.type,
                 .pixels = rows * columns,
                 .distance = distance(frame, rows, columns).data(),
@@ -249,48 +178,26 @@ struct FourPhaseDecoder final : Filter {
   }
 
  private:
-  /// Four steps of 90 degrees, at one frequency.
-  static void check_exposures(const Setup& setup) {
-    const tofgraph_stream& stream = setup.stream();
-    const Strided<const tofgraph_exposure> exposures{stream.exposures, stream.exposure_size, stream.exposure_count};
-    for (std::size_t k = 0; k < exposures.size; ++k) {
-      const double step = static_cast<double>(k) * M_PI / 2;
-      if (exposures.size == 4 && std::abs(std::remainder(exposures[k].phase - step, 2 * M_PI)) < 1e-9 &&
-          exposures[k].frequency == exposures[0].frequency)
-        continue;
-      throw std::runtime_error("decodes four exposures at 0, 90, 180 and 270 deg of one frequency, what arrives has " +
-                               std::to_string(exposures.size) + ", and exposure " + std::to_string(k) + " is at " +
-                               std::to_string(exposures[k].phase * 180 / M_PI) + " deg");
-    }
-  }
-
   /// All that does not depend on the frame.
-  void set_constants(const tofgraph_camera* camera) {
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
-    const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };
-    const physics::TapNoise noise{.read_noise = either(read_noise, camera != nullptr ? camera->read_noise : unknown),
-                                  .shot_noise = either(shot_noise, camera != nullptr ? camera->shot_noise : unknown)};
-    const double contrast = camera != nullptr ? camera->contrast : unknown;
-    const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
-    const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);
-    const bool automatic = inconsistent_above.word() == "auto" && known;
+  void set_constants() {
+    constexpr double never = std::numeric_limits<float>::infinity();
+    const bool automatic = inconsistent_above.word() == "auto" && counts_.noise_known;
     settings_ = {
-        .full_well = static_cast<float>(well > 0 ? well : never),
-        .min_amplitude = static_cast<float>(*min_amplitude),
-        .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
-        .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),
-        .intensity_per_amplitude = static_cast<float>(contrast > 0 ? 1 / (2 * contrast) : 0),
+        .full_well = counts_.full_well,
+        .min_amplitude = counts_.min_amplitude,
+        .read_variance = counts_.read_variance,
+        .shot_noise = counts_.shot_noise,
+        .intensity_per_amplitude = counts_.intensity_per_amplitude,
         .null2_square = static_cast<float>(inconsistent_above.word().empty() ? *inconsistent_above * *inconsistent_above
                                            : automatic                       ? 0
                                                                              : never),
         // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
         .null2_per_variance = automatic ? 25.0F / 2 : 0.0F,
-        .invalid_flags = flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
-                         (*invalidate_low_signal ? flag::low_signal : 0)};
+        .invalid_flags = invalid_flags()};
   }
 
   DecoderSettings settings_{};
-  OtherLengths lengths_;
+  std::array<std::size_t, 4> order_{};
 };
 
 }  // namespace tofgraph

@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What four_phase_decoder and phase_decoder share: their ports, their noise, and a look at the order of the
+/// exposures.
+#pragma once
+
+#include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/four_phase.hpp>
+
+namespace tofgraph {
+
+/// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts, a sample c_k is the difference of two
+/// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
+/// light.
+struct Decoder : Filter {
+  In<std::uint16_t> taps{
+      this, "taps", {.shape = "P 2 H W", .optional = true, .text = "read first: they show saturation and light"}};
+  In<void> phases{
+      this,
+      "phases",
+      {.shape = "P H W", .optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+  Out<float> distance{this, "distance", {.from = "taps phases"}};
+  Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
+  Out<float> intensity{
+      this, "intensity", {.optional = true, .text = "mean of the tap samples; not from phases", .from = "taps"}};
+  Out<float> sigma{
+      this, "sigma", {.optional = true, .text = "where the noise is known", .from = "taps phases", .of = "distance"}};
+
+  Param<double> modulation_frequency{
+      this,
+      "modulation_frequency",
+      {.unit = "Hz", .min = 1e3, .max = 1e10, .text = "instead of the frames' own, e.g. 20 MHz"}};
+  Param<double> min_amplitude{
+      this,
+      "min_amplitude",
+      {.unit = "counts", .fallback = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
+  Param<bool> invalidate_low_signal{
+      this, "invalidate_low_signal", {.fallback = "false", .text = "pixels of low signal become invalid"}};
+  Param<bool> invalidate_saturated{
+      this, "invalidate_saturated", {.fallback = "true", .text = "saturated pixels become invalid"}};
+  Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
+  Param<double> shot_noise{
+      this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};
+  Param<double> full_well{
+      this,
+      "full_well",
+      {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
+
+ protected:
+  /// What is the same for all pixels, in counts.
+  struct Counts {
+    float full_well;                  ///< infinity: not known
+    float min_amplitude;              ///< less is of low signal
+    float read_variance, shot_noise;  ///< of a tap: variance = read_variance + shot_noise intensity
+    float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
+    bool noise_known;
+  };
+
+  /// Checks the samples, announces what leaves. @returns the exposures of the frames
+  physics::Exposures prepare_samples(const Setup& setup) {
+    if (!taps.present() && !phases.present())
+      throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
+    exposures_ = physics::exposures_of(setup.exposures());
+    if (!modulation_frequency.given() && exposures_[0].frequency == 0 &&
+        !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
+      throw ConfigError("modulation_frequency",
+                        "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
+    }
+    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_TYPE_F32 &&
+        setup.find("phases")->type != TOFGRAPH_TYPE_I16 && setup.find("phases")->type != TOFGRAPH_TYPE_I32) {
+      throw std::runtime_error(std::string("phases are ") + element_name(setup.find("phases")->type) +
+                               ", expected float32, int16 or int32");
+    }
+    flags.provide(setup);
+    lengths_.prepare(setup, {});
+    if (taps.present()) intensity.provide(setup);
+    counts_ = counts_of(setup.stream().camera);
+    if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
+    return exposures_;
+  }
+
+  /// Of one frequency, Hz. @throws std::runtime_error when the frame does not know its own
+  double frequency_of(const Frame& frame) const {
+    const double frequency = modulation_frequency.given()  ? *modulation_frequency
+                             : exposures_[0].frequency > 0 ? exposures_[0].frequency
+                                                           : frame.metadata().modulation_frequency;
+    if (!(frequency > 0)) throw std::runtime_error("the frame does not know its modulation frequency");
+    return frequency;
+  }
+
+  tofgraph_view samples_of(const Frame& frame) const { return taps.present() ? frame.find("taps") : phases(frame); }
+
+  /// Bits that make a pixel invalid.
+  std::int32_t invalid_flags() const {
+    return flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
+           (*invalidate_low_signal ? flag::low_signal : 0);
+  }
+
+  Counts counts_{};
+  physics::Exposures exposures_;
+  OtherLengths lengths_;
+
+ private:
+  Counts counts_of(const tofgraph_camera* camera) const {
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
+    const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };
+    const physics::TapNoise noise{.read_noise = either(read_noise, camera != nullptr ? camera->read_noise : unknown),
+                                  .shot_noise = either(shot_noise, camera != nullptr ? camera->shot_noise : unknown)};
+    const double contrast = camera != nullptr ? camera->contrast : unknown;
+    const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
+    const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);
+    return {.full_well = static_cast<float>(well > 0 ? well : never),
+            .min_amplitude = static_cast<float>(*min_amplitude),
+            .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
+            .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),
+            .intensity_per_amplitude = static_cast<float>(contrast > 0 ? 1 / (2 * contrast) : 0),
+            .noise_known = known};
+  }
+};
+
+}  // namespace tofgraph
