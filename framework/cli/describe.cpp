@@ -5,6 +5,8 @@
 #include "core/quantity.hpp"
 #include "io/profile.hpp"
 
+#include <tofgraph/physics/exposures.hpp>
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -92,6 +94,15 @@ void print(const json& plugin) {
   for (const json& parameter : plugin["parameters"]) print_parameter(parameter);
 }
 
+/// Where all frequencies repeat together, m; null where they do not, or the frequency is not known.
+json unambiguous_range_of(const physics::Exposures& exposures, double own) {
+  std::vector<double> frequencies;
+  for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency > 0 ? e.frequency : own);
+  if (std::ranges::any_of(frequencies, [](double f) { return !(f > 0); })) return nullptr;
+  const double common = physics::common_frequency(frequencies);
+  return common > 0 ? json(physics::unambiguous_range(common)) : json(nullptr);
+}
+
 /// A camera profile as it is written, each key with where its value is from.
 json profile(const std::filesystem::path& file) {
   const auto camera = io::load_profile(file);
@@ -102,11 +113,14 @@ json profile(const std::filesystem::path& file) {
     values.push_back({{"key", entry.key}, {"value", core::yaml_text(entry.value)}, {"measured", measured}});
   }
   const core::Value document = core::load_document(file);
+  const physics::Exposures exposures = physics::exposures_of(camera->view());
   const core::Entry* source = document.find("source");
   return {{"kind", "camera"},
           {"name", camera->view().name},
           {"file", file.string()},
           {"values", values},
+          {"exposures", physics::exposures_text(exposures)},
+          {"unambiguous_range_m", unambiguous_range_of(exposures, camera->view().modulation_frequency)},
           {"source", source != nullptr ? source->value.text : ""}};
 }
 
@@ -115,6 +129,9 @@ void print_profile(const json& camera) {
   for (const json& value : camera["values"])
     fmt::print("  {:24} {:9} {}\n", text_of(value, "key"), value["measured"].get<bool>() ? "measured" : "nominal",
                text_of(value, "value"));
+  const json& range = camera["unambiguous_range_m"];
+  fmt::print("\na frame: {}{}\n", text_of(camera, "exposures"),
+             range.is_null() ? "" : fmt::format("; unambiguous to {:.4g} m", range.get<double>()));
   if (!text_of(camera, "source").empty()) fmt::print("\nsource: {}\n", text_of(camera, "source"));
 }
 

@@ -106,6 +106,7 @@ int main(int argc, char** argv) {
   cli::add_describe(app, common);
   cli::add_simulate(app, common);
   cli::add_gallery(app, common);
+  cli::add_info(app, common);
   cli::add_diagnose(app, common);
   try {
     app.parse(argc, argv);

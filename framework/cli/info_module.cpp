@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/info.hpp"
+#include "core/diagnostics.hpp"
+#include "core/document.hpp"
+#include "core/quantity.hpp"
+#include "io/capture.hpp"
+#include "io/profile.hpp"
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/physics/exposures.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::cli {
+namespace {
+
+using nlohmann::json;
+
+/// Where the exposures are from: the capture, else its profile in it, else that of its camera's name, else the four.
+physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& from) {
+  from = "the capture";
+  if (!header.exposures.empty()) return header.exposures;
+  core::Diagnostics diagnostics;
+  core::CameraPtr camera;
+  try {
+    const auto file = io::find_profile(header.camera, {});
+    if (!header.profile.empty())
+      camera = io::read_profile(core::parse_document(header.profile, "profile"), diagnostics);
+    else if (!file.empty())
+      camera = io::load_profile(file);
+  } catch (const core::ConfigurationError&) {  // a profile that cannot be read tells nothing
+    camera = nullptr;
+  }
+  from = camera && camera->view().exposure_count != 0 ? "the profile" : "the default";
+  return camera ? physics::exposures_of(camera->view()) : physics::exposures_of(tofgraph_camera{});
+}
+
+json extremes(double least, double greatest) { return json::array({least, greatest}); }
+
+/// Least and greatest of a number of the metadata, where every frame knows it.
+void add_range(json& settings, const io::CaptureReader& reader, std::uint64_t bit, const char* name,
+               double tofgraph_metadata::*value) {
+  const std::size_t last = reader.frames() - 1;
+  if ((reader.known(0, last) & bit) == 0) return;
+  double least = reader.metadata(0).*value, greatest = least;
+  for (std::size_t i = 1; i <= last; ++i) {
+    least = std::min(least, reader.metadata(i).*value);
+    greatest = std::max(greatest, reader.metadata(i).*value);
+  }
+  settings[name] = extremes(least, greatest);
+}
+
+json described(const io::CaptureReader& reader) {
+  const io::CaptureHeader& header = reader.header();
+  json result = {{"format", "tofgraph-info"},     {"version", 1},
+                 {"camera", header.camera},       {"width", header.width},
+                 {"height", header.height},       {"frames", reader.frames()},
+                 {"finished", reader.finished()}, {"comment", header.comment},
+                 {"serial", header.serial}};
+  for (const io::CaptureChannel& channel : reader.channels()) {
+    result["channels"].push_back({{"name", channel.name},
+                                  {"type", element_name(channel.type)},
+                                  {"extent", channel.extent},
+                                  {"unit", channel.unit},
+                                  {"applied", channel.applied}});
+    const bool raw = channel.name == "taps" || channel.name == "phases";
+    if (!raw || result.contains("exposures")) continue;
+    std::string from;
+    const physics::Exposures exposures = exposures_of(header, from);
+    json list = json::array();
+    for (const tofgraph_exposure& e : exposures)
+      list.push_back({{"phase_rad", e.phase}, {"frequency_hz", e.frequency}});
+    result["exposures"] = {
+        {"from", from}, {"text", physics::exposures_text(exposures)}, {"images", channel.extent[0]}, {"list", list}};
+  }
+  result["ignored"] = reader.ignored();
+  json settings = json::object();
+  add_range(settings, reader, TOFGRAPH_KNOWS_INTEGRATION_TIME, "integration_time_s",
+            &tofgraph_metadata::integration_time);
+  add_range(settings, reader, TOFGRAPH_KNOWS_MODULATION_FREQUENCY, "modulation_frequency_hz",
+            &tofgraph_metadata::modulation_frequency);
+  add_range(settings, reader, TOFGRAPH_KNOWS_TEMPERATURE, "temperature_k", &tofgraph_metadata::temperature);
+  add_range(settings, reader, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON, "time_since_power_on_s",
+            &tofgraph_metadata::time_since_power_on);
+  result["settings"] = settings;
+  json gaps = json::array();
+  for (std::size_t i = 1; i < reader.frames(); ++i) {
+    const std::uint64_t before = reader.metadata(i - 1).device_number, now = reader.metadata(i).device_number;
+    if (now != before + 1) gaps.push_back({{"after_frame", i - 1}, {"lost", now > before ? now - before - 1 : 0}});
+  }
+  result["gaps"] = gaps;
+  if ((reader.known(0, reader.frames() - 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0) {
+    const auto first = reader.metadata(0).timestamp_ns, last = reader.metadata(reader.frames() - 1).timestamp_ns;
+    result["duration_s"] = static_cast<double>(last - first) * 1e-9;
+  }
+  return result;
+}
+
+void print_setting(const json& settings, const char* key, const char* name, const char* unit) {
+  if (!settings.contains(key)) return;
+  const double least = settings[key][0], greatest = settings[key][1];
+  fmt::print("  {:22} {}{}\n", name, core::format_quantity(least, unit),
+             least == greatest ? "" : " to " + core::format_quantity(greatest, unit));
+}
+
+void print(const std::string& file, const json& info) {
+  fmt::print("{}: camera {}, {} x {} px, {} frame{}{}\n", file, info["camera"].get<std::string>(),
+             info["width"].get<int>(), info["height"].get<int>(), info["frames"].get<std::size_t>(),
+             info["frames"] == 1 ? "" : "s", info["finished"].get<bool>() ? "" : ": still being recorded, or cut off");
+  for (const char* key : {"comment", "serial"})
+    if (!info[key].get<std::string>().empty()) fmt::print("{}: {}\n", key, info[key].get<std::string>());
+  fmt::print("\nchannels\n");
+  for (const json& channel : info["channels"]) {
+    const auto applied = channel["applied"].get<std::string>(), unit = channel["unit"].get<std::string>();
+    fmt::print("  {:22} {} {}{}{}\n", channel["name"].get<std::string>(), channel["type"].get<std::string>(),
+               fmt::join(channel["extent"].get<std::vector<std::uint64_t>>(), " x "), unit.empty() ? "" : ", " + unit,
+               applied.empty() ? "" : "; applied so far: " + applied);
+  }
+  for (const json& name : info["ignored"]) fmt::print("  {:22} no channel\n", name.get<std::string>());
+  if (info.contains("exposures"))
+    fmt::print("\na frame: {} (by {})\n", info["exposures"]["text"].get<std::string>(),
+               info["exposures"]["from"].get<std::string>());
+  fmt::print("\nsettings\n");
+  print_setting(info["settings"], "integration_time_s", "integration time", "s");
+  print_setting(info["settings"], "modulation_frequency_hz", "modulation frequency", "Hz");
+  print_setting(info["settings"], "temperature_k", "temperature", "K");
+  print_setting(info["settings"], "time_since_power_on_s", "time since power on", "s");
+  if (info.contains("duration_s")) fmt::print("  {:22} {:.6g} s\n", "duration", info["duration_s"].get<double>());
+  if (info["gaps"].empty()) fmt::print("\nno frame is missing\n");
+  for (const json& gap : info["gaps"])
+    fmt::print("\nafter frame {}: {} lost", gap["after_frame"].get<std::size_t>(), gap["lost"].get<std::uint64_t>());
+  if (!info["gaps"].empty()) fmt::print("\n");
+}
+
+int info(const InfoArguments& arguments) {
+  json result;
+  try {
+    result = described(io::CaptureReader(arguments.capture));
+  } catch (const std::runtime_error& problem) {
+    throw core::ConfigurationError(fmt::format("{}: error: it cannot be read", problem.what()));
+  }
+  if (arguments.json)
+    fmt::print("{}\n", result.dump(2));
+  else
+    print(arguments.capture.string(), result);
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::info(*static_cast<const tofgraph::cli::InfoArguments*>(arguments));
+}
