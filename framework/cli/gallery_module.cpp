@@ -8,6 +8,7 @@
 #include "simulation/forward_model.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/exposures.hpp>
 
 namespace tofgraph::cli {
 namespace {
@@ -23,6 +24,8 @@ int gallery(const GalleryArguments& arguments) {
       !problem.empty())
     throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
   const auto camera = io::load_profile(profile);
+  if (const auto not_four = physics::not_the_four(physics::exposures_of(camera->view())); !not_four.empty())
+    throw core::ConfigurationError(fmt::format("--camera {}: error: the gallery {}", arguments.camera, not_four));
   const core::Catalogue catalogue(arguments.plugin_folders);
   Progress progress(arguments.quiet);
   report::write_effect_gallery(catalogue, camera->view(), arguments.out,

@@ -5,6 +5,7 @@
 #include "diagnosis/maps.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -82,6 +83,9 @@ class Run {
     io::Campaign campaign = io::read_campaign(
         options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
     if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+    if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
+      throw std::invalid_argument(
+          fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
     if (!d_->model.camera.empty() && d_->model.camera != campaign.camera_name)
       d_->notes.push_back(
           fmt::format("The model is for the camera '{}', the campaign was made with '{}': its profile is used.",

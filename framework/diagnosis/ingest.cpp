@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -101,6 +101,21 @@ void complete(io::Condition& condition, const io::CaptureReader& capture) {
     throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
 }
 
+/// Captures of decoded frames need not know their exposures.
+void check_exposures(const io::CaptureReader& capture) {
+  for (const io::CaptureChannel& channel : capture.channels()) {
+    if (channel.name != "taps" && channel.name != "phases") continue;
+    if (channel.extent[0] != physics::four_exposures.size())
+      throw std::runtime_error(
+          fmt::format("has {} exposures a frame: a search needs four steps of 90 deg of one "
+                      "frequency",
+                      channel.extent[0]));
+  }
+  const physics::Exposures& own = capture.header().exposures;
+  const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
+  if (!problem.empty()) throw std::runtime_error("cannot be used: a search " + problem);
+}
+
 /// One condition read, or why not.
 struct Read {
   io::Condition condition;
@@ -127,6 +142,7 @@ class Reader {
       throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
                                            capture.header().height, camera_.name, camera_.width, camera_.height));
     if (capture.frames() == 0) throw std::runtime_error("has no frames");
+    check_exposures(capture);
     complete(condition, capture);
     const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
     if (last >= capture.frames())

@@ -101,6 +101,20 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
   return exposures;
 }
 
+/// Exposures of one frequency and the camera's own frequency are the same.
+void settle_frequency(const Value& document, const std::vector<tofgraph_exposure>& exposures, tofgraph_camera& camera,
+                      Diagnostics& diagnostics) {
+  if (exposures.empty() || exposures[0].frequency == 0) return;
+  const double first = exposures[0].frequency;
+  if (std::isnan(camera.modulation_frequency)) camera.modulation_frequency = first;
+  const bool one = std::ranges::all_of(exposures, [&](const tofgraph_exposure& e) { return e.frequency == first; });
+  if (one && camera.modulation_frequency != first)
+    diagnostics.error(place_of(document, "modulation_frequency"),
+                      fmt::format("'modulation_frequency' is {} Hz, but all exposures have {} Hz",
+                                  camera.modulation_frequency, first),
+                      "leave one of the two out");
+}
+
 void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, Diagnostics& diagnostics) {
   camera.focal_length = camera.pitch[0] = camera.pitch[1] = unknown;
   if (const Entry* pitch = reader.take("pixel_pitch")) read_pair(*pitch, "m", "40 um", camera.pitch, diagnostics);
@@ -179,8 +193,7 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   if (const Entry* entry = reader.take("exposures")) exposures = read_exposures(entry->value, diagnostics);
   camera.exposures = exposures.data();
   camera.exposure_count = exposures.size();
-  if (std::isnan(camera.modulation_frequency) && !exposures.empty() && exposures[0].frequency > 0)
-    camera.modulation_frequency = exposures[0].frequency;
+  settle_frequency(document, exposures, camera, diagnostics);
   std::vector<tofgraph_light> lights;
   std::vector<std::string> light_names;
   if (const Entry* sources = reader.take("sources")) read_sources(sources->value, lights, light_names, diagnostics);

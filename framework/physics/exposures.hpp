@@ -69,6 +69,31 @@ inline bool are_the_four(const Exposures& exposures) {
   return quarter_order(exposures) == std::vector<std::size_t>{0, 1, 2, 3};
 }
 
+/// At most four places: "31.7012", "0".
+inline std::string short_number(double value) {
+  std::string text = std::to_string(std::round(value * 1e4) / 1e4);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.ends_with('.')) text.pop_back();
+  return text;
+}
+
+/// For people: "4 exposures: 0, 90, 180, 270 deg", "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 16 MHz".
+inline std::string exposures_text(const Exposures& exposures) {
+  std::string text = std::to_string(exposures.size()) + " exposures: ";
+  for (std::size_t k = 0; k < exposures.size(); ++k) {
+    const double frequency = exposures[k].frequency;
+    const bool last = k + 1 == exposures.size();
+    text += short_number(exposures[k].phase * 180 / std::numbers::pi);
+    if (!last && exposures[k + 1].frequency == frequency) {
+      text += ", ";
+      continue;
+    }
+    text += " deg" + (frequency > 0 ? " at " + short_number(frequency * 1e-6) + " MHz" : std::string());
+    if (!last) text += "; ";
+  }
+  return text;
+}
+
 /// The exposures of one frequency, and the phase's least squares: x = sum cosine[j] c[image[j]], y with sine, both free
 /// of the offset. What the fit leaves is spanned by the rows of `rest`, which are orthonormal.
 struct PhaseFit {
@@ -153,37 +178,15 @@ inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
   return fits;
 }
 
-/// For people: "4 exposures: 0, 90, 180, 270 deg", "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 16 MHz".
-inline std::string exposures_text(const Exposures& exposures) {
-  const auto number = [](double value) {
-    std::string text = std::to_string(std::round(value * 1e4) / 1e4);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-    return text;
-  };
-  std::string text = std::to_string(exposures.size()) + " exposures: ";
-  for (std::size_t k = 0; k < exposures.size(); ++k) {
-    const double frequency = exposures[k].frequency;
-    const bool last = k + 1 == exposures.size();
-    text += number(exposures[k].phase * 180 / std::numbers::pi);
-    if (!last && exposures[k + 1].frequency == frequency) {
-      text += ", ";
-      continue;
-    }
-    text += " deg" + (frequency > 0 ? " at " + number(frequency * 1e-6) + " MHz" : std::string());
-    if (!last) text += "; ";
-  }
-  return text;
+/// Why these are not four_exposures in their order, as a sentence; empty when they are.
+inline std::string not_the_four(const Exposures& exposures) {
+  if (are_the_four(exposures)) return {};
+  return "needs four exposures at 0, 90, 180 and 270 deg of one frequency, in this order; there are " +
+         exposures_text(exposures);
 }
 
 /// Why no phase can be told from these exposures, as a sentence; empty when it can.
 inline std::string exposures_problem(const Exposures& exposures) {
-  const auto number = [](double value) {
-    std::string text = std::to_string(value);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-    return text;
-  };
   if (exposures.size() < fewest_exposures || exposures.size() > most_exposures)
     return "a frame has " + std::to_string(exposures.size()) + " exposures, expected 3 to 32";
   const bool own = exposures[0].frequency == 0;
@@ -193,16 +196,16 @@ inline std::string exposures_problem(const Exposures& exposures) {
     if (!std::isfinite(phase)) return name + " has no phase";
     if (!own && frequency == 0) return name + " has a frequency of 0 Hz or none, and others have one";
     if (own ? frequency != 0 : !(frequency >= 1e3 && frequency <= 1e10))
-      return name + " has the frequency " + number(frequency) + " Hz, expected " +
+      return name + " has the frequency " + short_number(frequency) + " Hz, expected " +
              (own ? "none, as the others" : "1 kHz to 10 GHz");
   }
   for (const PhaseFit& fit : phase_fits(exposures)) {
-    const std::string at = own ? "" : " at " + number(fit.frequency * 1e-6) + " MHz";
+    const std::string at = own ? "" : " at " + short_number(fit.frequency * 1e-6) + " MHz";
     std::string steps;
     std::size_t different = 0;
     for (std::size_t i = 0; i < fit.image.size(); ++i) {
       const double phase = exposures[fit.image[i]].phase;
-      steps += (i == 0 ? "" : ", ") + number(phase * 180 / std::numbers::pi);
+      steps += (i == 0 ? "" : ", ") + short_number(phase * 180 / std::numbers::pi);
       const bool again =
           std::any_of(fit.image.begin(), fit.image.begin() + static_cast<std::ptrdiff_t>(i),
                       [&](auto k) { return std::abs(std::remainder(exposures[k].phase - phase, two_pi)) < 1e-9; });
@@ -275,6 +278,7 @@ class Unwrapping {
   }
 
   const std::vector<double>& ranges() const { return ranges_; }
+  double range() const { return range_; }
   std::size_t candidates() const { return candidates_; }
 
  private:
@@ -293,6 +297,7 @@ class PhaseDecoding {
 
   struct Decoded {
     double distance, amplitude;  ///< m; counts, the mean of the frequencies
+    double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
     std::vector<double> distances, weights;
@@ -311,9 +316,12 @@ class PhaseDecoding {
       weights.push_back(square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx)));
       amplitude += std::sqrt(square) / static_cast<double>(fits_.size());
     }
-    const double distance = fits_.size() == 1 ? distances[0] : unwrapping_(distances, weights).distance;
-    return {distance, amplitude};
+    if (fits_.size() == 1) return {distances[0], amplitude, 0};
+    const Unwrapping::Result best = unwrapping_(distances, weights);
+    return {best.distance, amplitude, std::sqrt(std::max(best.cost, 0.0)) / amplitude};
   }
+  /// Distances repeat after this, m.
+  double range() const { return unwrapping_.range(); }
 
  private:
   Unwrapping unwrapping(double own) const {

@@ -5,8 +5,10 @@
 #pragma once
 
 #include <tofgraph/lengths.hpp>
-#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/exposure_order.hpp>
 #include <tofgraph/physics/four_phase.hpp>
+
+#include <atomic>
 
 namespace tofgraph {
 
@@ -77,6 +79,8 @@ struct Decoder : Filter {
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
     counts_ = counts_of(setup.stream().camera);
+    const tofgraph_camera* camera = setup.stream().camera;
+    gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
     return exposures_;
   }
@@ -92,6 +96,25 @@ struct Decoder : Filter {
 
   tofgraph_view samples_of(const Frame& frame) const { return taps.present() ? frame.find("taps") : phases(frame); }
 
+  /// Once, at the first frame: a warning where another order of the exposures would explain it better.
+  void look_at_order(const Frame& frame, const tofgraph_view& samples) const {
+    if (looked_.test_and_set()) return;
+    physics::OrderSamples some = some_of(samples);
+    const double time = frame.metadata().integration_time;
+    some.modulation_frequency = frequency_of(frame);
+    some.light = gain_ > 0 && time > 0 ? gain_ * time : 0;
+    std::vector<double> frequencies;
+    for (const tofgraph_exposure& e : exposures_)
+      frequencies.push_back(e.frequency > 0 ? e.frequency : some.modulation_frequency);
+    if (physics::common_frequency(frequencies) == 0) return;
+    const auto other = physics::other_order(some, exposures_);
+    if (!other) return;
+    warn("frame " + std::to_string(frame.metadata().number) + ": " + other->why + "; " +
+         physics::exposures_text(exposures_) +
+         " are said. What would fit, in the camera's profile:\n         exposures: " +
+         physics::exposures_yaml(other->exposures));
+  }
+
   /// Bits that make a pixel invalid.
   std::int32_t invalid_flags() const {
     return flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
@@ -99,10 +122,63 @@ struct Decoder : Filter {
   }
 
   Counts counts_{};
+  double gain_ = 0;  ///< of the camera, counts m^2/s; 0: not known
   physics::Exposures exposures_;
   OtherLengths lengths_;
 
  private:
+  /// Pixels all over the image with their right neighbours, where there is light and no saturation.
+  physics::OrderSamples some_of(const tofgraph_view& view) const {
+    const std::size_t rows = view.extent[view.rank - 2], columns = view.extent[view.rank - 1], n = rows * columns;
+    const std::size_t images = view.extent[0];
+    physics::OrderSamples some;
+    constexpr std::size_t parts = 6;    // in each direction
+    constexpr std::size_t wanted = 40;  // in each direction
+    const std::size_t down = std::max<std::size_t>(rows / wanted, 1),
+                      along = std::max<std::size_t>(columns / wanted, 2);
+    std::vector<double> pair[2];
+    for (std::size_t row = down / 2; row < rows; row += down) {
+      for (std::size_t column = along / 2; column + 1 < columns; column += along) {
+        double swing = std::numeric_limits<double>::infinity();
+        for (std::size_t side = 0; side < 2; ++side) {
+          pair[side].clear();
+          for (std::size_t k = 0; k < images; ++k)
+            pair[side].push_back(sample(view, k, row * columns + column + side, n));
+          const auto [least, greatest] = std::ranges::minmax(pair[side]);
+          swing = std::min(swing, greatest - least);  // NaN, as of saturated taps, fails below
+          for (const double c : pair[side]) swing = std::isfinite(c) ? swing : 0;
+        }
+        const double noise = std::sqrt(2 * static_cast<double>(counts_.read_variance));
+        if (swing <= std::max(20 * noise, 1e-6)) continue;
+        const std::size_t cell = row * parts / rows * parts + column * parts / columns;
+        some.cells.insert(some.cells.end(), 2, cell);
+        some.pixels.push_back(pair[0]);
+        some.pixels.push_back(pair[1]);
+      }
+    }
+    return some;
+  }
+
+  /// c_k; NaN where a tap is full.
+  double sample(const tofgraph_view& view, std::size_t k, std::size_t pixel, std::size_t n) const {
+    switch (view.type) {
+      case TOFGRAPH_TYPE_U16: {
+        const auto* tap = static_cast<const std::uint16_t*>(view.data) + 2 * k * n + pixel;
+        const double full = std::min<double>(counts_.full_well, 65535);
+        return tap[0] >= full || tap[n] >= full ? std::numeric_limits<double>::quiet_NaN()
+                                                : static_cast<double>(tap[0]) - tap[n];
+      }
+      case TOFGRAPH_TYPE_I16:
+        return static_cast<const std::int16_t*>(view.data)[k * n + pixel];
+      case TOFGRAPH_TYPE_I32:
+        return static_cast<const std::int32_t*>(view.data)[k * n + pixel];
+      default:
+        return static_cast<const float*>(view.data)[k * n + pixel];
+    }
+  }
+
+  mutable std::atomic_flag looked_;
+
   Counts counts_of(const tofgraph_camera* camera) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
     const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };

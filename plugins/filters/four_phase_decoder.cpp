@@ -175,6 +175,7 @@ struct FourPhaseDecoder final : Decoder {
                 .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
                 .flags = bits.data()});
     lengths_.invalidate(frame, bits);
+    look_at_order(frame, samples);
   }
 
  private:

@@ -296,6 +296,7 @@ struct PhaseDecoder final : Decoder {
       .flags = bits.data()},
      bands_.size());
     lengths_.invalidate(frame, bits);
+    look_at_order(frame, samples);
   }
 
  private:

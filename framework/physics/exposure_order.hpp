@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Whether the exposures of a frame are what they are said to be. Exchanged images leave samples that no phase
+/// explains, or neighbours that have nothing to do with each other; the wrong direction makes what is brighter look
+/// farther; exchanged taps put everything half a range away, where it would have to be brighter than white.
+#pragma once
+
+#include <tofgraph/physics/exposures.hpp>
+
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace tofgraph::physics {
+
+/// Some pixels of a frame, each with its neighbour: pixel 2 i + 1 is beside pixel 2 i.
+struct OrderSamples {
+  std::vector<std::vector<double>> pixels;  ///< P samples each, counts
+  std::vector<std::size_t> cells;           ///< which part of the image each pixel is in, from 0
+  double modulation_frequency = 0;          ///< Hz, of exposures that have none
+  double light = 0;                         ///< gain x integration time, counts m^2; 0: not known
+};
+
+/// What another order of the exposures would explain.
+struct OtherOrder {
+  std::string why;
+  Exposures exposures;
+};
+
+namespace detail {
+
+/// How well a frame fits its exposures.
+struct OrderFit {
+  double rest = 0;        ///< median of what no phase explains, in amplitudes
+  double incoherent = 0;  ///< share of neighbours that are far apart
+  double rising = 0;      ///< share of the image's parts in which what is brighter is farther
+  double falling = 0;     ///< and in which it is nearer, all but without exception
+  double slope = 0;       ///< d log(amplitude) / d log(distance): -2 for one surface
+  double scatter = 0;     ///< standard deviation of log(amplitude distance^2)
+  double spread = 0;      ///< of the distances, from the 5th to the 95th percentile, of their median
+  double white = 0;       ///< median of the reflectivity that the light would need; 0: not known
+
+  double misfit() const { return rest + incoherent; }
+};
+
+inline double quantile(std::vector<double>& values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// Mean and moments of points (x, y).
+struct Moments {
+  double count = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  void add(double new_x, double new_y) {
+    ++count;
+    x += new_x;
+    y += new_y;
+    xx += new_x * new_x;
+    xy += new_x * new_y;
+    yy += new_y * new_y;
+  }
+  double var_x() const { return xx / count - x / count * (x / count); }
+  double var_y() const { return yy / count - y / count * (y / count); }
+  double covariance() const { return xy / count - x / count * (y / count); }
+  double correlation() const { return var_x() > 0 && var_y() > 0 ? covariance() / std::sqrt(var_x() * var_y()) : 0; }
+};
+
+/// What no phase explains of a pixel's samples, counts.
+inline double rest_of(const std::vector<PhaseFit>& fits, const std::vector<double>& c) {
+  double square = 0, count = 0;
+  for (const PhaseFit& fit : fits) {
+    for (const std::vector<double>& row : fit.rest) {
+      double along = 0;
+      for (std::size_t j = 0; j < row.size(); ++j) along += row[j] * c[fit.image[j]];
+      square += along * along;
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(square / count) : 0;
+}
+
+inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
+  constexpr double fewest = 12;  // of a cell
+  const PhaseDecoding decoding(exposures, samples.modulation_frequency);
+  const std::vector<PhaseFit> fits = phase_fits(exposures);
+  std::vector<double> rests, distances, whites;
+  std::vector<Moments> cells(samples.cells.empty() ? 0 : *std::ranges::max_element(samples.cells) + 1);
+  Moments all, evened;
+  double apart = 0, pairs = 0, before = 0;
+  for (std::size_t i = 0; i < samples.pixels.size(); ++i) {
+    const auto decoded = decoding(samples.pixels[i]);
+    if (!(decoded.amplitude > 0) || !(decoded.distance > 0)) continue;
+    rests.push_back(rest_of(fits, samples.pixels[i]) / decoded.amplitude + decoded.disagreement);
+    if (i % 2 == 1) {
+      ++pairs;
+      if (std::abs(std::remainder(decoded.distance - before, decoding.range())) > decoding.range() / 16) ++apart;
+    }
+    before = decoded.distance;
+    distances.push_back(decoded.distance);
+    const double far = std::log(decoded.distance), bright = std::log(decoded.amplitude);
+    all.add(far, bright);
+    evened.add(far, bright + 2 * far);
+    cells[samples.cells[i]].add(far, bright);
+    // Twice the half path travelled: see the profile's gain.
+    whites.push_back(4 * decoded.amplitude * decoded.distance * decoded.distance / samples.light);
+  }
+  OrderFit fit;
+  if (distances.size() < 2) return fit;
+  fit.rest = quantile(rests, 0.5);
+  fit.incoherent = pairs > 0 ? apart / pairs : 0;
+  fit.slope = all.var_x() > 0 ? all.covariance() / all.var_x() : 0;
+  fit.scatter = std::sqrt(std::max(evened.var_y(), 0.0));
+  fit.spread = (quantile(distances, 0.95) - quantile(distances, 0.05)) / quantile(distances, 0.5);
+  fit.white = samples.light > 0 ? quantile(whites, 0.5) : 0;
+  double judged = 0;
+  for (const Moments& cell : cells) {
+    if (cell.count < fewest) continue;
+    ++judged;
+    fit.rising += cell.correlation() > 0.5 ? 1 : 0;
+    fit.falling += cell.correlation() < -0.8 ? 1 : 0;
+  }
+  fit.rising /= std::max(judged, 1.0);
+  fit.falling /= std::max(judged, 1.0);
+  return fit;
+}
+
+inline Exposures turned(Exposures exposures, double sign, double angle) {
+  for (tofgraph_exposure& exposure : exposures) {
+    exposure.phase = std::remainder(sign * exposure.phase + angle, two_pi);
+    if (exposure.phase < -1e-9) exposure.phase += two_pi;
+    exposure.phase = std::max(exposure.phase, 0.0);
+  }
+  return exposures;
+}
+
+/// The best of the candidates that fit the samples about as well as any: that in which light falls as it must.
+inline std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& samples,
+                                                                const std::vector<Exposures>& candidates) {
+  std::vector<OrderFit> fits;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Exposures& candidate : candidates) {
+    fits.push_back(order_fit(samples, candidate));
+    least = std::min(least, fits.back().misfit());
+  }
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > 1.5) continue;
+    if (!best || fits[i].scatter < fits[*best].scatter) best = i;
+  }
+  if (!best) return std::nullopt;
+  return std::pair{candidates[*best], fits[*best]};
+}
+
+/// Either sign, and turned by each step that cameras use.
+inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders) {
+  std::vector<Exposures> all;
+  for (const Exposures& order : orders) {
+    const bool quarters = std::ranges::all_of(order, [](const tofgraph_exposure& e) {
+      return std::abs(std::remainder(e.phase, std::numbers::pi / 2)) < 1e-9;
+    });
+    const int turns = quarters ? 4 : 6;
+    for (const double sign : {1.0, -1.0})
+      for (int turn = 0; turn < turns; ++turn) all.push_back(turned(order, sign, turn * two_pi / turns));
+  }
+  return all;
+}
+
+/// Two images exchanged: the few pairs that leave the least misfit.
+inline std::vector<Exposures> best_swaps(const OrderSamples& samples, const Exposures& exposures) {
+  std::vector<std::pair<double, Exposures>> swaps;
+  for (std::size_t i = 0; i < exposures.size(); ++i) {
+    for (std::size_t j = i + 1; j < exposures.size(); ++j) {
+      Exposures swapped = exposures;
+      std::swap(swapped[i], swapped[j]);
+      swaps.emplace_back(order_fit(samples, swapped).misfit(), swapped);
+    }
+  }
+  std::ranges::sort(swaps, {}, [](const auto& swap) { return swap.first; });
+  std::vector<Exposures> best;
+  for (const auto& [misfit, order] : swaps)
+    if (best.size() < 4 && misfit < 1.2 * swaps.front().first + 0.01) best.push_back(order);
+  return best;
+}
+
+}  // namespace detail
+
+/// Looks for an order that explains a frame much better than that of its exposures; nothing where there is none, or too
+/// little to judge by: fewer than 64 places, or a scene without depth.
+inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposures& exposures) {
+  if (samples.pixels.size() < 128) return std::nullopt;
+  const detail::OrderFit now = detail::order_fit(samples, exposures);
+  if (now.rest > 0.1 || now.incoherent > 0.25) {
+    const auto best = detail::best_order(samples, detail::all_turned(detail::best_swaps(samples, exposures)));
+    if (best && best->second.misfit() < 0.4 * now.misfit())
+      return OtherOrder{"its samples do not fit each other, as if images were exchanged", best->first};
+    return std::nullopt;
+  }
+  // Within a part of the image: surfaces of any brightness may stand one behind the other.
+  const bool deep = now.spread > 0.1;
+  const bool rises = deep && now.rising > 0.5;
+  const bool steep = deep && now.falling > 0.5 && now.slope < -4.5;
+  const bool too_white = deep && now.white > 1.5;
+  if (!rises && !steep && !too_white) return std::nullopt;
+  const auto best = detail::best_order(samples, detail::all_turned({exposures}));
+  if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
+  return OtherOrder{rises       ? "what is brighter looks farther away, as if the phases turned the other way"
+                    : too_white ? "it would have to be brighter than white, as if taps or images were exchanged"
+                                : "light falls too fast with the distance, as if taps or images were exchanged",
+                    best->first};
+}
+
+/// As in a profile: "[{phase: 0 deg}, {phase: 90 deg}]".
+inline std::string exposures_yaml(const Exposures& exposures) {
+  std::string text;
+  for (const tofgraph_exposure& exposure : exposures) {
+    text += (text.empty() ? "[" : ", ") + ("{phase: " + short_number(exposure.phase * 180 / std::numbers::pi) + " deg");
+    if (exposure.frequency > 0) text += ", frequency: " + short_number(exposure.frequency * 1e-6) + " MHz";
+    text += "}";
+  }
+  return text + "]";
+}
+
+}  // namespace tofgraph::physics
