@@ -5,6 +5,7 @@
 
 #include <benchmark/benchmark.h>
 #include <tofgraph/harness.hpp>
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/four_phase.hpp>
 #include <tofgraph/physics/geometry.hpp>
 #include <tofgraph/physics/phasor.hpp>
@@ -62,6 +63,85 @@ void decoder_taps(benchmark::State& state) {
   for (auto _ : state) stage.run();
 }
 BENCHMARK(decoder_taps)->Unit(benchmark::kMicrosecond);
+
+/// Nine images of 640 x 480 pixels at 80, 16 and 120 MHz: every wrap of 18.7 m.
+constexpr std::size_t vga_rows = 480, vga_columns = 640;
+physics::Exposures nine_images() {
+  physics::Exposures exposures;
+  for (const double frequency : {80e6, 16e6, 120e6})
+    for (int k = 0; k < 3; ++k) exposures.push_back({k * physics::two_pi / 3, frequency});
+  return exposures;
+}
+template <class T> std::vector<T> nine_phases() {
+  std::vector<T> values;
+  for (const auto& [phase, frequency] : nine_images()) {
+    for (std::size_t i = 0; i < vga_rows * vga_columns; ++i) {
+      const double distance = 0.3 + 18.0 * static_cast<double>(i) / (vga_rows * vga_columns);
+      values.push_back(static_cast<T>(1000 * std::cos(distance / physics::metres_per_radian(frequency) + phase)));
+    }
+  }
+  return values;
+}
+
+template <class T> void phase_decoder_nine_images(benchmark::State& state) {
+  const physics::Exposures exposures = nine_images();
+  test::Camera vga(vga_columns, vga_rows, 5.6e-3, 10e-6, {{"lamp", {0, 0, 0}, 1}});
+  vga.view.exposures = exposures.data();
+  vga.view.exposure_size = sizeof(tofgraph_exposure);
+  vga.view.exposure_count = exposures.size();
+  Harness stage("phase_decoder");
+  stage.camera(test::profile_of(vga.view));
+  stage.put<T>("phases", {9, vga_rows, vga_columns}, nine_phases<T>());
+  for (auto _ : state) stage.run();
+  state.counters["frames/s"] = benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(phase_decoder_nine_images<float>)->Unit(benchmark::kMillisecond);
+BENCHMARK(phase_decoder_nine_images<std::int16_t>)->Unit(benchmark::kMillisecond);
+
+/// The same formulas pixel by pixel in plain float, arrays on the stack: what one writes by hand.
+void scalar_nine_images(benchmark::State& state) {
+  const std::vector<float> phases = nine_phases<float>();
+  constexpr std::size_t n = vga_rows * vga_columns;
+  const float scales[] = {static_cast<float>(physics::metres_per_radian(16e6)),
+                          static_cast<float>(physics::metres_per_radian(80e6)),
+                          static_cast<float>(physics::metres_per_radian(120e6))};
+  const std::size_t first[] = {3, 0, 6};
+  std::vector<float> distance(n), amplitude(n);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < n; ++i) {
+      float wrapped[3], weight[3], range[3], sum = 0, mean = 0;
+      for (int b = 0; b < 3; ++b) {
+        const float *c = &phases[first[b] * n + i], c0 = c[0], c1 = c[n], c2 = c[2 * n];
+        const float x = (2 * c0 - c1 - c2) / 3, y = (c2 - c1) / 1.7320508F, square = x * x + y * y;
+        range[b] = 6.2831853F * scales[b];
+        wrapped[b] = scales[b] * std::atan2(y, x);
+        if (wrapped[b] < 0) wrapped[b] += range[b];
+        weight[b] = square / (scales[b] * scales[b]);
+        sum += weight[b];
+        mean += std::sqrt(square) / 3;
+      }
+      float best = 1e30F;
+      for (int wrap = 0; wrap < 15; ++wrap) {
+        const float reference = wrapped[2] + static_cast<float>(wrap) * range[2];
+        float shift = 0, square = 0;
+        for (int b = 0; b < 2; ++b) {
+          const float away = wrapped[b] - reference, rest = away - range[b] * std::nearbyint(away / range[b]);
+          shift += weight[b] * rest;
+          square += weight[b] * rest * rest;
+        }
+        const float cost = square - shift * shift / sum;
+        if (cost < best) {
+          best = cost;
+          distance[i] = reference + shift / sum;
+        }
+      }
+      amplitude[i] = mean;
+    }
+    benchmark::DoNotOptimize(distance.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(scalar_nine_images)->Unit(benchmark::kMillisecond);
 
 std::vector<float> distances() {
   const auto geometry = physics::geometry_of(camera().view);
