@@ -31,7 +31,7 @@ physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& fr
   try {
     const auto file = io::find_profile(header.camera, {});
     if (!header.profile.empty())
-      camera = io::read_profile(core::parse_document(header.profile, "profile"), diagnostics);
+      camera = io::read_profile(core::parse_document("profile", header.profile), diagnostics);
     else if (!file.empty())
       camera = io::load_profile(file);
   } catch (const core::ConfigurationError&) {  // a profile that cannot be read tells nothing

@@ -149,8 +149,9 @@ std::uint32_t read_size(Reader& reader, std::string_view key, Diagnostics& diagn
   const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
   if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
-  if (diagnostics.errors() == errors) {
-    diagnostics.error(reader.take(key)->value.at,
+  const Entry* entry = reader.take(key);  // none where the whole is no map, which is told already
+  if (diagnostics.errors() == errors && entry != nullptr) {
+    diagnostics.error(entry->value.at,
                       fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
   }
   return 1;

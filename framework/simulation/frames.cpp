@@ -102,7 +102,8 @@ void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) co
   std::vector<float> samples(exposures() * n);
   phases(frame, samples.data());
   if (!physics::are_the_four(exposures_)) return decode_any(samples, distance, amplitude);
-  const double scale = physics::metres_per_radian(shot_.condition.modulation_frequency);
+  const double own = exposures_[0].frequency;
+  const double scale = physics::metres_per_radian(own > 0 ? own : shot_.condition.modulation_frequency);
   for (std::size_t i = 0; i < n; ++i) {
     const physics::Decoded decoded =
         physics::decode({samples[i], samples[n + i], samples[2 * n + i], samples[3 * n + i]});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The board moves between the four phase images.
+// The board moves between the phase images.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

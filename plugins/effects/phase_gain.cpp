@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The exposures of the four phase images differ.
+// The phase images get different amounts of light.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
@@ -28,6 +28,9 @@ struct PhaseGain final : Effect {
 
   void prepare(Setup& setup) {
     const std::size_t images = setup.exposures().size;
+    if (images < 4 && *gain3 != 0)
+      throw ConfigError("gain3",
+                        "is that of image 3, but the camera takes " + std::to_string(images) + " images, 0 to 2");
     if (further->size() + 4 > std::max<std::size_t>(images, 4))
       throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
                                        std::to_string(images) + " images, of which they are those from 4 on");

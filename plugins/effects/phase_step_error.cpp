@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The four phase steps are not quite quarter turns.
+// The phase steps are not quite what they should be.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Image k is taken at k pi/2 + step_k; image 0 is the reference. One step of 10 mrad: 2.98 mm of offset and of a
+/// Image k is taken at its step + step_k; image 0 is the reference. Of four steps of 90 degrees: One step of 10 mrad: 2.98 mm of offset and of a
 /// 2-cycle.
 struct PhaseStepError final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude null1 null2",
@@ -44,6 +44,9 @@ struct PhaseStepError final : Effect {
 
   void prepare(Setup& setup) {
     const std::size_t images = setup.exposures().size;
+    if (images < 4 && *step3 != 0)
+      throw ConfigError("step3",
+                        "is that of image 3, but the camera takes " + std::to_string(images) + " images, 0 to 2");
     if (further->size() + 4 > std::max<std::size_t>(images, 4))
       throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
                                        std::to_string(images) + " images, of which they are those from 4 on");

@@ -58,6 +58,16 @@ class RawCapture {
     return *this;
   }
 
+  RawCapture& numbers(const char* name, const std::vector<double>& values) {
+    const hsize_t size = values.size();
+    const hid_t space = H5Screate_simple(1, &size, nullptr);
+    const hid_t attribute = H5Acreate2(file_, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data());
+    H5Aclose(attribute);
+    H5Sclose(space);
+    return *this;
+  }
+
   /// format, version, camera, width, height and the group.
   RawCapture& head(std::int64_t width, std::int64_t height, std::int64_t version = 1,
                    const std::string& format = "tofgraph-capture", const std::string& camera = "test") {

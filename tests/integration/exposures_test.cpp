@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Exposures from the profile to the capture and back, and every way to write them wrong, as a user sees it.
+#include <hdf5.h>
+
+#include "tests/program.hpp"
+#include "tests/unit/raw_capture.hpp"
+
+#include <regex>
+
+namespace tofgraph::tests {
+namespace {
+
+/// A small camera with these exposures.
+std::string profile_with(const std::string& exposures, const std::string& more = "modulation_frequency: 20 MHz\n") {
+  return "profile: 1\nname: small\nwidth: 32\nheight: 24\npixel_pitch: 40 um\nfocal_length: 3 mm\n"
+         "principal_point: [15.5, 11.5]\n" +
+         more +
+         "sources:\n  - {name: lamp, position: [0 mm, 0 mm, 0 mm], amplitude: 1}\nframe_rate: 30 Hz\n"
+         "gain: 1e8 counts m^2/s\ncontrast: 0.5\nread_noise: 3 counts\nshot_noise: 0.05 counts\n"
+         "full_well: 60000 counts\n" +
+         exposures;
+}
+constexpr const char* six =
+    "exposures:\n"
+    "  - {phase: 0 deg, frequency: 80 MHz}\n  - {phase: 120 deg, frequency: 80 MHz}\n"
+    "  - {phase: 240 deg, frequency: 80 MHz}\n  - {phase: 0 deg, frequency: 60 MHz}\n"
+    "  - {phase: 120 deg, frequency: 60 MHz}\n  - {phase: 240 deg, frequency: 60 MHz}\n";
+
+class Exposures : public testing::Test {
+ protected:
+  TemporaryFolder folder;
+
+  Outcome run(const std::string& command) const { return shell("$TOFGRAPH " + command, folder.path()); }
+  void write(const std::string& name, const std::string& text) const { write_text(folder.path() / name, text); }
+  void expect_error(const std::string& command, const std::vector<std::string>& words, int exit_code = 2) const {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    for (const std::string& word : words)
+      EXPECT_NE(outcome.err.find(word), std::string::npos) << "not there: " << word << "\n" << outcome.err;
+  }
+  void expect_profile_error(const std::string& exposures, const std::vector<std::string>& words,
+                            const std::string& more = "modulation_frequency: 20 MHz\n") const {
+    write("wrong.yaml", profile_with(exposures, more));
+    expect_error("check wrong.yaml", words);
+  }
+};
+
+TEST_F(Exposures, GoFromTheProfileThroughACaptureToTheDistance) {
+  write("small.yaml", profile_with(six));
+  const Outcome recorded = run(
+      "run 'simulator distance=5.3m integration_time=1ms frames=2 output=taps truth=true ! capture_writer path=six.h5 "
+      "channels=[taps,true_depth]' --camera ./small.yaml");
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const Outcome read =
+      run("run 'capture_reader file=six.h5 channels=[taps,true_depth] ! phase_decoder ! optimized_bistatic ! "
+          "statistics "
+          "channel=depth reference=true_depth path=depth.csv'");
+  ASSERT_EQ(read.exit_code, 0) << read.err;
+  std::smatch found;
+  const std::string table = read_text(folder.path() / "depth.csv");
+  ASSERT_TRUE(std::regex_search(table, found, std::regex("all,([0-9]+),([0-9.e-]+),.*,([0-9.e-]+),true_depth")))
+      << table;
+  EXPECT_EQ(found[1], "1536") << "all pixels of two frames";
+  EXPECT_NEAR(std::stod(found[2]), 5.3, 2e-3);
+  EXPECT_LT(std::stod(found[3]), 0.02) << "rms, m: noise of about 10 mm, and no wrong wrap";
+}
+
+TEST_F(Exposures, AreAttributesOfTheCaptureWhereTheyAreNotTheFour) {
+  write("small.yaml", profile_with(six));
+  ASSERT_EQ(run("run 'simulator ! capture_writer path=six.h5' --camera ./small.yaml").exit_code, 0);
+  const auto numbers = [&](const char* file, const char* name) {
+    std::vector<double> values;
+    const hid_t h5 = H5Fopen((folder.path() / file).c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (H5Aexists(h5, name) > 0) {
+      const hid_t attribute = H5Aopen(h5, name, H5P_DEFAULT), space = H5Aget_space(attribute);
+      values.resize(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+      H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data());
+      H5Sclose(space);
+      H5Aclose(attribute);
+    }
+    H5Fclose(h5);
+    return values;
+  };
+  const std::vector<double> phases = numbers("six.h5", "exposure_phase_rad");
+  ASSERT_EQ(phases.size(), 6U);
+  EXPECT_NEAR(phases[4], 2 * M_PI / 3, 1e-12);
+  EXPECT_EQ(numbers("six.h5", "exposure_frequency_hz"), (std::vector<double>{80e6, 80e6, 80e6, 60e6, 60e6, 60e6}));
+  ASSERT_EQ(run("run 'simulator ! capture_writer path=four.h5' --camera camcube2").exit_code, 0);
+  EXPECT_TRUE(numbers("four.h5", "exposure_phase_rad").empty());
+}
+
+TEST_F(Exposures, AreShown) {
+  write("small.yaml", profile_with(six));
+  ASSERT_EQ(run("run 'simulator ! capture_writer path=six.h5' --camera ./small.yaml").exit_code, 0);
+  const std::string text = "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 60 MHz";
+  for (const char* command : {"info six.h5", "describe ./small.yaml", "explain 'capture_reader file=six.h5 ! null'"}) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find(text), std::string::npos) << command << "\n" << outcome.out;
+  }
+  EXPECT_NE(run("describe ./small.yaml").out.find("unambiguous to 7.495 m"), std::string::npos);
+  EXPECT_NE(run("describe camcube2").out.find("4 exposures: 0, 90, 180, 270 deg; unambiguous to 7.495 m"),
+            std::string::npos);
+}
+
+TEST_F(Exposures, InfoSaysWhatIsInACapture) {
+  ASSERT_EQ(
+      run("run 'simulator frames=3 integration_time=2ms ! capture_writer path=four.h5' --camera camcube2").exit_code,
+      0);
+  const Outcome outcome = run("info four.h5");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* words : {"camera camcube2, 204 x 204 px, 3 frames", "phases", "float32 4 x 204 x 204, counts",
+                            "integration time       2 ms", "modulation frequency   20 MHz", "no frame is missing"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words << "\n" << outcome.out;
+  expect_error("info nothing.h5", {"nothing.h5", "there is no such file"});
+}
+
+TEST_F(Exposures, WrongOnesAreToldWhereTheyAreWritten) {
+  expect_profile_error("exposures: 4\n", {"wrong.yaml:17:12: error: 'exposures' is '4', expected a list"});
+  expect_profile_error("exposures: [{phase: 0 deg}, {phase: 180 deg}]\n",
+                       {"wrong.yaml:17:12", "a frame has 2 exposures, expected 3 to 32", "example: exposures: ["});
+  expect_profile_error("exposures: [{phase: 0 deg}, {phase: 180 deg}, {phase: 360 deg}]\n",
+                       {"wrong.yaml:17:12", "the steps 0, 180, 360 deg are only 2 different ones"});
+  expect_profile_error("exposures: [{phase: 0 deg}, {phase: 0.1 deg}, {phase: 0.2 deg}]\n",
+                       {"wrong.yaml:17:12", "leave the phase undetermined"});
+  expect_profile_error("exposures:\n  - {phase: 0 deg}\n  - {phase: 90 deg, frequency: 0 Hz}\n  - {phase: 180 deg}\n",
+                       {"wrong.yaml:19:", "'frequency' is '0 Hz', expected more than 0"});
+  expect_profile_error("exposures: [{phase: 0 deg}, {phase: 90 deg, frequency: 20 MHz}, {phase: 180 deg}]\n",
+                       {"wrong.yaml:17:12", "exposure 1 has the frequency"});
+  expect_profile_error(
+      "exposures: [{phase: 0 deg, frequency: 30 MHz}, {phase: 120 deg, frequency: 30 MHz}, {phase: 240 deg, frequency: "
+      "30 "
+      "MHz}]\n",
+      {"wrong.yaml:8:", "'modulation_frequency' is 20000000 Hz, but all exposures have 30000000 Hz"});
+  expect_profile_error("exposures: [{phase: 0 m}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phase"});
+  expect_profile_error("exposures: [{phas: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phas"});
+}
+
+TEST_F(Exposures, ACaptureThatContradictsItselfIsTold) {
+  write("small.yaml", profile_with(six));
+  const auto capture = [&](std::vector<double> phases, std::vector<double> frequencies, hsize_t images) {
+    const auto file = folder.path() / "odd.h5";
+    RawCapture raw(file);
+    raw.head(32, 24, 1, "tofgraph-capture", "small");
+    raw.dataset("phases", {1, images, 24, 32}, std::vector<float>(images * 24 * 32, 1.0F)).metadata(1, 1e-3);
+    if (!phases.empty()) raw.numbers("exposure_phase_rad", phases);
+    if (!frequencies.empty()) raw.numbers("exposure_frequency_hz", frequencies);
+  };
+  const std::string read = "check 'capture_reader file=odd.h5 ! null' --camera ./small.yaml";
+  capture({}, {}, 9);
+  expect_error(
+      read, {"'phases' is float32 9 x 24 x 32, counts, that are 9 images, but the camera's profile has 6 exposures"});
+  capture({0, 2, 4}, {}, 9);
+  expect_error(read, {"odd.h5", "/frames/phases", "expected N x 3 x 24 x 32"});
+  capture({0, 2, 4}, {20e6, 20e6}, 3);
+  expect_error(read, {"odd.h5", "exposure_phase_rad has 3 values, exposure_frequency_hz has 2"});
+  capture({0, 2, 2}, {}, 3);
+  expect_error(read, {"odd.h5", "are only 2 different ones"});
+  capture({0, 2, 4}, {20e6, 0, 20e6}, 3);
+  expect_error(read, {"odd.h5", "exposure 1 has a frequency of 0 Hz or none"});
+  capture({0, 2, 4}, {}, 3);
+  const Outcome other = run("run 'capture_reader file=odd.h5 ! null' --camera ./small.yaml");
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_NE(other.err.find("the exposures of the capture (3) are not those of the profile 'small'"), std::string::npos)
+      << other.err;
+}
+
+TEST_F(Exposures, AProfileInACaptureThatIsNoneIsTold) {
+  {
+    RawCapture raw(folder.path() / "odd.h5");
+    raw.head(32, 24, 1, "tofgraph-capture", "small").text("profile", "no profile at all");
+    raw.dataset("phases", {1, 4, 24, 32}, std::vector<float>(4 * 24 * 32, 1.0F)).metadata(1, 1e-3);
+  }
+  expect_error("check 'capture_reader file=odd.h5 ! null'", {"the profile that came with it cannot be used"});
+  EXPECT_EQ(run("info odd.h5").exit_code, 0);
+}
+
+TEST_F(Exposures, WhatNeedsTheFourSaysSo) {
+  write("small.yaml", profile_with(six));
+  write("rail.yaml",
+        "scene: 1\ncamera: small.yaml\nframes: 2\noutput: taps\nobjects:\n"
+        "  - {name: board, type: board, distance: 1 m}\nsequence:\n"
+        "  - {key: board.distance, values: [1 m, 1.5 m, 2 m, 2.5 m]}\n");
+  write("ideal.yaml", "model: 1\neffects: []\n");
+  const Outcome made = run("simulate rail.yaml -o rail");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  expect_error(
+      "diagnose --model ideal.yaml --data rail/campaign.yaml -o found",
+      {"a search needs four exposures at 0, 90, 180 and 270 deg of one frequency", "6 exposures: 0, 120, 240 deg"});
+  expect_error("gallery --camera ./small.yaml -o g.html", {"the gallery needs four exposures", "6 exposures"});
+  expect_error("check 'simulator ! four_phase_decoder ! null' --camera ./small.yaml", {"take phase_decoder for it"});
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
