@@ -20,8 +20,14 @@ std::string check_profile(const core::Value& document, core::Diagnostics& diagno
 
 std::string check_model(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
   core::check_version(document, "model", 1, diagnostics);
-  const std::size_t effects =
-      simulation::read_model(document, core::Catalogue(common.plugin_folders), diagnostics).effects.size();
+  const simulation::Model model = simulation::read_model(document, core::Catalogue(common.plugin_folders), diagnostics);
+  const std::size_t effects = model.effects.size();
+  // Where its camera is known its effects are made, so that maps of the wrong size are told.
+  const core::Entry* camera = document.find("camera");
+  if (diagnostics.ok() && camera != nullptr && !io::find_profile(camera->value.text, {}).empty()) {
+    const core::CameraPtr profile = io::find_camera(camera->value, diagnostics);
+    if (profile) simulation::make_effects(model, profile->view(), diagnostics);
+  }
   return fmt::format("the model is right, {} effect{}", effects, effects == 1 ? "" : "s");
 }
 

@@ -184,8 +184,10 @@ void check_defaults(const Inspection& read, const Plugin& plugin) {
   for (tofgraph_parameter& p : optional.own_parameters) p.flags = 0;
   optional.parameters = optional.own_parameters.data();
   const ParameterValues values(optional, {}, {}, diagnostics);
-  if (!diagnostics.ok())
-    read.defect(fmt::format("the default of a parameter cannot be used: {}", diagnostics.all().front().message));
+  if (diagnostics.ok()) return;
+  const Diagnostic& first = diagnostics.all().front();
+  read.defect(fmt::format("the default of a parameter cannot be used: {}{}", first.message,
+                          first.hint.empty() ? "" : "; " + first.hint));
 }
 
 void read_effect(const Inspection& read, const tofgraph_descriptor& given, Plugin& plugin) {

@@ -75,7 +75,13 @@ bool Node::tell(const std::optional<Failure>& failure, Diagnostics& diagnostics)
   if (!failure) return true;
   const Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
   const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
-  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())));
+  const bool known = failure->parameter.empty() ||
+                     std::ranges::any_of(stage().own_parameters,
+                                         [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
+  diagnostics.error(
+      where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())),
+      known ? ""
+            : fmt::format("the stage has no such parameter: a defect of the plugin {}", stage().file.path.string()));
   return false;
 }
 

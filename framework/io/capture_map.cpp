@@ -21,12 +21,28 @@ std::string only_dataset(hid_t file) {
   return only;
 }
 
+/// What the file has at its root, at most twenty names.
+std::vector<std::string> names_in(hid_t file) {
+  std::vector<std::string> names;
+  const auto add = [](hid_t, const char* name, const H5L_info_t*, void* list) {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return herr_t{static_cast<std::vector<std::string>*>(list)->size() < 20 ? 0 : 1};
+  };
+  H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &names);
+  if (names.empty()) names.emplace_back("none");
+  return names;
+}
+
 ImageData load(const std::string& file, const std::string& wanted) {
   const h5::Lock lock;
   const h5::Handle opened(h5::check(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), file), H5Fclose);
   const std::string dataset = wanted.empty() ? only_dataset(opened) : wanted;
-  const h5::Handle data(
-      h5::check(H5Dopen2(opened, dataset.c_str(), H5P_DEFAULT), file + ": no dataset '" + dataset + "'"), H5Dclose);
+  const h5::Handle data(H5Dopen2(opened, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!data) {
+    H5Eclear2(H5E_DEFAULT);
+    throw std::runtime_error(
+        fmt::format("{}: no dataset '{}'; it has {}", file, dataset, fmt::join(names_in(opened), ", ")));
+  }
   const h5::Handle space(h5::check(H5Dget_space(data), file), H5Sclose);
   hsize_t extent[2] = {0, 0};
   const int rank = H5Sget_simple_extent_ndims(space);

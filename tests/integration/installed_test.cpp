@@ -146,7 +146,17 @@ std::string blocks(const std::string& page, const std::string& language) {
 
 TEST_F(Installed, ThePageOfTheSdkIsRight) {
   const std::string page = TOFGRAPH_SOURCE_DIR "/framework/include/tofgraph/README.md";
-  write_text(folder_.path() / "depth_gain.cpp", blocks(page, "cpp"));
+  // Each source begins with its name.
+  std::istringstream lines(blocks(page, "cpp"));
+  std::string name, source;
+  for (std::string line; std::getline(lines, line); source += line + '\n') {
+    if (!line.starts_with("// ") || !line.ends_with(".cpp")) continue;
+    if (!name.empty()) write_text(folder_.path() / name, source);
+    name = line.substr(3);
+    source.clear();
+  }
+  ASSERT_EQ(name, "mean_log.cpp") << "the last of the page";
+  write_text(folder_.path() / name, source);
   write_text(folder_.path() / "CMakeLists.txt", blocks(page, "cmake"));
   write_text(folder_.path() / "commands", blocks(page, "sh"));
   succeeds("mkdir my_plugins && sed -i \"s|\\bPREFIX\\b|$PREFIX|g\" commands && sh -e commands >log");
@@ -154,6 +164,8 @@ TEST_F(Installed, ThePageOfTheSdkIsRight) {
     const Outcome described = run("$PREFIX/bin/tofgraph " + path + "describe depth_gain");
     EXPECT_THAT(described.out, HasSubstr("Multiplies the depth by a factor")) << described.err;
   }
+  succeeds("$PREFIX/bin/tofgraph run --quiet 'ramp frames=3 ! mean_log path=means.csv' --camera camcube2");
+  EXPECT_EQ(read_text(folder_.path() / "means.csv"), "frame,mean_m\n0,1\n1,1.01\n2,1.02\n");
 }
 
 TEST_F(Installed, CMakeAsksForTheKindThatItCannotTell) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -36,24 +37,43 @@ class OtherLengths {
 
   /// Makes invalid pixels NaN. A channel that has them so already is not touched, so that it stays shared.
   void invalidate(const Frame& frame, const Array<std::uint16_t>& flags) const {
+    if (names_.empty()) return;
+    thread_local std::vector<std::size_t> pixels;
+    find_invalid(flags, pixels);
     for (const std::string& name : names_) {
       const Array<const float> lengths(frame.find(name.c_str()));
-      if (lengths.rows() != flags.rows() || lengths.columns() != flags.columns()) continue;
+      const bool same_size = lengths.rows() == flags.rows() && lengths.columns() == flags.columns();
+      if (pixels.empty() || !same_size) continue;
       const std::size_t each = lengths.size() / flags.size();  // points have three
-      int left = 0;                                            // without a branch, which could not be foreseen
-      for (std::size_t k = 0; k < each; ++k) {
-        for (std::size_t i = 0; i < flags.size(); ++i)
-          left |= (flags[i] & flag::invalid) & static_cast<int>(lengths[i * each + k] == lengths[i * each + k]);
-      }
-      if (left == 0) continue;
+      const auto is_done = [&](std::size_t pixel) {
+        return std::all_of(&lengths[pixel * each], &lengths[pixel * each] + each, [](float v) { return v != v; });
+      };
+      if (std::ranges::all_of(pixels, is_done)) continue;
       const Array<float> changed(frame.modify(name.c_str()));
-      for (std::size_t i = 0; i < changed.size(); ++i) {
-        if ((flags[i / each] & flag::invalid) != 0) changed[i] = std::numeric_limits<float>::quiet_NaN();
-      }
+      for (const std::size_t pixel : pixels)
+        std::fill_n(&changed[pixel * each], each, std::numeric_limits<float>::quiet_NaN());
     }
   }
 
  private:
+  /// Four pixels at a time: most are valid.
+  static void find_invalid(const Array<std::uint16_t>& flags, std::vector<std::size_t>& pixels) {
+    pixels.resize(flags.size() + 1);
+    std::size_t found = 0, i = 0;
+    const auto look = [&](std::size_t pixel) {  // without a branch, which could not be foreseen
+      pixels[found] = pixel;
+      found += flags[pixel] & flag::invalid;
+    };
+    for (; i + 4 <= flags.size(); i += 4) {
+      std::uint64_t four = 0;
+      std::memcpy(&four, &flags[i], sizeof four);
+      if ((four & 0x0001000100010001U) == 0) continue;
+      for (std::size_t k = 0; k < 4; ++k) look(i + k);
+    }
+    for (; i < flags.size(); ++i) look(i);
+    pixels.resize(found);
+  }
+
   std::vector<std::string> names_;
 };
 
