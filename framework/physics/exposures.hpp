@@ -171,8 +171,7 @@ inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
   std::vector<double> frequencies;
   for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency);
   std::ranges::sort(frequencies);
-  const auto twice = std::ranges::unique(frequencies);
-  frequencies.erase(twice.begin(), twice.end());
+  frequencies.erase(std::unique(frequencies.begin(), frequencies.end()), frequencies.end());
   std::vector<PhaseFit> fits;
   for (const double frequency : frequencies) fits.push_back(phase_fit(exposures, frequency));
   return fits;
