@@ -213,6 +213,8 @@ int Node::call_process(std::span<tofgraph_frame* const> frames) {
     const int status = instance_.process(frames);
     validation.check_memory();
     if (status == TOFGRAPH_STATUS_OK && !is_sink()) Validation::check_flags(*frames.front());
+    if (status == TOFGRAPH_STATUS_OK && is_source())
+      Validation::check_metadata(frames.front()->metadata, output().known);
     return status;
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(fmt::format("{}\n         plugin {}", error.what(), stage().file.path.string()));

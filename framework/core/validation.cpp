@@ -127,6 +127,17 @@ void Validation::check_flags(const tofgraph_frame& frame) {
   }
 }
 
+void Validation::check_metadata(const tofgraph_metadata& metadata, std::uint64_t known) {
+  const auto need = [&](std::uint64_t bit, const char* name, bool there) {
+    if ((known & bit) != 0 && !there)
+      throw std::runtime_error(fmt::format("the source announced the frames' {}, and this one does not know it", name));
+  };
+  need(TOFGRAPH_KNOWS_INTEGRATION_TIME, "integration time", !std::isnan(metadata.integration_time));
+  need(TOFGRAPH_KNOWS_MODULATION_FREQUENCY, "modulation frequency", !std::isnan(metadata.modulation_frequency));
+  need(TOFGRAPH_KNOWS_TEMPERATURE, "temperature", !std::isnan(metadata.temperature));
+  need(TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON, "time since power on", !std::isnan(metadata.time_since_power_on));
+}
+
 BufferRef buffer_to_write(const tofgraph_frame& frame, std::size_t bytes, const std::string& channel) {
   Validation* validation = Validation::current();
   return validation != nullptr ? validation->guarded(*frame.pool, bytes, channel) : frame.pool->get(bytes);

@@ -37,6 +37,9 @@ class Validation {
   void check_memory() const;
   /// @throws std::runtime_error the first length channel that disagrees with `flags`, with the pixels
   static void check_flags(const tofgraph_frame& frame);
+  /// @param known TOFGRAPH_KNOWS_.. bits that the source announced
+  /// @throws std::runtime_error the first of them that the frame does not know
+  static void check_metadata(const tofgraph_metadata& metadata, std::uint64_t known);
 
  private:
   struct Given {

@@ -37,6 +37,17 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"behind", "the stage wrote beyond the end of the memory of 'depth'"}),
     [](const auto& info) { return std::string(info.param.rule); });
 
+TEST(Validate, AnnouncedMetadataThatIsMissingIsTold) {
+  const std::string line = "\"$TOFGRAPH\" run 'forgets_metadata ! null' --camera camcube2 ";
+  EXPECT_EQ(shell(line, "/tmp").exit_code, 0) << "without a close look nobody sees it";
+  const Outcome outcome = shell(line + "--validate", "/tmp");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(
+      outcome.err.find("frame 0: the source announced the frames' integration time, and this one does not know it"),
+      std::string::npos)
+      << outcome.err;
+}
+
 /// What is said of an effect when the simulator is to use it.
 Outcome with_effect(const std::string& effect, const std::string& option) {
   const TemporaryFolder folder;

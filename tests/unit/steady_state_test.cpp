@@ -81,6 +81,13 @@ TEST_F(SteadyState, HostAndShimAskForNoMemory) {
                       20000);
 }
 
+TEST_F(SteadyState, TheDecoderOfAnyExposuresAsksForNone) {
+  const std::string source = "simulator distance='1 m' frames=0 noise=none";
+  const std::size_t own = calls_in(200, source + " ! null", "simulator", "monstar");
+  const std::size_t all = calls_in(200, source + " ! phase_decoder ! null", "phase_decoder", "monstar");
+  expect_none_a_frame(all - std::min(all, own), 200);
+}
+
 TEST_F(SteadyState, DecoderModelAndCloudAskForNone) {
   const std::string source = "simulator distance='1 m' frames=0";
   const std::size_t own = calls_in(2000, source + " ! null", "simulator", "camcube2");
