@@ -109,6 +109,13 @@ void print_setting(const json& settings, const char* key, const char* name, cons
              least == greatest ? "" : " to " + core::format_quantity(greatest, unit));
 }
 
+void print_exposures(const json& exposures) {
+  fmt::print("\na frame: {} (by {})\n", exposures["text"].get<std::string>(), exposures["from"].get<std::string>());
+  if (exposures["images"].get<std::uint64_t>() != exposures["list"].size())
+    fmt::print("         but it holds {} images: give a profile that has their exposures\n",
+               exposures["images"].get<std::uint64_t>());
+}
+
 void print(const std::string& file, const json& info) {
   fmt::print("{}: camera {}, {} x {} px, {} frame{}{}\n", file, info["camera"].get<std::string>(),
              info["width"].get<int>(), info["height"].get<int>(), info["frames"].get<std::size_t>(),
@@ -123,9 +130,7 @@ void print(const std::string& file, const json& info) {
                applied.empty() ? "" : "; applied so far: " + applied);
   }
   for (const json& name : info["ignored"]) fmt::print("  {:22} no channel\n", name.get<std::string>());
-  if (info.contains("exposures"))
-    fmt::print("\na frame: {} (by {})\n", info["exposures"]["text"].get<std::string>(),
-               info["exposures"]["from"].get<std::string>());
+  if (info.contains("exposures")) print_exposures(info["exposures"]);
   fmt::print("\nsettings\n");
   print_setting(info["settings"], "integration_time_s", "integration time", "s");
   print_setting(info["settings"], "modulation_frequency_hz", "modulation frequency", "Hz");
@@ -143,7 +148,8 @@ int info(const InfoArguments& arguments) {
   try {
     result = described(io::CaptureReader(arguments.capture));
   } catch (const std::runtime_error& problem) {
-    throw core::ConfigurationError(fmt::format("{}: error: it cannot be read", problem.what()));
+    const std::string file = arguments.capture.string() + ": ", text = problem.what();
+    throw core::ConfigurationError(file + "error: " + (text.starts_with(file) ? text.substr(file.size()) : text));
   }
   if (arguments.json)
     fmt::print("{}\n", result.dump(2));

@@ -28,7 +28,7 @@ std::string preview_of(const Simulation& simulation) {
   const auto& frames = condition->frames;
   const simulation::Pixels& pixels = simulation.pixels();
   const std::size_t n = pixels.size();
-  std::vector<float> phases(4 * n), distance(n), amplitude(n), points;
+  std::vector<float> phases(frames.exposures() * n), distance(n), amplitude(n), points;
   frames.phases(0, phases.data());
   frames.distance(0, distance.data(), amplitude.data());
   for (const simulation::Hit& hit : frames.hits()) {
@@ -37,7 +37,8 @@ std::string preview_of(const Simulation& simulation) {
     for (const double x : {hit.point.x, hit.point.y, z}) points.push_back(there ? static_cast<float>(x) : NAN);
   }
   const std::string title = simulation.scene().name.empty() ? "scene" : simulation.scene().name;
-  return report::scene_preview({title, pixels.rows, pixels.columns, phases, distance, amplitude, points});
+  return report::scene_preview({title, pixels.rows, pixels.columns, physics::exposures_of(simulation.camera()), phases,
+                                distance, amplitude, points});
 }
 
 void check_outputs(const SimulateArguments& arguments, bool campaign) {

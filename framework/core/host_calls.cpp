@@ -175,8 +175,10 @@ struct HostCalls {
   static void set_exposures(void* context, const tofgraph_exposure* exposures, std::uint32_t size,
                             std::uint64_t count) {
     guarded([&] {
-      leaving(instance(context), "set_exposures").stream.exposures =
-          usable(needed(exposures, "exposures"), size, count);
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "set_exposures");
+      if (std::string_view(self.plugin().kind) != "source") throw std::runtime_error("set_exposures() is for sources");
+      leaves.stream.exposures = usable(needed(exposures, "exposures"), size, count);
     });
   }
 

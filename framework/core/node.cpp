@@ -161,12 +161,12 @@ bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
   return right;
 }
 
-/// A source's raw images are as many as its exposures.
+/// Raw images are as many as the exposures that are said of them.
 bool Node::check_exposures(Diagnostics& diagnostics) const {
   const std::size_t count = output().all_exposures().size();
   for (const Channel& channel : output().channels) {
     const ChannelInfo* known = known_channel(channel.name);
-    const bool raw = is_source() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
+    const bool raw = !is_sink() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
     if (!raw || channel.extent[0] == 0 || channel.extent[0] == count) continue;
     diagnostics.error(at,
                       fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name,

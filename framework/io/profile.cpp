@@ -101,18 +101,19 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
   return exposures;
 }
 
-/// Exposures of one frequency and the camera's own frequency are the same.
+/// The camera's own frequency is that of one of its exposures.
 void settle_frequency(const Value& document, const std::vector<tofgraph_exposure>& exposures, tofgraph_camera& camera,
                       Diagnostics& diagnostics) {
   if (exposures.empty() || exposures[0].frequency == 0) return;
   const double first = exposures[0].frequency;
   if (std::isnan(camera.modulation_frequency)) camera.modulation_frequency = first;
-  const bool one = std::ranges::all_of(exposures, [&](const tofgraph_exposure& e) { return e.frequency == first; });
-  if (one && camera.modulation_frequency != first)
-    diagnostics.error(place_of(document, "modulation_frequency"),
-                      fmt::format("'modulation_frequency' is {} Hz, but all exposures have {} Hz",
-                                  camera.modulation_frequency, first),
-                      "leave one of the two out");
+  const auto is_own = [&](const tofgraph_exposure& e) { return e.frequency == camera.modulation_frequency; };
+  if (std::ranges::none_of(exposures, is_own))
+    diagnostics.error(
+        place_of(document, "modulation_frequency"),
+        fmt::format("'modulation_frequency' is {} MHz, which none of the exposures has: {}",
+                    physics::short_number(camera.modulation_frequency * 1e-6), physics::exposures_text(exposures)),
+        "leave it out, or write that of one of them");
 }
 
 void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, Diagnostics& diagnostics) {

@@ -25,7 +25,7 @@ struct OrderSamples {
 /// What another order of the exposures would explain.
 struct OtherOrder {
   std::string why;
-  Exposures exposures;
+  Exposures exposures;  ///< that would fit; empty: none was found
 };
 
 namespace detail {
@@ -38,7 +38,7 @@ struct OrderFit {
   double falling = 0;     ///< and in which it is nearer, all but without exception
   double slope = 0;       ///< d log(amplitude) / d log(distance): -2 for one surface
   double scatter = 0;     ///< standard deviation of log(amplitude distance^2)
-  double spread = 0;      ///< of the distances, from the 5th to the 95th percentile, of their median
+  double spread = 0;      ///< of the distances, 5th to 95th percentile, in parts of what lies before or behind them
   double white = 0;       ///< median of the reflectivity that the light would need; 0: not known
 
   double misfit() const { return rest + incoherent; }
@@ -84,7 +84,6 @@ inline double rest_of(const std::vector<PhaseFit>& fits, const std::vector<doubl
 inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
   constexpr double fewest = 12;  // of a cell
   const PhaseDecoding decoding(exposures, samples.modulation_frequency);
-  const std::vector<PhaseFit> fits = phase_fits(exposures);
   std::vector<double> rests, distances, whites;
   std::vector<Moments> cells(samples.cells.empty() ? 0 : *std::ranges::max_element(samples.cells) + 1);
   Moments all, evened;
@@ -92,7 +91,7 @@ inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposure
   for (std::size_t i = 0; i < samples.pixels.size(); ++i) {
     const auto decoded = decoding(samples.pixels[i]);
     if (!(decoded.amplitude > 0) || !(decoded.distance > 0)) continue;
-    rests.push_back(rest_of(fits, samples.pixels[i]) / decoded.amplitude + decoded.disagreement);
+    rests.push_back(rest_of(decoding.fits(), samples.pixels[i]) / decoded.amplitude + decoded.disagreement);
     if (i % 2 == 1) {
       ++pairs;
       if (std::abs(std::remainder(decoded.distance - before, decoding.range())) > decoding.range() / 16) ++apart;
@@ -112,7 +111,9 @@ inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposure
   fit.incoherent = pairs > 0 ? apart / pairs : 0;
   fit.slope = all.var_x() > 0 ? all.covariance() / all.var_x() : 0;
   fit.scatter = std::sqrt(std::max(evened.var_y(), 0.0));
-  fit.spread = (quantile(distances, 0.95) - quantile(distances, 0.05)) / quantile(distances, 0.5);
+  // Decoded the wrong way round, what is near is as far as the range.
+  const double middle = quantile(distances, 0.5);
+  fit.spread = (quantile(distances, 0.95) - quantile(distances, 0.05)) / std::min(middle, decoding.range() - middle);
   fit.white = samples.light > 0 ? quantile(whites, 0.5) : 0;
   double judged = 0;
   for (const Moments& cell : cells) {
@@ -147,55 +148,98 @@ inline std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSampl
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > 1.5) continue;
-    if (!best || fits[i].scatter < fits[*best].scatter) best = i;
+    if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // of equals the first
   }
   if (!best) return std::nullopt;
   return std::pair{candidates[*best], fits[*best]};
 }
 
-/// Either sign, and turned by each step that cameras use.
+/// Either sign, turned by each of the steps or by half a turn.
 inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders) {
   std::vector<Exposures> all;
   for (const Exposures& order : orders) {
-    const bool quarters = std::ranges::all_of(order, [](const tofgraph_exposure& e) {
-      return std::abs(std::remainder(e.phase, std::numbers::pi / 2)) < 1e-9;
-    });
-    const int turns = quarters ? 4 : 6;
+    std::vector<double> angles = {0, std::numbers::pi};
+    for (const tofgraph_exposure& exposure : order) {
+      const double angle = exposure.phase - order[0].phase;
+      const bool known = std::ranges::any_of(
+          angles, [&](double other) { return std::abs(std::remainder(angle - other, two_pi)) < 1e-6; });
+      if (!known) angles.push_back(angle);
+    }
     for (const double sign : {1.0, -1.0})
-      for (int turn = 0; turn < turns; ++turn) all.push_back(turned(order, sign, turn * two_pi / turns));
+      for (const double angle : angles) all.push_back(turned(order, sign, angle));
   }
   return all;
 }
 
-/// Two images exchanged: the few pairs that leave the least misfit.
-inline std::vector<Exposures> best_swaps(const OrderSamples& samples, const Exposures& exposures) {
-  std::vector<std::pair<double, Exposures>> swaps;
-  for (std::size_t i = 0; i < exposures.size(); ++i) {
-    for (std::size_t j = i + 1; j < exposures.size(); ++j) {
-      Exposures swapped = exposures;
-      std::swap(swapped[i], swapped[j]);
-      swaps.emplace_back(order_fit(samples, swapped).misfit(), swapped);
+/// The orders that come to pass, the simplest first: as it is said, two images exchanged, some images late, one
+/// frequency for another, the frequencies in turn for each step instead of one after the other, and the reverse.
+inline std::vector<Exposures> other_orders(const Exposures& said) {
+  const std::size_t n = said.size();
+  std::vector<Exposures> orders = {said};
+  for (const bool same_frequency : {true, false}) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        if ((said[i].frequency == said[j].frequency) != same_frequency) continue;
+        std::swap(orders.emplace_back(said)[i], orders.back()[j]);
+      }
     }
   }
-  std::ranges::sort(swaps, {}, [](const auto& swap) { return swap.first; });
+  for (std::size_t late = 1; late < n; ++late) {
+    Exposures& order = orders.emplace_back(said);
+    std::rotate(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(late), order.end());
+  }
+  std::vector<std::size_t> bands(phase_fits(said).size());
+  if (bands.size() < 2 || n % bands.size() != 0) return orders;
+  const std::size_t each = n / bands.size();
+  for (std::size_t b = 0; b < bands.size(); ++b) bands[b] = b;
+  do {
+    Exposures blocks, by_turns(n);
+    for (const std::size_t band : bands)
+      for (std::size_t k = 0; k < each; ++k) blocks.push_back(said[band * each + k]);
+    orders.push_back(blocks);
+    for (std::size_t i = 0; i < n; ++i) by_turns[i] = blocks[i % bands.size() * each + i / bands.size()];
+    orders.push_back(by_turns);
+    for (std::size_t i = 0; i < n; ++i) by_turns[i % bands.size() * each + i / bands.size()] = blocks[i];
+    orders.push_back(by_turns);
+  } while (std::ranges::next_permutation(bands).found);
+  return orders;
+}
+
+/// The few of them that leave the least misfit, the simplest first.
+inline std::vector<Exposures> best_orders(const OrderSamples& samples, const std::vector<Exposures>& orders) {
+  OrderSamples some{{}, {}, samples.modulation_frequency, samples.light};
+  for (std::size_t i = 0; i + 1 < samples.pixels.size(); i += 8) {
+    for (const std::size_t k : {i, i + 1}) {
+      some.pixels.push_back(samples.pixels[k]);
+      some.cells.push_back(samples.cells[k]);
+    }
+  }
+  std::vector<double> misfits;
+  for (const Exposures& order : orders) misfits.push_back(order_fit(some, order).misfit());
+  const double least = *std::ranges::min_element(misfits);
   std::vector<Exposures> best;
-  for (const auto& [misfit, order] : swaps)
-    if (best.size() < 4 && misfit < 1.2 * swaps.front().first + 0.01) best.push_back(order);
+  for (std::size_t i = 0; i < orders.size() && best.size() < 6; ++i)
+    if (misfits[i] <= 1.2 * least + 0.02) best.push_back(orders[i]);
   return best;
 }
 
 }  // namespace detail
 
-/// Looks for an order that explains a frame much better than that of its exposures; nothing where there is none, or too
-/// little to judge by: fewer than 64 places, or a scene without depth.
+/// Looks for an order that explains a frame much better than that of its exposures. Nothing where it fits, or where
+/// there is too little to judge by: fewer than 64 places, or a scene without depth. Without exposures where the samples
+/// do not fit and no order was found that does.
 inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposures& exposures) {
   if (samples.pixels.size() < 128) return std::nullopt;
   const detail::OrderFit now = detail::order_fit(samples, exposures);
-  if (now.rest > 0.1 || now.incoherent > 0.25) {
-    const auto best = detail::best_order(samples, detail::all_turned(detail::best_swaps(samples, exposures)));
-    if (best && best->second.misfit() < 0.4 * now.misfit())
-      return OtherOrder{"its samples do not fit each other, as if images were exchanged", best->first};
-    return std::nullopt;
+  constexpr double fitting_rest = 0.1, fitting_incoherence = 0.25;
+  if (now.rest > fitting_rest || now.incoherent > fitting_incoherence) {
+    const auto likely = detail::best_orders(samples, detail::other_orders(exposures));
+    const auto best = detail::best_order(samples, detail::all_turned(likely));
+    const std::string why = "its samples do not fit each other, as if images were exchanged";
+    if (best && best->second.misfit() < 0.4 * now.misfit() && best->second.rest < fitting_rest &&
+        best->second.incoherent < fitting_incoherence)
+      return OtherOrder{why, best->first};
+    return now.rest > 0.3 ? std::optional(OtherOrder{why, {}}) : std::nullopt;
   }
   // Within a part of the image: surfaces of any brightness may stand one behind the other.
   const bool deep = now.spread > 0.1;

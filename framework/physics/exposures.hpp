@@ -15,6 +15,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -39,11 +41,14 @@ inline Exposures exposures_of(const tofgraph_camera& camera) {
   return exposures_of({camera.exposures, camera.exposure_size, camera.exposure_count});
 }
 
+inline bool same_exposures(const Exposures& a, const Exposures& b) {
+  return std::ranges::equal(a, b, [](const tofgraph_exposure& x, const tofgraph_exposure& y) {
+    return std::abs(x.phase - y.phase) < 1e-9 && x.frequency == y.frequency;
+  });
+}
 /// True for four_exposures themselves, which files leave out.
 inline bool are_default(const Exposures& exposures) {
-  return std::ranges::equal(exposures, four_exposures, [](const tofgraph_exposure& a, const tofgraph_exposure& b) {
-    return a.phase == b.phase && a.frequency == b.frequency;
-  });
+  return same_exposures(exposures, {four_exposures.begin(), four_exposures.end()});
 }
 
 /// True where the step is so many quarter turns, give or take whole ones.
@@ -238,27 +243,41 @@ inline double common_frequency(const std::vector<double>& frequencies) {
 class Unwrapping {
  public:
   /// @param frequencies lowest first, Hz
-  /// @param range distances are from 0 to this, m: at most that of common_frequency()
-  Unwrapping(const std::vector<double>& frequencies, double range) : range_(range) {
+  /// @param max_range nothing is farther away, m; infinity: where the frequencies repeat together
+  /// @throws std::invalid_argument when neither is known
+  explicit Unwrapping(const std::vector<double>& frequencies,
+                      double max_range = std::numeric_limits<double>::infinity()) {
     for (const double frequency : frequencies) ranges_.push_back(unambiguous_range(frequency));
-    candidates_ = static_cast<std::size_t>(std::ceil(range / ranges_.back() - 1e-6));
+    const double common = common_frequency(frequencies), step = ranges_.back();
+    // A whole number of the highest frequency's wraps, whatever the frequencies are rounded to.
+    if (common > 0) repeat_ = std::round(frequencies.back() / common) * step;
+    if (!(max_range < repeat_)) {
+      if (repeat_ == std::numeric_limits<double>::infinity())
+        throw std::invalid_argument("the modulation frequencies have no common range");
+      last_ = std::lround(repeat_ / step) - 1;
+      return;
+    }
+    // One more before and behind: noise takes distances over the ends.
+    max_range_ = max_range;
+    first_ = -1;
+    last_ = std::lround(std::ceil(max_range / step));
   }
 
   struct Result {
-    double distance;      ///< m, 0 .. range
+    double distance;      ///< m; NaN where a phase is
     double cost, second;  ///< chi-square of the best, and of the second best wraps
   };
 
   /// Maximum likelihood over the wraps: for each wrap of the highest frequency the nearest ones of the others.
   /// @param distances each within its own range, m @param weights 1 / variance, 1/m^2
-  Result operator()(const std::vector<double>& distances, const std::vector<double>& weights) const {
+  Result operator()(std::span<const double> distances, std::span<const double> weights) const {
     constexpr double never = std::numeric_limits<double>::infinity();
     const std::size_t last = ranges_.size() - 1;
     double all = 0;
     for (const double weight : weights) all += weight;
-    Result result{0, never, never};
-    for (std::size_t n = 0; n < candidates_; ++n) {
-      const double reference = distances[last] + static_cast<double>(n) * ranges_[last];
+    Result result{std::numeric_limits<double>::quiet_NaN(), never, never};
+    for (long wrap = first_; wrap <= last_; ++wrap) {
+      const double reference = distances[last] + static_cast<double>(wrap) * ranges_[last];
       double first = 0, square = 0;
       for (std::size_t b = 0; b < last; ++b) {
         const double rest = std::remainder(distances[b] - reference, ranges_[b]);
@@ -271,19 +290,24 @@ class Unwrapping {
       else
         result.second = std::min(result.second, cost);
     }
-    if (result.distance < 0) result.distance += range_;
-    if (result.distance >= range_) result.distance -= range_;
+    if (cyclic() && result.distance < 0) result.distance += repeat_;
+    if (cyclic() && result.distance >= repeat_) result.distance -= repeat_;
     return result;
   }
 
-  const std::vector<double>& ranges() const { return ranges_; }
-  double range() const { return range_; }
-  std::size_t candidates() const { return candidates_; }
+  const std::vector<double>& ranges() const { return ranges_; }  ///< of each frequency, m
+  /// Whether all of the common range counts, the end of which is its beginning; otherwise it ends at max_range.
+  bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
+  double range() const { return std::min(repeat_, max_range_); }  ///< m
+  double repeat() const { return repeat_; }                       ///< m; infinity: never
+  /// Wraps of the highest frequency that are tried.
+  long first() const { return first_; }
+  long last() const { return last_; }
 
  private:
   std::vector<double> ranges_;
-  double range_;
-  std::size_t candidates_ = 0;
+  double repeat_ = std::numeric_limits<double>::infinity(), max_range_ = std::numeric_limits<double>::infinity();
+  long first_ = 0, last_ = 0;
 };
 
 /// Distance and amplitude of one pixel from any exposures: the reference form of phase_decoder, for samples of equal
@@ -299,7 +323,7 @@ class PhaseDecoding {
     double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
-    std::vector<double> distances, weights;
+    std::array<double, most_exposures / fewest_exposures> distances{}, weights{};
     double amplitude = 0;
     for (std::size_t b = 0; b < fits_.size(); ++b) {
       const PhaseFit& fit = fits_[b];
@@ -311,14 +335,15 @@ class PhaseDecoding {
       const double scale = unwrapping_.ranges()[b] / two_pi, square = x * x + y * y;
       double distance = scale * std::atan2(y, x);
       if (distance < 0) distance += unwrapping_.ranges()[b];
-      distances.push_back(distance);
-      weights.push_back(square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx)));
+      distances[b] = distance;
+      weights[b] = square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx));
       amplitude += std::sqrt(square) / static_cast<double>(fits_.size());
     }
     if (fits_.size() == 1) return {distances[0], amplitude, 0};
-    const Unwrapping::Result best = unwrapping_(distances, weights);
+    const Unwrapping::Result best = unwrapping_({distances.data(), fits_.size()}, {weights.data(), fits_.size()});
     return {best.distance, amplitude, std::sqrt(std::max(best.cost, 0.0)) / amplitude};
   }
+  const std::vector<PhaseFit>& fits() const { return fits_; }
   /// Distances repeat after this, m.
   double range() const { return unwrapping_.range(); }
 
@@ -326,9 +351,7 @@ class PhaseDecoding {
   Unwrapping unwrapping(double own) const {
     std::vector<double> frequencies;
     for (const PhaseFit& fit : fits_) frequencies.push_back(fit.frequency == 0 ? own : fit.frequency);
-    const double common = common_frequency(frequencies);
-    if (common == 0) throw std::invalid_argument("the modulation frequencies have no common range");
-    return {frequencies, unambiguous_range(common)};
+    return Unwrapping(frequencies);
   }
   std::vector<PhaseFit> fits_;
   Unwrapping unwrapping_;

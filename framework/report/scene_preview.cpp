@@ -32,6 +32,13 @@ std::string panel(const PreviewFrame& frame, std::span<const float> image, const
          matrix_block("image", rows, columns, values) + "plot $image matrix using 1:2:3 with image\n";
 }
 
+/// "image 3: 0 deg, 16 MHz"
+std::string title_of(const physics::Exposures& exposures, std::size_t k) {
+  const double phase = exposures[k].phase, frequency = exposures[k].frequency;
+  std::string title = fmt::format("image {}: {} deg", k, physics::short_number(phase * 180 / M_PI));
+  return frequency > 0 ? title + fmt::format(", {} MHz", physics::short_number(frequency * 1e-6)) : title;
+}
+
 std::string cloud(const PreviewFrame& frame) {
   std::string script =
       "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.4, 1\n"
@@ -60,8 +67,13 @@ std::string scene_preview(const PreviewFrame& frame) {
   const std::size_t n = frame.rows * frame.columns;
   std::string script =
       fmt::format("set multiplot layout 2,4 title {}\nunset key\nunset xtics\nunset ytics\n", quoted(frame.title));
-  for (std::size_t k = 0; k < 4; ++k)
-    script += panel(frame, frame.phases.subspan(k * n, n), fmt::format("phase image {}", k), "counts", true);
+  constexpr std::size_t shown = 4;
+  const std::size_t images = frame.exposures.size();
+  for (std::size_t i = 0; i < shown; ++i) {
+    const std::size_t k = images > shown ? i * (images - 1) / (shown - 1) : i;
+    script += k < images ? panel(frame, frame.phases.subspan(k * n, n), title_of(frame.exposures, k), "counts", true)
+                         : "set multiplot next\n";
+  }
   script += panel(frame, frame.amplitude, "amplitude", "counts", false);
   script += panel(frame, frame.distance, "distance", "m", false);
   script += "set size noratio 0.52, 0.6\nset origin 0.48, -0.06\n" + cloud(frame) + "unset multiplot\n";

@@ -3,6 +3,8 @@
 /// @file One look at a simulated frame.
 #pragma once
 
+#include <tofgraph/physics/exposures.hpp>
+
 #include <span>
 #include <string>
 
@@ -12,12 +14,14 @@ namespace tofgraph::report {
 struct PreviewFrame {
   std::string title;
   std::size_t rows = 0, columns = 0;
-  std::span<const float> phases;               ///< 4 images, counts
+  physics::Exposures exposures;
+  std::span<const float> phases;               ///< an image for each of them, counts
   std::span<const float> distance, amplitude;  ///< m, counts
   std::span<const float> points;               ///< x, y, z of each pixel, optical frame, m; NaN: nothing
 };
 
-/// The four phases, amplitude, distance and the cloud in one picture, as the bytes of a PNG.
+/// Four of the phases (all where there are no more), amplitude, distance and the cloud in one picture, as the bytes of
+/// a PNG.
 std::string scene_preview(const PreviewFrame& frame);
 
 }  // namespace tofgraph::report

@@ -6,6 +6,7 @@
 #include "simulation/sequence.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,6 +31,18 @@ void read_camera(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics)
     diagnostics.error(entry->value.at, problem.what());
     scene.camera.reset();
   }
+}
+
+/// Distances of several frequencies need a range in which they are not ambiguous.
+void check_range(const Entry& output, const tofgraph_camera& camera, Diagnostics& diagnostics) {
+  const physics::Exposures exposures = physics::exposures_of(camera);
+  std::vector<double> frequencies;
+  for (const tofgraph_exposure& exposure : exposures) frequencies.push_back(exposure.frequency);
+  if (frequencies.front() == 0 || physics::common_frequency(frequencies) > 0) return;
+  diagnostics.error(output.value.at,
+                    fmt::format("the camera '{}' has no distance: the modulation frequencies have no common range ({})",
+                                camera.name, physics::exposures_text(exposures)),
+                    "example: output: phases, which phase_decoder takes with max_range");
 }
 
 void read_output(const Entry& entry, SceneFile& scene, Diagnostics& diagnostics) {
@@ -119,6 +132,9 @@ SceneFile read_scene(const Value& document, Diagnostics& diagnostics) {
   read_model(reader, document, scene);
   scene.frames = reader.whole_number("frames", "4", scene.frames, 1, endless_count);
   if (const Entry* output = reader.take("output")) read_output(*output, scene, diagnostics);
+  if (const Entry* output = document.find("output");
+      output != nullptr && scene.camera && std::ranges::find(scene.output, "distance") != scene.output.end())
+    check_range(*output, scene.camera->view(), diagnostics);
   if (const Entry* noise = reader.take("noise")) read_noise(*noise, scene.noise, diagnostics);
   scene.seed = reader.whole_number("seed", "1", scene.seed, 0, endless_count);
   scene.subpixels = reader.whole_number("subpixels", "3", scene.subpixels, 1, 16);

@@ -65,6 +65,8 @@ struct Decoder : Filter {
     if (!taps.present() && !phases.present())
       throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
     exposures_ = physics::exposures_of(setup.exposures());
+    const tofgraph_channel& raw = *setup.find(taps.present() ? taps.channel() : phases.channel());
+    if (raw.extent[0] != 0 && raw.extent[0] != exposures_.size()) throw std::runtime_error(other_number(raw.extent[0]));
     if (!modulation_frequency.given() && exposures_[0].frequency == 0 &&
         !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
       throw ConfigError("modulation_frequency",
@@ -81,6 +83,7 @@ struct Decoder : Filter {
     counts_ = counts_of(setup.stream().camera);
     const tofgraph_camera* camera = setup.stream().camera;
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
+    from_camera_ = camera == nullptr || physics::same_exposures(exposures_, physics::exposures_of(*camera));
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
     return exposures_;
   }
@@ -94,25 +97,37 @@ struct Decoder : Filter {
     return frequency;
   }
 
-  tofgraph_view samples_of(const Frame& frame) const { return taps.present() ? frame.find("taps") : phases(frame); }
+  /// @throws std::runtime_error when there are not as many as was announced
+  tofgraph_view samples_of(const Frame& frame) const {
+    const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
+    if (samples.data == nullptr || samples.extent[0] != exposures_.size())
+      throw std::runtime_error(other_number(samples.extent[0]));
+    return samples;
+  }
 
   /// Once, at the first frame: a warning where another order of the exposures would explain it better.
   void look_at_order(const Frame& frame, const tofgraph_view& samples) const {
-    if (looked_.test_and_set()) return;
+    if (looks_left_.load(std::memory_order_relaxed) <= 0 || looks_left_.fetch_sub(1) <= 0) return;
     physics::OrderSamples some = some_of(samples);
+    if (some.pixels.size() < 128 || looked_.test_and_set()) return;
+    looks_left_ = 0;
     const double time = frame.metadata().integration_time;
     some.modulation_frequency = frequency_of(frame);
     some.light = gain_ > 0 && time > 0 ? gain_ * time : 0;
     std::vector<double> frequencies;
     for (const tofgraph_exposure& e : exposures_)
       frequencies.push_back(e.frequency > 0 ? e.frequency : some.modulation_frequency);
-    if (physics::common_frequency(frequencies) == 0) return;
+    // Where nothing but max_range limits the distances there is nothing to compare with.
+    if (physics::common_frequency(frequencies) < *std::ranges::max_element(frequencies) / 64) return;
     const auto other = physics::other_order(some, exposures_);
     if (!other) return;
-    warn("frame " + std::to_string(frame.metadata().number) + ": " + other->why + "; " +
-         physics::exposures_text(exposures_) +
-         " are said. What would fit, in the camera's profile:\n         exposures: " +
-         physics::exposures_yaml(other->exposures));
+    const std::string number = std::to_string(frame.metadata().number);
+    const std::string said = "frame " + number + ": " + other->why + "; " + physics::exposures_text(exposures_) +
+                             " are said (by the " + (from_camera_ ? "camera's profile" : "source") + ")";
+    warn(other->exposures.empty() ? said + ", and no other order was found that fits"
+                                  : said + ". These would fit, in the profile" +
+                                        (from_camera_ ? "" : ", and left out of the recording, which stands above it") +
+                                        ":\n         exposures: " + physics::exposures_yaml(other->exposures));
   }
 
   /// Bits that make a pixel invalid.
@@ -122,11 +137,17 @@ struct Decoder : Filter {
   }
 
   Counts counts_{};
-  double gain_ = 0;  ///< of the camera, counts m^2/s; 0: not known
+  bool from_camera_ = true;  ///< the exposures
+  double gain_ = 0;          ///< of the camera, counts m^2/s; 0: not known
   physics::Exposures exposures_;
   OtherLengths lengths_;
 
  private:
+  std::string other_number(std::uint64_t images) const {
+    return "what arrives has " + std::to_string(images) + " images a frame, and " +
+           physics::exposures_text(exposures_) + " are said of it";
+  }
+
   /// Pixels all over the image with their right neighbours, where there is light and no saturation.
   physics::OrderSamples some_of(const tofgraph_view& view) const {
     const std::size_t rows = view.extent[view.rank - 2], columns = view.extent[view.rank - 1], n = rows * columns;
@@ -148,8 +169,9 @@ struct Decoder : Filter {
           swing = std::min(swing, greatest - least);  // NaN, as of saturated taps, fails below
           for (const double c : pair[side]) swing = std::isfinite(c) ? swing : 0;
         }
-        const double noise = std::sqrt(2 * static_cast<double>(counts_.read_variance));
-        if (swing <= std::max(20 * noise, 1e-6)) continue;
+        const double light = counts_of(view, images, row * columns + column, n);
+        const double variance = 2 * (static_cast<double>(counts_.read_variance) + counts_.shot_noise * light);
+        if (swing <= std::max(20 * std::sqrt(variance), 1e-6)) continue;
         const std::size_t cell = row * parts / rows * parts + column * parts / columns;
         some.cells.insert(some.cells.end(), 2, cell);
         some.pixels.push_back(pair[0]);
@@ -157,6 +179,14 @@ struct Decoder : Filter {
       }
     }
     return some;
+  }
+
+  /// Mean of the taps; 0 where there are only phases.
+  static double counts_of(const tofgraph_view& view, std::size_t images, std::size_t pixel, std::size_t n) {
+    if (view.type != TOFGRAPH_TYPE_U16) return 0;
+    double sum = 0;
+    for (std::size_t t = 0; t < 2 * images; ++t) sum += static_cast<const std::uint16_t*>(view.data)[t * n + pixel];
+    return sum / static_cast<double>(2 * images);
   }
 
   /// c_k; NaN where a tap is full.
@@ -178,6 +208,7 @@ struct Decoder : Filter {
   }
 
   mutable std::atomic_flag looked_;
+  mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
 
   Counts counts_of(const tofgraph_camera* camera) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();

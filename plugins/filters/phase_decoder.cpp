@@ -34,8 +34,10 @@ struct PhaseSettings {
   float wrapped_below;               // chi-square between the best and the second best wraps
   float steepest;                    // rad^2: no wrap can be told with more variance of the phase
   float rest_above, disagree_above;  // chi-square of the samples' rest, and of the frequencies
-  std::size_t candidates;            // wraps of the highest frequency
-  float wrap;                        // m: distances repeat; 0: not known to
+  float wrong_above;                 // of the frequencies: none of the wraps within max_range is right
+  int first_wrap, last_wrap;         // of the highest frequency
+  float repeat;                      // m: distances repeat; 0: where max_range ends them
+  float max_range, margin;           // m, standard deviations; infinity: none
   float intensity_scale;             // 1 / number of taps
   float each;                        // 1 / number of bands
   std::int32_t invalid_flags;        // bits that make a pixel invalid
@@ -68,10 +70,10 @@ template <class D, class V = hn::Vec<D>> struct Likeliest { V distance, cost, se
 template <std::size_t Bands, class D, class V = hn::Vec<D>>
 HWY_INLINE Likeliest<D> Unwrap(D d, const PhaseSettings& s, const V* distances, const V* weights, V inverse_sum) {
   const V never = hn::Set(d, hwy::HighestValue<float>());
-  Likeliest<D> result{hn::Zero(d), never, never};
-  for (std::size_t n = 0; n < s.candidates; ++n) {
+  Likeliest<D> result{hn::NaN(d), never, never};
+  for (int wrap = s.first_wrap; wrap <= s.last_wrap; ++wrap) {
     const V reference =
-        hn::MulAdd(hn::Set(d, static_cast<float>(n)), hn::Set(d, s.range[Bands - 1]), distances[Bands - 1]);
+        hn::MulAdd(hn::Set(d, static_cast<float>(wrap)), hn::Set(d, s.range[Bands - 1]), distances[Bands - 1]);
     V first = hn::Zero(d), square = hn::Zero(d);
     for (std::size_t b = 0; b + 1 < Bands; ++b) {
       const V away = hn::Sub(distances[b], reference);
@@ -155,8 +157,11 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
     const V inverse = hn::Div(hn::Set(d, 1.0F), sum);
     const Likeliest<D> best = Unwrap<Bands>(d, s, distances, weights, inverse);
     distance = best.distance;
-    distance = hn::IfThenElse(hn::Lt(distance, hn::Zero(d)), hn::Add(distance, hn::Set(d, s.wrap)), distance);
-    distance = hn::IfThenElse(hn::Ge(distance, hn::Set(d, s.wrap)), hn::Sub(distance, hn::Set(d, s.wrap)), distance);
+    const V repeat = hn::Set(d, s.repeat);
+    if (s.repeat > 0) {
+      distance = hn::IfThenElse(hn::Lt(distance, hn::Zero(d)), hn::Add(distance, repeat), distance);
+      distance = hn::IfThenElse(hn::Ge(distance, repeat), hn::Sub(distance, repeat), distance);
+    }
     noise = hn::Zero(d);
     for (std::size_t b = 0; b < Bands; ++b) {
       const V share = hn::Mul(weights[b], inverse);
@@ -164,6 +169,9 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
     }
     const auto near = hn::Lt(hn::Sub(best.second, best.cost), hn::Set(d, s.wrapped_below));
     raise(hn::Or(near, hn::Gt(steepest, hn::Set(d, s.steepest))), flag::wrapped);
+    const V beyond = hn::Max(hn::Neg(distance), hn::Sub(distance, hn::Set(d, s.max_range)));
+    raise(hn::Gt(beyond, hn::Mul(hn::Set(d, s.margin), hn::Sqrt(noise))), flag::wrapped);
+    raise(hn::Gt(best.cost, hn::Set(d, s.wrong_above)), flag::wrapped);
     raise(hn::Gt(best.cost, hn::Set(d, s.disagree_above)), flag::inconsistent);
   }
   if constexpr (Taps) {
@@ -176,6 +184,7 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
   // Without light, or with samples that are no numbers, there is no phase.
   auto measured = hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>()));
   for (std::size_t b = 0; b < Bands; ++b) measured = hn::And(measured, hn::Gt(square[b], hn::Zero(d)));
+  measured = hn::And(measured, hn::Lt(hn::Abs(distance), hn::Set(d, hwy::HighestValue<float>())));
   const auto valid = hn::And(measured, hn::RebindMask(d, hn::Eq(bad, hn::Zero(di))));
   raise(hn::Not(valid), flag::invalid);
   hn::StoreU(hn::DemoteTo(du16, flags), du16, images.flags + i);
@@ -218,6 +227,8 @@ void DecodePhases(const PhaseSettings& settings, const PhaseImages& images, std:
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <boost/math/distributions/chi_squared.hpp>
+
 namespace tofgraph {
 
 HWY_EXPORT(DecodePhases);
@@ -272,6 +283,11 @@ struct PhaseDecoder final : Decoder {
     if (fits_.size() > 1 && modulation_frequency.given())
       throw ConfigError("modulation_frequency",
                         "is that of one frequency; what arrives has " + physics::exposures_text(exposures));
+    if (fits_.size() == 1) refuse_what_unwraps();
+    if (*phase_error > 0 && !counts_.noise_known)
+      throw ConfigError("phase_error",
+                        "adds to the noise, which is not known: give read_noise and shot_noise, here or "
+                        "in the camera's profile");
     for (const physics::PhaseFit& fit : fits_) add_band(fit);
     set_constants(exposures.size());
     if (fits_.size() > 1) set_ranges();
@@ -300,6 +316,14 @@ struct PhaseDecoder final : Decoder {
   }
 
  private:
+  void refuse_what_unwraps() const {
+    for (const detail::ParamBase* parameter : std::initializer_list<const detail::ParamBase*>{
+             &wrap_confidence, &invalidate_wrapped, &phase_error, &max_range})
+      if (parameter->given())
+        throw ConfigError(parameter->parameter().name, "is for several modulation frequencies; what arrives has " +
+                                                           physics::exposures_text(exposures_));
+  }
+
   void add_band(const physics::PhaseFit& fit) {
     Band band{.image = fit.image,
               .cosine = {fit.cosine.begin(), fit.cosine.end()},
@@ -318,20 +342,21 @@ struct PhaseDecoder final : Decoder {
     settings.inverse_range[band] = static_cast<float>(1 / physics::unambiguous_range(frequency));
   }
 
-  /// Chi-square of so many degrees of freedom that is exceeded as seldom as so many standard deviations: Wilson and
-  /// Hilferty's cube root, which is normal.
+  /// Chi-square of so many degrees of freedom that good samples exceed as seldom as a normal number so many standard
+  /// deviations to either side.
   static double chi_square(std::size_t freedom, double deviations) {
     if (freedom == 0) return std::numeric_limits<float>::infinity();
-    if (freedom == 1) return deviations * deviations;
-    const double n = static_cast<double>(freedom);
-    return n * std::pow(1 - 2 / (9 * n) + deviations * std::sqrt(2 / (9 * n)), 3);
+    const double share = std::erfc(deviations / std::sqrt(2.0));
+    if (share < 1e-300) return std::numeric_limits<float>::infinity();
+    const boost::math::chi_squared distribution(static_cast<double>(freedom));
+    return boost::math::quantile(boost::math::complement(distribution, share));
   }
 
   void set_constants(std::size_t exposures) {
     constexpr float never = std::numeric_limits<float>::infinity();
     std::size_t freedom = 0;
     for (const physics::PhaseFit& fit : fits_) freedom += fit.rest.size();
-    const bool known = counts_.noise_known;
+    const bool known = counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0);
     const bool judged = known && inconsistent_above.word().empty();
     settings_ = {
         .full_well = counts_.full_well,
@@ -345,8 +370,12 @@ struct PhaseDecoder final : Decoder {
         .steepest = known ? 0.36F : never,  // 0.6 rad: half a turn is five standard deviations
         .rest_above = judged ? static_cast<float>(chi_square(freedom, *inconsistent_above)) : never,
         .disagree_above = judged ? static_cast<float>(chi_square(fits_.size() - 1, *inconsistent_above)) : never,
-        .candidates = 1,
-        .wrap = 0,
+        .wrong_above = never,
+        .first_wrap = 0,
+        .last_wrap = 0,
+        .repeat = 0,
+        .max_range = never,
+        .margin = known ? 5.0F : 0.0F,
         .intensity_scale = static_cast<float>(0.5 / static_cast<double>(exposures)),
         .each = static_cast<float>(1.0 / static_cast<double>(fits_.size())),
         .invalid_flags = invalid_flags() | (*invalidate_wrapped ? flag::wrapped : 0)};
@@ -358,23 +387,29 @@ struct PhaseDecoder final : Decoder {
       set_frequency(settings_, frequencies.size(), fit.frequency);
       frequencies.push_back(fit.frequency);
     }
-    const double common = physics::common_frequency(frequencies);
-    if (common == 0 && !max_range.given()) {
+    if (physics::common_frequency(frequencies) == 0 && !max_range.given()) {
       throw ConfigError("max_range",
                         "the modulation frequencies have no common range: " + physics::exposures_text(exposures_) +
                             ", so it has to be given, e.g. max_range: 20 m");
     }
-    const double repeats = common > 0 ? physics::unambiguous_range(common) : std::numeric_limits<double>::infinity();
-    const double range = max_range.given() ? std::min(*max_range, repeats) : repeats;
-    const physics::Unwrapping unwrapping(frequencies, range);
-    constexpr std::size_t most = 256;
-    if (unwrapping.candidates() > most) {
-      throw ConfigError("max_range", "the frequencies repeat after " + std::to_string(repeats) + " m only, which are " +
-                                         std::to_string(unwrapping.candidates()) + " wraps of the highest, more than " +
-                                         std::to_string(most) + ": give a smaller one, e.g. max_range: 20 m");
+    const physics::Unwrapping unwrapping(frequencies,
+                                         max_range.given() ? *max_range : std::numeric_limits<double>::infinity());
+    constexpr long most = 256;
+    if (unwrapping.last() > most) {
+      throw ConfigError("max_range", "the frequencies repeat after " + physics::short_number(unwrapping.repeat()) +
+                                         " m, and up to " + physics::short_number(unwrapping.range()) +
+                                         " m the highest has " + std::to_string(unwrapping.last()) +
+                                         " wraps, more than " + std::to_string(most) +
+                                         ": give a smaller one, e.g. max_range: 20 m");
     }
-    settings_.candidates = unwrapping.candidates();
-    settings_.wrap = common > 0 ? static_cast<float>(repeats) : 0.0F;
+    settings_.first_wrap = static_cast<int>(unwrapping.first());
+    settings_.last_wrap = static_cast<int>(unwrapping.last());
+    if (unwrapping.cyclic()) {
+      settings_.repeat = static_cast<float>(unwrapping.repeat());
+      return;
+    }
+    settings_.max_range = static_cast<float>(*max_range);
+    if (settings_.any_variance == 0) settings_.wrong_above = static_cast<float>(chi_square(fits_.size() - 1, 5));
   }
 
   std::vector<physics::PhaseFit> fits_;

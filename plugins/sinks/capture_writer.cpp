@@ -34,7 +34,9 @@ struct CaptureWriter final : Sink {
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
     header_.comment = *comment;
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
-    if (!physics::are_default(exposures)) header_.exposures = exposures;
+    // Whoever reads the capture takes the profile's where it has none of its own.
+    const bool same = camera == nullptr || physics::same_exposures(exposures, physics::exposures_of(*camera));
+    if (!same || !physics::are_default(exposures)) header_.exposures = exposures;
     std::istringstream words(*channels);
     const std::vector<std::string> wanted(std::istream_iterator<std::string>(words), {});
     for (const std::string& name : wanted) {

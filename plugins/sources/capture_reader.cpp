@@ -158,10 +158,7 @@ struct CaptureReader final : Source {
     setup.set_exposures(own);
     const tofgraph_camera* camera = setup.stream().camera;
     if (camera == nullptr || camera->exposure_count == 0) return;
-    const auto same = [](const tofgraph_exposure& a, const tofgraph_exposure& b) {
-      return std::abs(a.phase - b.phase) < 1e-9 && a.frequency == b.frequency;
-    };
-    if (!std::ranges::equal(own, physics::exposures_of(*camera), same))
+    if (!physics::same_exposures(own, physics::exposures_of(*camera)))
       warn(fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used",
                        own.size(), camera->name));
   }

@@ -86,6 +86,7 @@ template <class T> std::vector<T> nine_phases() {
 template <class T> void phase_decoder_nine_images(benchmark::State& state) {
   const physics::Exposures exposures = nine_images();
   test::Camera vga(vga_columns, vga_rows, 5.6e-3, 10e-6, {{"lamp", {0, 0, 0}, 1}});
+  vga.view.modulation_frequency = exposures[0].frequency;
   vga.view.exposures = exposures.data();
   vga.view.exposure_size = sizeof(tofgraph_exposure);
   vga.view.exposure_count = exposures.size();

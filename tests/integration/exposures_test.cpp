@@ -47,7 +47,7 @@ class Exposures : public testing::Test {
 };
 
 TEST_F(Exposures, GoFromTheProfileThroughACaptureToTheDistance) {
-  write("small.yaml", profile_with(six));
+  write("small.yaml", profile_with(six, ""));
   const Outcome recorded = run(
       "run 'simulator distance=5.3m integration_time=1ms frames=2 output=taps truth=true ! capture_writer path=six.h5 "
       "channels=[taps,true_depth]' --camera ./small.yaml");
@@ -67,7 +67,7 @@ TEST_F(Exposures, GoFromTheProfileThroughACaptureToTheDistance) {
 }
 
 TEST_F(Exposures, AreAttributesOfTheCaptureWhereTheyAreNotTheFour) {
-  write("small.yaml", profile_with(six));
+  write("small.yaml", profile_with(six, ""));
   ASSERT_EQ(run("run 'simulator ! capture_writer path=six.h5' --camera ./small.yaml").exit_code, 0);
   const auto numbers = [&](const char* file, const char* name) {
     std::vector<double> values;
@@ -91,7 +91,7 @@ TEST_F(Exposures, AreAttributesOfTheCaptureWhereTheyAreNotTheFour) {
 }
 
 TEST_F(Exposures, AreShown) {
-  write("small.yaml", profile_with(six));
+  write("small.yaml", profile_with(six, ""));
   ASSERT_EQ(run("run 'simulator ! capture_writer path=six.h5' --camera ./small.yaml").exit_code, 0);
   const std::string text = "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 60 MHz";
   for (const char* command : {"info six.h5", "describe ./small.yaml", "explain 'capture_reader file=six.h5 ! null'"}) {
@@ -132,13 +132,14 @@ TEST_F(Exposures, WrongOnesAreToldWhereTheyAreWritten) {
       "exposures: [{phase: 0 deg, frequency: 30 MHz}, {phase: 120 deg, frequency: 30 MHz}, {phase: 240 deg, frequency: "
       "30 "
       "MHz}]\n",
-      {"wrong.yaml:8:", "'modulation_frequency' is 20000000 Hz, but all exposures have 30000000 Hz"});
+      {"wrong.yaml:8:",
+       "'modulation_frequency' is 20 MHz, which none of the exposures has: 3 exposures: 0, 120, 240 deg at 30 MHz"});
   expect_profile_error("exposures: [{phase: 0 m}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phase"});
   expect_profile_error("exposures: [{phas: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phas"});
 }
 
 TEST_F(Exposures, ACaptureThatContradictsItselfIsTold) {
-  write("small.yaml", profile_with(six));
+  write("small.yaml", profile_with(six, ""));
   const auto capture = [&](std::vector<double> phases, std::vector<double> frequencies, hsize_t images) {
     const auto file = folder.path() / "odd.h5";
     RawCapture raw(file);
@@ -166,6 +167,58 @@ TEST_F(Exposures, ACaptureThatContradictsItselfIsTold) {
       << other.err;
 }
 
+TEST_F(Exposures, OfACaptureStayThoughAProfileSaysOtherwise) {
+  write("four.yaml", profile_with(""));
+  write("reversed.yaml",
+        profile_with("exposures: [{phase: 0 deg}, {phase: 270 deg}, {phase: 180 deg}, {phase: 90 deg}]\n"));
+  {
+    RawCapture raw(folder.path() / "own.h5");
+    std::vector<float> phases;
+    for (const double c : {1000.0, 500.0, -1000.0, -500.0}) phases.insert(phases.end(), 24 * 32, static_cast<float>(c));
+    raw.head(32, 24, 1, "tofgraph-capture", "small").numbers("exposure_phase_rad", {0, M_PI / 2, M_PI, 3 * M_PI / 2});
+    raw.dataset("phases", {1, 4, 24, 32}, phases).metadata(1, 1e-3);
+  }
+  ASSERT_EQ(run("run 'capture_reader file=own.h5 ! capture_writer path=again.h5' --camera ./reversed.yaml").exit_code,
+            0);
+  const std::string decode = " ! four_phase_decoder modulation_frequency=20MHz ! statistics channel=distance path=";
+  ASSERT_EQ(run("run 'capture_reader file=own.h5" + decode + "first.csv' --camera ./reversed.yaml").exit_code, 0);
+  ASSERT_EQ(run("run 'capture_reader file=again.h5" + decode + "second.csv'").exit_code, 0);
+  EXPECT_EQ(read_text(folder.path() / "first.csv"), read_text(folder.path() / "second.csv"));
+  EXPECT_NE(run("info again.h5").out.find("0, 90, 180, 270 deg (by the capture)"), std::string::npos);
+}
+
+TEST_F(Exposures, HavePreviewsAndDistances) {
+  const auto scene = [&](const std::string& camera, const std::string& output) {
+    write("scene.yaml", "scene: 1\ncamera: " + camera + "\nframes: 1\noutput: " + output +
+                            "\nobjects:\n  - {name: board, type: board, distance: 2 m}\n");
+  };
+  write("three.yaml", profile_with("exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]\n"));
+  write("small.yaml", profile_with(six, ""));
+  for (const std::string camera : {"three.yaml", "small.yaml"}) {
+    scene(camera, "distance");
+    const Outcome made = run("simulate scene.yaml -o board.h5 --preview board.png --force");
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_GT(read_text(folder.path() / "board.png").size(), 10000U);
+    const Outcome read = run("run 'capture_reader file=board.h5 ! statistics channel=distance'");
+    EXPECT_NE(read.out.find(" 768 "), std::string::npos) << read.out;
+  }
+  // Beyond the lens model there is no distance, also of several frequencies.
+  std::string bent = profile_with(six, "");
+  bent.replace(bent.find("sources:"), 0, "distortion: [-5, 0, 0, 0, 0]\n");
+  write("bent.yaml", bent);
+  scene("bent.yaml", "distance");
+  ASSERT_EQ(run("simulate scene.yaml -o bent.h5").exit_code, 0);
+  const Outcome read = run("run 'capture_reader file=bent.h5 ! statistics channel=distance format=csv'");
+  EXPECT_TRUE(std::regex_search(read.out, std::regex("all,520,2\\.0[0-9]*,[0-9.]*,(1\\.99|2\\.0)"))) << read.out;
+  write("odd.yaml",
+        profile_with("exposures: [{phase: 0 deg, frequency: 20 MHz}, {phase: 120 deg, frequency: 20 MHz}, {phase: 240 "
+                     "deg, frequency: 20 MHz}, {phase: 0 deg, frequency: 31.701234 MHz}, {phase: 120 deg, frequency: "
+                     "31.701234 MHz}, {phase: 240 deg, frequency: 31.701234 MHz}]\n"));
+  scene("odd.yaml", "distance");
+  expect_error("check scene.yaml", {"scene.yaml:4:9: error", "no common range"});
+  expect_error("simulate scene.yaml -o odd.h5", {"scene.yaml:4:9: error", "no common range"});
+}
+
 TEST_F(Exposures, AProfileInACaptureThatIsNoneIsTold) {
   {
     RawCapture raw(folder.path() / "odd.h5");
@@ -177,7 +230,7 @@ TEST_F(Exposures, AProfileInACaptureThatIsNoneIsTold) {
 }
 
 TEST_F(Exposures, WhatNeedsTheFourSaysSo) {
-  write("small.yaml", profile_with(six));
+  write("small.yaml", profile_with(six, ""));
   write("rail.yaml",
         "scene: 1\ncamera: small.yaml\nframes: 2\noutput: taps\nobjects:\n"
         "  - {name: board, type: board, distance: 1 m}\nsequence:\n"

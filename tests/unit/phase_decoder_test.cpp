@@ -68,6 +68,7 @@ std::string profile(const Steps& steps, std::size_t pixels, double read_noise = 
   camera.view.exposures = steps.data();
   camera.view.exposure_size = sizeof(tofgraph_exposure);
   camera.view.exposure_count = steps.size();
+  camera.view.modulation_frequency = !steps.empty() && steps[0].frequency > 0 ? steps[0].frequency : 20e6;
   camera.view.read_noise = read_noise;
   camera.view.shot_noise = 0;
   return test::profile_of(camera.view);
@@ -108,6 +109,19 @@ Eigen::Vector3d least_squares(const Steps& steps, const std::vector<double>& c) 
   return design.colPivHouseholderQr().solve(right);
 }
 
+/// The deviation of the distance by the covariance of the same fit, and the gradient of the angle.
+double sigma_of(const Steps& steps, const Eigen::Vector3d& fit, double noise) {
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(steps.size()), 3);
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const double phase = steps[static_cast<std::size_t>(k)].phase;
+    design.row(k) << std::cos(phase), -std::sin(phase), 1;
+  }
+  const Eigen::Matrix3d covariance = noise * noise * (design.transpose() * design).inverse();
+  const double square = fit[0] * fit[0] + fit[1] * fit[1];
+  const Eigen::Vector2d gradient(-fit[1] / square, fit[0] / square);
+  return c_light / (4 * pi * steps[0].frequency) * std::sqrt(gradient.dot(covariance.topLeftCorner<2, 2>() * gradient));
+}
+
 TEST(PhaseDecoder, NineImagesAreExactOverTheirWholeRange) {
   const Steps steps = three_at(nine_images);
   const double range = range_of(8e6);
@@ -145,10 +159,10 @@ TEST(PhaseDecoder, AnyStepsAreLeastSquares) {
       const double d = c_light / (4 * pi * 20e6) * std::atan2(fit[1], fit[0]);
       worst = std::max(worst, std::abs(std::remainder(decoded.distance[i] - d, range_of(20e6))));
       ASSERT_NEAR(decoded.amplitude[i], std::hypot(fit[0], fit[1]), 2e-3);
-      worst_sigma = std::max(worst_sigma, static_cast<double>(decoded.sigma[i]));
+      worst_sigma = std::max(worst_sigma, std::abs(decoded.sigma[i] / sigma_of(steps, fit, 20) - 1));
     }
     EXPECT_LT(worst, 1e-6) << steps.size() << " steps";
-    EXPECT_GT(worst_sigma, 0);
+    EXPECT_LT(worst_sigma, 1e-4) << steps.size() << " steps";
   }
 }
 
@@ -382,6 +396,113 @@ TEST(PhaseDecoder, IntegersAndFloatsSayTheSame) {
   EXPECT_EQ(decode("phase_decoder", steps, wide).distance, expected);
 }
 
+/// Taps with shot noise, and frequencies of which each is seen with another contrast.
+TEST(PhaseDecoder, SigmaIsTheNoiseOfTaps) {
+  const Steps steps = three_at(nine_images);
+  const double amplitudes[] = {900, 1300, 400}, distance = 9.87, mean = 4000, read = 4, shot = 0.3;
+  const std::size_t pixels = 40000, rows = rows_of(pixels);
+  std::mt19937 generator(4);
+  std::normal_distribution<double> normal;
+  std::vector<std::uint16_t> taps;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const double c = amplitudes[k / 3] * std::cos(4 * pi * steps[k].frequency * distance / c_light + steps[k].phase);
+    for (const double sign : {0.5, -0.5}) {
+      const double counts = mean + sign * c, deviation = std::sqrt(read * read + shot * counts);
+      for (std::size_t i = 0; i < pixels; ++i)
+        taps.push_back(static_cast<std::uint16_t>(std::lround(counts + deviation * normal(generator))));
+    }
+  }
+  Harness stage("phase_decoder read_noise=4counts shot_noise=0.3counts");
+  stage.camera(profile(steps, pixels));
+  stage.put<std::uint16_t>("taps", {steps.size(), 2, rows, pixels / rows}, taps);
+  stage.run();
+  const auto distances = stage.get<float>("distance"), sigmas = stage.get<float>("sigma");
+  double sum = 0, square = 0, sigma = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    ASSERT_NEAR(distances[i], distance, 0.2);
+    sum += distances[i] - distance;
+    square += std::pow(distances[i] - distance, 2);
+    sigma += sigmas[i];
+  }
+  const double n = static_cast<double>(pixels), sd = std::sqrt(square / n - sum / n * (sum / n));
+  EXPECT_NEAR(sd / (sigma / n), 1, 0.03);
+}
+
+TEST(PhaseDecoder, WithoutNoiseNothingIsUncertain) {
+  const Steps steps = three_at(nine_images);
+  const Scene scene{.distances = ramp(0.1, 18.6, 500)};
+  const std::string zero = " read_noise=0counts shot_noise=0counts";
+  Harness harness("phase_decoder" + zero);
+  harness.camera(profile(steps, 500));
+  harness.put<float>("phases", {9, 1, 500}, samples_of(steps, scene));
+  harness.run();
+  for (std::size_t i = 0; i < 500; ++i) {
+    EXPECT_NEAR(harness.get<float>("distance")[i], scene.distances[i], 1e-4);
+    EXPECT_EQ(harness.get<std::uint16_t>("flags")[i], 0);
+  }
+  EXPECT_FALSE(harness.has("sigma"));
+}
+
+TEST(PhaseDecoder, WhatIsNoNumberIsInvalid) {
+  const Steps steps = three_at(nine_images);
+  auto samples = samples_of(steps, {.distances = ramp(1, 2, 40)});
+  samples[4 * 40 + 7] = std::nanf("");
+  samples[8 * 40 + 9] = std::numeric_limits<float>::infinity();
+  const Decoded decoded = decode("phase_decoder", steps, samples);
+  for (std::size_t i = 0; i < 40; ++i) {
+    EXPECT_EQ(std::isnan(decoded.distance[i]), i == 7 || i == 9) << i;
+    EXPECT_EQ((decoded.flags[i] & flag::invalid) != 0, i == 7 || i == 9) << i;
+  }
+}
+
+/// 33.3333 MHz is no exact third of 100 MHz; nor do the two repeat before they are a hertz apart.
+TEST(PhaseDecoder, FrequenciesAreMultiplesAsTheyAreRounded) {
+  for (const auto& frequencies : {std::vector<double>{100e6, 33.3333e6}, {80e6, 26.66665e6}, {60e6, 40.00002e6}}) {
+    const Steps steps = three_at(frequencies);
+    const Scene scene{.distances = ramp(0.05, 4.4, 300)};
+    const Decoded decoded = decode("phase_decoder", steps, samples_of(steps, scene));
+    for (std::size_t i = 0; i < 300; ++i) {
+      ASSERT_EQ(decoded.flags[i] & flag::wrapped, 0) << frequencies[1] << " Hz, " << scene.distances[i] << " m";
+      ASSERT_NEAR(decoded.distance[i], scene.distances[i], 1e-3);
+    }
+  }
+}
+
+TEST(PhaseDecoder, BeyondTheGreatestRangeWrapsAreUncertain) {
+  const Steps steps = three_at(nine_images);
+  const double noise = 10;
+  const auto flags_at = [&](double from, double to, const std::string& range) {
+    const Scene scene{.distances = ramp(from, to, 200), .noise = noise};
+    const Decoded decoded =
+        decode("phase_decoder max_range=" + range, steps, samples_of(steps, scene), noise / std::sqrt(2.0));
+    std::size_t wrapped = 0;
+    for (std::size_t i = 0; i < 200; ++i) {
+      wrapped += (decoded.flags[i] & flag::wrapped) != 0 ? 1 : 0;
+      if ((decoded.flags[i] & flag::wrapped) == 0) {
+        EXPECT_NEAR(decoded.distance[i], scene.distances[i], 0.02);
+      }
+    }
+    return wrapped;
+  };
+  EXPECT_EQ(flags_at(0.001, 4.999, "5m"), 0U);
+  EXPECT_EQ(flags_at(5.05, 9, "5m"), 200U);
+  EXPECT_EQ(flags_at(9, 18, "5m"), 200U);
+  EXPECT_EQ(flags_at(3.05, 6, "3m"), 200U);
+}
+
+TEST(PhaseDecoder, FlagsAsMuchOfGoodSamplesAsTheDeviationsSay) {
+  const double share = std::erfc(3 / std::sqrt(2.0));
+  for (const int count : {4, 5, 8}) {
+    const Steps steps = three_at({20e6}, count);
+    const std::size_t pixels = 100000;
+    const Scene scene{.distances = ramp(0.3, 7, pixels), .noise = 10, .seed = 31};
+    const Decoded decoded =
+        decode("phase_decoder inconsistent_above=3", steps, samples_of(steps, scene), 10 / std::sqrt(2.0));
+    const auto flagged = std::ranges::count_if(decoded.flags, [](auto f) { return (f & flag::inconsistent) != 0; });
+    EXPECT_NEAR(static_cast<double>(flagged), share * pixels, 5 * std::sqrt(share * pixels)) << count;
+  }
+}
+
 /// The four images in any order, either sign, exchanged taps: right as soon as the exposures say so.
 TEST(FourPhaseDecoder, TakesAnyOrderOfItsSteps) {
   const Scene scene{.distances = ramp(0.05, 7.4, 500)};
@@ -427,6 +548,11 @@ TEST(PhaseDecoder, SaysWhatCannotBeDecoded) {
   EXPECT_EQ(message_of("phase_decoder max_range=20m", three_at({20e6, 31.7e6 + 1234}), 6), "no error");
   expect_words(message_of("phase_decoder", three_at({20e6, 30e6, 40e6, 50e6}), 12), "up to three");
   expect_words(message_of("phase_decoder modulation_frequency=20MHz", three_at({20e6, 30e6}), 6), "one frequency");
+  for (const char* parameter :
+       {"max_range=5m", "wrap_confidence=0.9", "phase_error=0.1rad", "invalidate_wrapped=false"})
+    expect_words(message_of(std::string("phase_decoder ") + parameter, three_at({20e6}), 3),
+                 "is for several modulation frequencies");
+  expect_words(message_of("phase_decoder", three_at({20e6}, 4), 3), "3 images");
   expect_words(message_of("four_phase_decoder", three_at({20e6}), 3), "take phase_decoder for it");
 }
 
