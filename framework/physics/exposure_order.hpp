@@ -171,16 +171,17 @@ inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders) {
   return all;
 }
 
-/// The orders that come to pass, the simplest first: as it is said, two images exchanged, some images late, one
+/// The orders that come to pass, the simplest first: turned as a whole, two images exchanged, some images late, one
 /// frequency for another, the frequencies in turn for each step instead of one after the other, and the reverse.
 inline std::vector<Exposures> other_orders(const Exposures& said) {
   const std::size_t n = said.size();
-  std::vector<Exposures> orders = {said};
+  std::vector<Exposures> orders = all_turned({said});
   for (const bool same_frequency : {true, false}) {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = i + 1; j < n; ++j) {
         if ((said[i].frequency == said[j].frequency) != same_frequency) continue;
-        std::swap(orders.emplace_back(said)[i], orders.back()[j]);
+        Exposures& order = orders.emplace_back(said);
+        std::swap(order[i], order[j]);
       }
     }
   }
@@ -249,9 +250,14 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
   if (!rises && !steep && !too_white) return std::nullopt;
   const auto best = detail::best_order(samples, detail::all_turned({exposures}));
   if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
-  return OtherOrder{rises       ? "what is brighter looks farther away, as if the phases turned the other way"
-                    : too_white ? "it would have to be brighter than white, as if taps or images were exchanged"
-                                : "light falls too fast with the distance, as if taps or images were exchanged",
+  const char* seen = rises       ? "what is brighter looks farther away"
+                     : too_white ? "it would have to be brighter than white"
+                                 : "light falls too fast with the distance";
+  const bool reversed =
+      std::abs(std::remainder(best->first[1].phase - best->first[0].phase + exposures[1].phase - exposures[0].phase,
+                              two_pi)) < 1e-6;
+  return OtherOrder{std::string(seen) + (reversed ? ", as if the phases turned the other way"
+                                                  : ", as if taps or images were exchanged"),
                     best->first};
 }
 
