@@ -7,12 +7,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstring>
 #include <ctime>
+#include <memory>
 
 namespace tofgraph::core {
 namespace {
@@ -44,6 +46,7 @@ thread_local Thread* place = nullptr;
 /// Takes a place for this thread and gives it back when the thread ends. There is none where there are too many.
 struct Holder {
   Holder() {
+    keep_a_stack();
     for (Thread& candidate : threads()) {
       if (candidate.taken.exchange(true)) continue;
       place = &candidate;
@@ -53,9 +56,27 @@ struct Holder {
   ~Holder() {
     if (place != nullptr) place->taken = false;
     place = nullptr;
+    if (stack_ == nullptr) return;
+    stack_t none{};
+    none.ss_flags = SS_DISABLE;
+    sigaltstack(&none, nullptr);
   }
   Holder(const Holder&) = delete;
   Holder& operator=(const Holder&) = delete;
+
+ private:
+  /// For the handler of a thread whose own stack is full. One that is there already, a sanitizer's, stays.
+  void keep_a_stack() {
+    stack_t now{};
+    if (sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
+    const std::size_t size = std::max<std::size_t>(static_cast<std::size_t>(SIGSTKSZ), 32U << 10U);
+    stack_ = std::make_unique<std::byte[]>(size);  // NOLINT(*-avoid-c-arrays)
+    stack_t own{};
+    own.ss_sp = stack_.get();
+    own.ss_size = size;
+    sigaltstack(&own, nullptr);
+  }
+  std::unique_ptr<std::byte[]> stack_;  // NOLINT(*-avoid-c-arrays)
 };
 
 Thread* this_thread() {
@@ -143,7 +164,7 @@ void tell_crashes() {
     struct sigaction action {
     }, before{};
     action.sa_handler = on_crash;
-    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
+    action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER | SA_ONSTACK);
     sigaction(number, nullptr, &before);
     if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // a sanitizer's stays
   }

@@ -27,6 +27,15 @@ TEST(Crash, InProcessNamesNodeFrameAndFile) {
                   tests_folder + "/broken/tofgraph_filter_crashes_in_process.so");
 }
 
+TEST(Crash, OfAFullStackNamesNodeFrameAndFile) {
+  for (const char* threads : {"1", "2"}) {
+    const Outcome run = with("broken", std::string("run 'ramp ! never_stops_calling ! null' --threads ") + threads);
+    EXPECT_EQ(run.exit_code, 128 + SIGSEGV);
+    expect_said(run, "node 'never_stops_calling' (never_stops_calling), frame 2, in process() of plugin " +
+                         tests_folder + "/broken/tofgraph_filter_never_stops_calling.so");
+  }
+}
+
 TEST(Crash, InPrepareNamesNodeAndFile) {
   for (const char* command : {"run", "check"}) {
     const Outcome run = with("broken", std::string(command) + " 'ramp ! crashes_in_prepare ! null'");
