@@ -53,11 +53,13 @@ std::string read_all(int descriptor) {
   }
 }
 
-[[noreturn]] void child(const TrialLimits& limits, const std::function<void()>& work, int answer) {
+/// @param wall_seconds after which it waits for what will not come
+[[noreturn]] void child(const TrialLimits& limits, unsigned wall_seconds, const std::function<void()>& work,
+                        int answer) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.cpu_seconds);
   signal(SIGALRM, SIG_DFL);
-  alarm(10 * limits.cpu_seconds);  // for one that waits
+  alarm(wall_seconds);
   limit(RLIMIT_AS, address_space() + limits.memory);
   if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   try {
@@ -72,13 +74,16 @@ std::string read_all(int descriptor) {
 
 }  // namespace
 
-void try_in_child(const TrialLimits& limits, const std::function<void()>& work) {
+namespace {
+
+/// @returns the signal that ended the child, 0 for none
+int try_once(const TrialLimits& limits, unsigned wall_seconds, const std::function<void()>& work) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
   const pid_t pid = fork();
   if (pid == 0) {
     close(ends[0]);
-    child(limits, work, ends[1]);
+    child(limits, wall_seconds, work, ends[1]);
   }
   const int error = errno;
   close(ends[1]);
@@ -89,8 +94,20 @@ void try_in_child(const TrialLimits& limits, const std::function<void()>& work) 
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
   if (!problem.empty()) throw std::runtime_error(problem);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  if (WIFEXITED(status)) return WEXITSTATUS(status) == 0 ? 0 : SIGABRT;
+  return WTERMSIG(status);
+}
+
+}  // namespace
+
+void try_in_child(const TrialLimits& limits, const std::function<void()>& work) {
+  // A child of a threaded process may wait for a lock that nobody holds any more, which says nothing about the file:
+  // only one that computes without end does.
+  int signal = SIGALRM;
+  for (unsigned wall_seconds = limits.cpu_seconds; signal == SIGALRM && wall_seconds <= 8 * limits.cpu_seconds;
+       wall_seconds *= 2)
+    signal = try_once(limits, wall_seconds, work);
+  if (signal == 0) return;
   throw std::runtime_error(fmt::format("is damaged: HDF5 {} when a child process tried to read it",
                                        signal == SIGXCPU || signal == SIGALRM ? "found no end" : "crashed"));
 }

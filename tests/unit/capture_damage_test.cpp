@@ -182,6 +182,20 @@ TEST(Trial, EndsALoop) {
   EXPECT_EQ(why, "is damaged: HDF5 found no end when a child process tried to read it");
 }
 
+TEST(Trial, OneThatWaitsInVainIsTriedAgain) {
+  const TemporaryFolder folder;
+  const auto before = folder.path() / "one was here";
+  const std::string why = thrown([&] {
+    io::try_in_child(limits, [&] {
+      if (std::filesystem::exists(before)) return;
+      write_text(before, "");
+      while (true) pause();
+    });
+  });
+  EXPECT_EQ(why, "") << "what waits computes nothing";
+  EXPECT_TRUE(std::filesystem::exists(before));
+}
+
 TEST(Trial, RefusesMemory) {
   if (!memory_is_ours) GTEST_SKIP() << "the sanitizer ends the process instead";
   const std::string why = thrown([] {
