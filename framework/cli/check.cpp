@@ -7,6 +7,8 @@
 #include "simulation/model.hpp"
 #include "simulation/scene_file.hpp"
 
+#include <tofgraph/physics/exposures.hpp>
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -43,7 +45,11 @@ std::string check_scene(const core::Value& document, core::Diagnostics& diagnost
 }
 
 std::string check_campaign(const core::Value& document, core::Diagnostics& diagnostics, const Common&) {
-  const std::size_t conditions = io::read_campaign(document, diagnostics).conditions.size();
+  const io::Campaign campaign = io::read_campaign(document, diagnostics);
+  const std::size_t conditions = campaign.conditions.size();
+  const std::string problem =
+      campaign.camera ? physics::not_the_four(physics::exposures_of(campaign.camera->view())) : std::string();
+  if (!problem.empty()) diagnostics.warning(document.at, fmt::format("diagnose {}", problem));
   return fmt::format("the campaign is right, {} condition{}", conditions, conditions == 1 ? "" : "s");
 }
 

@@ -131,7 +131,8 @@ void print_profile(const json& camera) {
                text_of(value, "value"));
   const json& range = camera["unambiguous_range_m"];
   fmt::print("\na frame: {}{}\n", text_of(camera, "exposures"),
-             range.is_null() ? "" : fmt::format("; unambiguous to {:.4g} m", range.get<double>()));
+             range.is_null() ? "; no range in which the distance is unambiguous is known"
+                             : fmt::format("; unambiguous to {:.4g} m", range.get<double>()));
   if (!text_of(camera, "source").empty()) fmt::print("\nsource: {}\n", text_of(camera, "source"));
 }
 

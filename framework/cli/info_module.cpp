@@ -131,9 +131,10 @@ void print(const std::string& file, const json& info) {
   }
   for (const json& name : info["ignored"]) fmt::print("  {:22} no channel\n", name.get<std::string>());
   if (info.contains("exposures")) print_exposures(info["exposures"]);
-  fmt::print("\nsettings\n");
+  if (!info["settings"].empty() || info.contains("duration_s")) fmt::print("\nsettings\n");
   print_setting(info["settings"], "integration_time_s", "integration time", "s");
-  print_setting(info["settings"], "modulation_frequency_hz", "modulation frequency", "Hz");
+  const bool own = info.contains("exposures") && info["exposures"]["list"][0]["frequency_hz"] > 0;
+  if (!own) print_setting(info["settings"], "modulation_frequency_hz", "modulation frequency", "Hz");
   print_setting(info["settings"], "temperature_k", "temperature", "K");
   print_setting(info["settings"], "time_since_power_on_s", "time since power on", "s");
   if (info.contains("duration_s")) fmt::print("  {:22} {:.6g} s\n", "duration", info["duration_s"].get<double>());

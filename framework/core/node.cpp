@@ -113,7 +113,9 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   const bool prepared = tell(instance_.prepare(views, index, &leaving_), diagnostics);
   leaving_.arriving = nullptr;
   for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
-  if (!prepared || !choose_files(first.frames, diagnostics) || !check_exposures(diagnostics)) return false;
+  if (!prepared || !choose_files(first.frames, diagnostics)) return false;
+  if (is_source()) size_by_exposures(first.all_exposures().size());
+  if (!check_exposures(diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
     if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
@@ -161,6 +163,18 @@ bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
   return right;
 }
 
+/// Images that were announced before the source said what its exposures are.
+void Node::size_by_exposures(std::size_t before) {
+  const std::size_t now = output().all_exposures().size();
+  for (const tofgraph_port& port : stage().own_ports) {
+    Channel* channel = leaving_.stream.find(port.channel);
+    const std::vector<std::string> words = split_words(port.shape);
+    if (channel == nullptr || channel->made_by != index || words.size() != channel->rank) continue;
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (words[i] == "P" && channel->extent[i] == before) channel->extent[i] = now;
+  }
+}
+
 /// Raw images are as many as the exposures that are said of them.
 bool Node::check_exposures(Diagnostics& diagnostics) const {
   const std::size_t count = output().all_exposures().size();
@@ -168,15 +182,16 @@ bool Node::check_exposures(Diagnostics& diagnostics) const {
     const ChannelInfo* known = known_channel(channel.name);
     const bool raw = !is_sink() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
     if (!raw || channel.extent[0] == 0 || channel.extent[0] == count) continue;
-    diagnostics.error(at,
-                      fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name,
-                                  stage().name, channel.name, channel.described(), channel.extent[0],
-                                  !output().exposures.empty() ? "the source says that a frame has"
-                                  : output().camera           ? "the camera's profile has"
-                                                              : "without a profile there are",
-                                  count),
-                      "give a profile whose exposures are those of the recording, e.g. --camera ./camera.yaml with\n"
-                      "exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]");
+    diagnostics.error(
+        at,
+        fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name, stage().name,
+                    channel.name, channel.described(), channel.extent[0],
+                    !output().exposures.empty() ? "the source says that a frame has"
+                    : output().camera           ? "the camera's profile has"
+                                                : "without a profile there are",
+                    count),
+        fmt::format("give a profile that has {} exposures, those of the recording, e.g. --camera ./camera.yaml",
+                    channel.extent[0]));
     return false;
   }
   return true;

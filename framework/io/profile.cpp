@@ -85,8 +85,15 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
   for (const Value& item : list.items) {
     Reader reader(item, diagnostics, "the exposure");
     tofgraph_exposure exposure{};
+    const std::size_t errors = diagnostics.errors();
     exposure.phase = reader.number("phase", "rad", "90 deg", std::nullopt);
+    if (diagnostics.errors() == errors && std::abs(exposure.phase) > physics::two_pi * (1 + 1e-9))
+      diagnostics.error(place_of(item, "phase"),
+                        fmt::format("'phase' is {} deg, expected -360 to 360 deg",
+                                    physics::short_number(exposure.phase * 180 / std::numbers::pi)),
+                        "example: phase: 120 deg");
     exposure.frequency = reader.number("frequency", "Hz", "20 MHz", 0.0);
+    if (diagnostics.errors() != errors) continue;
     if (const Entry* given = item.is_map() ? item.find("frequency") : nullptr;
         given != nullptr && exposure.frequency <= 0)
       diagnostics.error(given->value.at,

@@ -131,7 +131,7 @@ inline Exposures turned(Exposures exposures, double sign, double angle) {
   for (tofgraph_exposure& exposure : exposures) {
     exposure.phase = std::remainder(sign * exposure.phase + angle, two_pi);
     if (exposure.phase < -1e-9) exposure.phase += two_pi;
-    exposure.phase = std::max(exposure.phase, 0.0);
+    if (exposure.phase < 1e-9) exposure.phase = 0;  // not -0 either
   }
   return exposures;
 }
@@ -154,8 +154,9 @@ inline std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSampl
   return std::pair{candidates[*best], fits[*best]};
 }
 
-/// Either sign, turned by each of the steps or by half a turn.
-inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders) {
+/// Turned by each of the steps or by half a turn, with these signs.
+inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
+                                         const std::vector<double>& signs = {1.0, -1.0}) {
   std::vector<Exposures> all;
   for (const Exposures& order : orders) {
     std::vector<double> angles = {0, std::numbers::pi};
@@ -165,7 +166,7 @@ inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders) {
           angles, [&](double other) { return std::abs(std::remainder(angle - other, two_pi)) < 1e-6; });
       if (!known) angles.push_back(angle);
     }
-    for (const double sign : {1.0, -1.0})
+    for (const double sign : signs)
       for (const double angle : angles) all.push_back(turned(order, sign, angle));
   }
   return all;
@@ -235,8 +236,11 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
   constexpr double fitting_rest = 0.1, fitting_incoherence = 0.25;
   if (now.rest > fitting_rest || now.incoherent > fitting_incoherence) {
     const auto likely = detail::best_orders(samples, detail::other_orders(exposures));
-    const auto best = detail::best_order(samples, detail::all_turned(likely));
-    const std::string why = "its samples do not fit each other, as if images were exchanged";
+    // The other direction fits as well: it is taken only where light rises without it.
+    auto best = detail::best_order(samples, detail::all_turned(likely, {1.0}));
+    if (best && best->second.spread > 0.1 && best->second.rising > 0.5)
+      best = detail::best_order(samples, detail::all_turned(likely));
+    const std::string why = "its samples do not fit each other, as if images or taps were exchanged";
     if (best && best->second.misfit() < 0.4 * now.misfit() && best->second.rest < fitting_rest &&
         best->second.incoherent < fitting_incoherence)
       return OtherOrder{why, best->first};
@@ -247,7 +251,13 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
   const bool rises = deep && now.rising > 0.5;
   const bool steep = deep && now.falling > 0.5 && now.slope < -4.5;
   const bool too_white = deep && now.white > 1.5;
-  if (!rises && !steep && !too_white) return std::nullopt;
+  if (!rises && !steep && !too_white) {
+    if (!(now.white > 4)) return std::nullopt;
+    return OtherOrder{"it would have to be " + short_number(std::round(now.white)) +
+                          " times brighter than white, as if taps or images were exchanged, the phases turned the "
+                          "other way, or the gain were another one",
+                      {}};
+  }
   const auto best = detail::best_order(samples, detail::all_turned({exposures}));
   if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
   const char* seen = rises       ? "what is brighter looks farther away"

@@ -65,8 +65,10 @@ std::string cloud(const PreviewFrame& frame) {
 
 std::string scene_preview(const PreviewFrame& frame) {
   const std::size_t n = frame.rows * frame.columns;
-  std::string script =
-      fmt::format("set multiplot layout 2,4 title {}\nunset key\nunset xtics\nunset ytics\n", quoted(frame.title));
+  std::string script = fmt::format(
+      "set multiplot layout 2,4 title {}\nunset key\nunset xtics\nunset ytics\n",
+      quoted(frame.exposures.size() > 4 ? fmt::format("{}: four of {} images", frame.title, frame.exposures.size())
+                                        : frame.title));
   constexpr std::size_t shown = 4;
   const std::size_t images = frame.exposures.size();
   for (std::size_t i = 0; i < shown; ++i) {

@@ -42,6 +42,10 @@ struct Decoder : Filter {
       this, "invalidate_low_signal", {.fallback = "false", .text = "pixels of low signal become invalid"}};
   Param<bool> invalidate_saturated{
       this, "invalidate_saturated", {.fallback = "true", .text = "saturated pixels become invalid"}};
+  Param<bool> invalidate_inconsistent{
+      this,
+      "invalidate_inconsistent",
+      {.fallback = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
   Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
   Param<double> shot_noise{
       this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};
@@ -125,15 +129,16 @@ struct Decoder : Filter {
     const std::string said = "frame " + number + ": " + other->why + "; " + physics::exposures_text(exposures_) +
                              " are said (by the " + (from_camera_ ? "camera's profile" : "source") + ")";
     warn(other->exposures.empty() ? said + ", and no other order was found that fits"
-                                  : said + ". These would fit, in the profile" +
-                                        (from_camera_ ? "" : ", and left out of the recording, which stands above it") +
-                                        ":\n         exposures: " + physics::exposures_yaml(other->exposures));
+                                  : said +
+                                        ". These would fit, in the profile, with exposures: camera at a "
+                                        "capture_reader whose recording has its own:\n         exposures: " +
+                                        physics::exposures_yaml(other->exposures));
   }
 
   /// Bits that make a pixel invalid.
   std::int32_t invalid_flags() const {
     return flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
-           (*invalidate_low_signal ? flag::low_signal : 0);
+           (*invalidate_inconsistent ? flag::inconsistent : 0) | (*invalidate_low_signal ? flag::low_signal : 0);
   }
 
   Counts counts_{};

@@ -133,15 +133,14 @@ HWY_EXPORT(Decode);
 
 /// sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
 struct FourPhaseDecoder final : Decoder {
-  Param<double> inconsistent_above{
-      this,
-      "inconsistent_above",
-      {.unit = "counts",
-       .fallback = "auto",
-       .min = 0,
-       .choices = "auto off",
-       .text = "flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent, which invalidates nothing; "
-               "auto: five standard deviations where the noise is known, else off"}};
+  Param<double> inconsistent_above{this,
+                                   "inconsistent_above",
+                                   {.unit = "counts",
+                                    .fallback = "auto",
+                                    .min = 0,
+                                    .choices = "auto off",
+                                    .text = "flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent; "
+                                            "auto: five standard deviations where the noise is known, else off"}};
 
   void prepare(Setup& setup) {
     const physics::Exposures exposures = prepare_samples(setup);

@@ -245,8 +245,8 @@ struct PhaseDecoder final : Decoder {
       {.fallback = "5",
        .min = 0,
        .choices = "off",
-       .text = "standard deviations: samples or frequencies that fit each other less are flagged as inconsistent, "
-               "which invalidates nothing; where the noise is known"}};
+       .text = "standard deviations: samples or frequencies that fit each other less are flagged as inconsistent; "
+               "where the noise is known"}};
   Param<double> wrap_confidence{
       this,
       "wrap_confidence",

@@ -29,6 +29,11 @@ struct CaptureReader final : Source {
       {.text =
            "which to read, e.g. [range, amplitude]; default: all but a simulation's truth. Lengths bring their flags"}};
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
+  Param<Choice> exposures{this,
+                          "exposures",
+                          {.fallback = "recording",
+                           .choices = "recording camera",
+                           .text = "whose count: the recording's where it has its own, or the camera's profile's"}};
 
   void prepare(Setup& setup) {
     try {
@@ -154,13 +159,15 @@ struct CaptureReader final : Source {
   /// The capture knows its own exposures best.
   void choose_exposures(const Setup& setup) const {
     const physics::Exposures& own = reader_->header().exposures;
-    if (own.empty()) return;
+    if (own.empty() || *exposures == "camera") return;
     setup.set_exposures(own);
     const tofgraph_camera* camera = setup.stream().camera;
     if (camera == nullptr || camera->exposure_count == 0) return;
     if (!physics::same_exposures(own, physics::exposures_of(*camera)))
-      warn(fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used",
-                       own.size(), camera->name));
+      warn(
+          fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used; "
+                      "exposures: camera takes the profile's",
+                      own.size(), camera->name));
   }
 
   void check_profile(const tofgraph_camera& camera) const {

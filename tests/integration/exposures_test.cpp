@@ -134,6 +134,8 @@ TEST_F(Exposures, WrongOnesAreToldWhereTheyAreWritten) {
       "MHz}]\n",
       {"wrong.yaml:8:",
        "'modulation_frequency' is 20 MHz, which none of the exposures has: 3 exposures: 0, 120, 240 deg at 30 MHz"});
+  expect_profile_error("exposures: [{phase: 0 rad}, {phase: 120 rad}, {phase: 240 rad}]\n",
+                       {"wrong.yaml:17:", "'phase' is 6875.4935 deg, expected -360 to 360 deg"});
   expect_profile_error("exposures: [{phase: 0 m}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phase"});
   expect_profile_error("exposures: [{phas: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]\n", {"wrong.yaml:17:", "phas"});
 }
@@ -185,6 +187,21 @@ TEST_F(Exposures, OfACaptureStayThoughAProfileSaysOtherwise) {
   ASSERT_EQ(run("run 'capture_reader file=again.h5" + decode + "second.csv'").exit_code, 0);
   EXPECT_EQ(read_text(folder.path() / "first.csv"), read_text(folder.path() / "second.csv"));
   EXPECT_NE(run("info again.h5").out.find("0, 90, 180, 270 deg (by the capture)"), std::string::npos);
+  // Unless the profile is to count.
+  const std::string reversed = "run 'capture_reader file=own.h5 exposures=camera" + decode;
+  ASSERT_EQ(run(reversed + "third.csv' --camera ./reversed.yaml").exit_code, 0);
+  EXPECT_NE(read_text(folder.path() / "first.csv"), read_text(folder.path() / "third.csv"));
+}
+
+TEST_F(Exposures, OfASourceAreItsOwn) {
+  std::string small = profile_with("");
+  small.replace(small.find("width: 32\nheight: 24"), 20, "width: 6\nheight: 4 ");
+  write("small.yaml", small);
+  for (const std::string camera : {"", " --camera ./small.yaml"}) {
+    const Outcome read = run("run 'five_steps ! phase_decoder ! statistics channel=distance format=csv'" + camera);
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+    EXPECT_NE(read.out.find("all,24,1.192"), std::string::npos) << "c / (4 pi 20 MHz), m\n" << read.out;
+  }
 }
 
 TEST_F(Exposures, HavePreviewsAndDistances) {
@@ -241,6 +258,7 @@ TEST_F(Exposures, WhatNeedsTheFourSaysSo) {
   expect_error(
       "diagnose --model ideal.yaml --data rail/campaign.yaml -o found",
       {"a search needs four exposures at 0, 90, 180 and 270 deg of one frequency", "6 exposures: 0, 120, 240 deg"});
+  EXPECT_NE(run("check rail/campaign.yaml").err.find("warning: diagnose needs four exposures"), std::string::npos);
   expect_error("gallery --camera ./small.yaml -o g.html", {"the gallery needs four exposures", "6 exposures"});
   expect_error("check 'simulator ! four_phase_decoder ! null' --camera ./small.yaml", {"take phase_decoder for it"});
 }
