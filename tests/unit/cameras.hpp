@@ -96,8 +96,7 @@ inline std::string profile_of(const tofgraph_camera& camera) {
   line("read_noise", camera.read_noise, "counts");
   line("shot_noise", camera.shot_noise, "counts");
   line("full_well", camera.full_well, "counts");
-  file << "integration_time: [" << camera.integration_time[0] << " s, " << camera.integration_time[1]
-       << " s]\n";
+  file << "integration_time: [" << camera.integration_time[0] << " s, " << camera.integration_time[1] << " s]\n";
   if (camera.exposure_count > 0) file << "exposures:\n";
   for (std::uint64_t i = 0; i < camera.exposure_count; ++i) {
     file << "  - {phase: " << camera.exposures[i].phase << " rad";
