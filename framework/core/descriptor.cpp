@@ -179,7 +179,7 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
 void check_defaults(const Inspection& read, const Plugin& plugin) {
   Diagnostics diagnostics;
   Plugin optional;  // what is required has no default to look at
-  static_cast<tofgraph_descriptor&>(optional) = plugin;
+  static_cast<tofgraph_descriptor&>(optional) = static_cast<const tofgraph_descriptor&>(plugin);
   optional.own_parameters = plugin.own_parameters;
   for (tofgraph_parameter& p : optional.own_parameters) p.flags = 0;
   optional.parameters = optional.own_parameters.data();

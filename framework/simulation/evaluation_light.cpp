@@ -132,8 +132,9 @@ void Evaluation::add_edges(const physics::Lens& lens) {
   std::vector<double> at;
   for (const std::size_t i : edges_) {
     for (std::size_t s = 0; s < n * n; ++s) {
-      const double u = pixels_.at[2 * i] + (static_cast<double>(s % n) + 0.5) / static_cast<double>(n) - 0.5;
-      const double v = pixels_.at[2 * i + 1] + (static_cast<double>(s / n) + 0.5) / static_cast<double>(n) - 0.5;
+      const std::size_t along = s % n, down = s / n;
+      const double u = pixels_.at[2 * i] + (static_cast<double>(along) + 0.5) / static_cast<double>(n) - 0.5;
+      const double v = pixels_.at[2 * i + 1] + (static_cast<double>(down) + 0.5) / static_cast<double>(n) - 0.5;
       at.insert(at.end(), {u, v});
       rays.push_back(ray_at(lens, u, v));
     }
