@@ -29,7 +29,7 @@ struct Pipeline::Impl {
     auto graph = build_graph(document_of(pipeline, camera), settings, complete, diagnostics);
     if (!diagnostics.ok()) throw ConfigurationError(diagnostics);
     for (const auto& [node, receive] : receivers) {
-      const auto named = [&](const auto& other) { return other->name == node; };
+      const auto named = [&wanted = node](const auto& other) { return other->name == wanted; };
       if (!std::ranges::any_of(graph->nodes(), named))
         throw std::runtime_error(fmt::format("on_frame: there is no node '{}'", node));
     }

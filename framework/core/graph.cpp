@@ -61,7 +61,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, Diagnost
   const Catalogue catalogue(options.plugin_folders);
   const WrittenNodes written(pipeline, catalogue, diagnostics);
   for (const auto& [hidden, before] : catalogue.hidden()) {
-    const auto used = [&](const NodeSpec& node) { return node.stage == hidden.name; };
+    const auto used = [&name = hidden.name](const NodeSpec& node) { return node.stage == name; };
     if (host_.message && std::ranges::any_of(pipeline.nodes, used))
       host_.message(hidden.name, fmt::format("{} is taken, it hides {}", before.path.string(), hidden.path.string()),
                     true);

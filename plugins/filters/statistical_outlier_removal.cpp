@@ -34,9 +34,9 @@ struct StatisticalOutlierRemoval final : Filter {
     pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
     std::vector<std::size_t> pixels;
     for (std::size_t i = 0; i < bits.size(); ++i) {
-      const pcl::PointXYZ point(all[3 * i], all[3 * i + 1], all[3 * i + 2]);
-      if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) continue;
-      cloud->push_back(point);
+      const float* at = &all[3 * i];
+      if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+      cloud->emplace_back(at[0], at[1], at[2]);
       pixels.push_back(i);
     }
     if (static_cast<std::int64_t>(cloud->size()) <= *neighbours) return;  // too few to say what is usual

@@ -50,9 +50,9 @@ struct VoxelGrid final : Filter {
     pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
     std::vector<std::size_t> pixels;
     for (std::size_t i = 0; i < before.size() / 3; ++i) {
-      const pcl::PointXYZ point(before[3 * i], before[3 * i + 1], before[3 * i + 2]);
-      if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) continue;
-      cloud->push_back(point);
+      const float* at = &before[3 * i];
+      if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+      cloud->emplace_back(at[0], at[1], at[2]);
       pixels.push_back(i);
     }
     pcl::PointCloud<pcl::PointXYZ> centroids;

@@ -35,8 +35,9 @@ class View {
   /// Makes the box fit the frame.
   void fit(const cv::Rect2d& frame) {
     cv::Point2d least(1e9, 1e9), most(-1e9, -1e9);
+    const auto side = [](int corner, int axis) { return (corner >> axis & 1) != 0 ? 1.0 : 0.0; };
     for (int corner = 0; corner < 8; ++corner) {
-      const cv::Point2d p = direct({(corner & 1) - 0.5, (corner & 2) / 2 - 0.5, static_cast<double>((corner & 4) / 4)});
+      const cv::Point2d p = direct({side(corner, 0) - 0.5, side(corner, 1) - 0.5, side(corner, 2)});
       least = {std::min(least.x, p.x), std::min(least.y, p.y)};
       most = {std::max(most.x, p.x), std::max(most.y, p.y)};
     }
