@@ -64,6 +64,7 @@ struct Crop final : Filter {
     if (marks()) mark(frame);
     for (const Cut& cut : cuts_) {
       const tofgraph_view in = frame.find(cut.made.name);
+      if (in.data == nullptr) throw std::runtime_error(std::string("the frame has no '") + cut.made.name + "'");
       // Where the frame is the only holder, in and out are the same memory: copying row by row forward is safe.
       const tofgraph_view out = frame.write(cut.made);
       copy(in, out, cut.axis);
