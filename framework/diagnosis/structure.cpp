@@ -38,7 +38,7 @@ Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem,
   }
   information.diagonal() *= 1 + 1e-9;  // two of them may be one and the same
   information.diagonal().array() += 1e-9;
-  const Eigen::Vector<double, random_directions> taken = information.ldlt().solve(score);
+  Eigen::Vector<double, random_directions> taken = information.ldlt().solve(score);
   for (std::size_t row = 0; row < rows.size(); ++row) {
     if (!std::isinf(problem.data[i].variance[row])) rows[row] -= taken.dot(directions(row));
   }
