@@ -5,7 +5,7 @@
 #include "core/quantity.hpp"
 #include "io/profile.hpp"
 
-#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -96,8 +96,7 @@ void print(const json& plugin) {
 
 /// Where all frequencies repeat together, m; null where they do not, or the frequency is not known.
 json unambiguous_range_of(const physics::Exposures& exposures, double own) {
-  std::vector<double> frequencies;
-  for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency > 0 ? e.frequency : own);
+  const std::vector<double> frequencies = physics::frequencies_of(exposures, own);
   if (std::ranges::any_of(frequencies, [](double f) { return !(f > 0); })) return nullptr;
   const double common = physics::common_frequency(frequencies);
   return common > 0 ? json(physics::unambiguous_range(common)) : json(nullptr);

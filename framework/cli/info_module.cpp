@@ -41,8 +41,6 @@ physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& fr
   return camera ? physics::exposures_of(camera->view()) : physics::exposures_of(tofgraph_camera{});
 }
 
-json extremes(double least, double greatest) { return json::array({least, greatest}); }
-
 /// Least and greatest of a number of the metadata, where every frame knows it.
 void add_range(json& settings, const io::CaptureReader& reader, std::uint64_t bit, const char* name,
                double tofgraph_metadata::*value) {
@@ -53,7 +51,7 @@ void add_range(json& settings, const io::CaptureReader& reader, std::uint64_t bi
     least = std::min(least, reader.metadata(i).*value);
     greatest = std::max(greatest, reader.metadata(i).*value);
   }
-  settings[name] = extremes(least, greatest);
+  settings[name] = {least, greatest};
 }
 
 json described(const io::CaptureReader& reader) {

@@ -100,6 +100,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   if (first.camera) right = values_.images_fit(first.camera->view(), diagnostics) && right;
   if (!right || !check_outputs(first, first_bound, diagnostics)) return false;
   leaving_.stream = first;
+  leaving_.stream.exposures_known = !is_source();
   leaving_.stream.history.push_back(index);
   for (const Channel& channel : first.channels) {
     if (is_alias(channel.name)) aliases_.push_back(channel.name);
@@ -114,12 +115,12 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   leaving_.arriving = nullptr;
   for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
   if (!prepared || !choose_files(first.frames, diagnostics)) return false;
-  if (is_source()) size_by_exposures(first.all_exposures().size());
+  leaving_.stream.exposures_known = true;
+  if (is_source()) size_images();
   if (!check_exposures(diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
     if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
-    size_by_camera();
     announce_rays();
   }
   if (output().camera && (is_source() || leaving_.own_camera)) {
@@ -163,18 +164,6 @@ bool Node::choose_files(std::uint64_t frames, Diagnostics& diagnostics) {
   return right;
 }
 
-/// Images that were announced before the source said what its exposures are.
-void Node::size_by_exposures(std::size_t before) {
-  const std::size_t now = output().all_exposures().size();
-  for (const tofgraph_port& port : stage().own_ports) {
-    Channel* channel = leaving_.stream.find(port.channel);
-    const std::vector<std::string> words = split_words(port.shape);
-    if (channel == nullptr || channel->made_by != index || words.size() != channel->rank) continue;
-    for (std::size_t i = 0; i < words.size(); ++i)
-      if (words[i] == "P" && channel->extent[i] == before) channel->extent[i] = now;
-  }
-}
-
 /// Raw images are as many as the exposures that are said of them.
 bool Node::check_exposures(Diagnostics& diagnostics) const {
   const std::size_t count = output().all_exposures().size();
@@ -197,8 +186,8 @@ bool Node::check_exposures(Diagnostics& diagnostics) const {
   return true;
 }
 
-/// Images that were announced before the source chose its camera have that camera's size.
-void Node::size_by_camera() {
+/// Images that were announced before the source chose camera and exposures have the size that these give them.
+void Node::size_images() {
   for (const tofgraph_port& port : stage().own_ports) {
     Channel* channel = leaving_.stream.find(port.channel);
     if (channel == nullptr || channel->made_by != index) continue;

@@ -63,9 +63,8 @@ class Node {
   bool choose_files(std::uint64_t frames, Diagnostics& diagnostics);
   std::vector<std::string> names_made() const;
   std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
-  void size_by_exposures(std::size_t before);
   bool check_exposures(Diagnostics& diagnostics) const;
-  void size_by_camera();
+  void size_images();
   void announce_rays();
   int call_process(std::span<tofgraph_frame* const> frames);
   void verify(const tofgraph_frame& frame) const;

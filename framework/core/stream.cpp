@@ -163,7 +163,7 @@ Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& po
   channel.of = port.of;
   channel.made_by = node;
   Sizes sizes{stream.camera ? stream.camera->view().height : 0, stream.camera ? stream.camera->view().width : 0,
-              stream.all_exposures().size()};
+              stream.exposures_known ? stream.all_exposures().size() : 0};
   for (std::uint64_t i = 0; i < stage.port_count; ++i) {  // the size of what is read
     const tofgraph_port& input = stage.ports[i];
     const Channel* read =

@@ -46,6 +46,7 @@ struct Stream {
   std::uint64_t known = 0;
   std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
   std::vector<tofgraph_exposure> exposures;  ///< of the raw images; empty: the camera's
+  bool exposures_known = true;               ///< not while a source may still say what they are
   std::string source = "{}";                 ///< what is known of where the frames come from, JSON
 
   void set_camera(CameraPtr chosen, std::size_t node) {

@@ -6,7 +6,7 @@
 /// farther; exchanged taps put everything half a range away, where it would have to be brighter than white.
 #pragma once
 
-#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <optional>
 #include <span>

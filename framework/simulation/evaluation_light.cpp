@@ -29,10 +29,8 @@ Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Sh
   spacing = pixels.spacing;
   noise_factor = 1;
   steps_ = physics::exposures_of(*camera);
-  for (tofgraph_exposure& step : steps_) {
-    if (step.frequency == 0) step.frequency = condition->modulation_frequency;
-    frequencies_.push_back(step.frequency);
-  }
+  frequencies_ = physics::frequencies_of(steps_, condition->modulation_frequency);
+  for (std::size_t k = 0; k < steps_.size(); ++k) steps_[k].frequency = frequencies_[k];
   frequency = modulation > 0 ? modulation : frequencies_.front();
   exposure_size = sizeof(tofgraph_exposure);
   exposures = steps_.data();

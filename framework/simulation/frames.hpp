@@ -6,8 +6,8 @@
 #include "simulation/forward_model.hpp"
 #include "simulation/noise.hpp"
 
-#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/four_phase.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 namespace tofgraph::simulation {
 

@@ -6,7 +6,7 @@
 #include "simulation/sequence.hpp"
 
 #include <fmt/format.h>
-#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -36,9 +36,7 @@ void read_camera(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics)
 /// Distances of several frequencies need a range in which they are not ambiguous.
 void check_range(const Entry& output, const tofgraph_camera& camera, Diagnostics& diagnostics) {
   const physics::Exposures exposures = physics::exposures_of(camera);
-  std::vector<double> frequencies;
-  for (const tofgraph_exposure& exposure : exposures) frequencies.push_back(exposure.frequency);
-  if (frequencies.front() == 0 || physics::common_frequency(frequencies) > 0) return;
+  if (exposures[0].frequency == 0 || physics::common_frequency(physics::frequencies_of(exposures, 0)) > 0) return;
   diagnostics.error(output.value.at,
                     fmt::format("the camera '{}' has no distance: the modulation frequencies have no common range ({})",
                                 camera.name, physics::exposures_text(exposures)),

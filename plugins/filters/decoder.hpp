@@ -12,6 +12,28 @@
 
 namespace tofgraph {
 
+/// What is the same for all pixels, in counts.
+struct DecoderCounts {
+  float full_well;                  ///< infinity: not known
+  float min_amplitude;              ///< less is of low signal
+  float read_variance, shot_noise;  ///< of a tap: variance = read_variance + shot_noise intensity
+  float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
+  bool noise_known;
+  std::int32_t invalid_flags;  ///< bits that make a pixel invalid
+};
+
+/// Where a frame's channels are; null: not wanted.
+struct DecoderImages {
+  const void* samples;  ///< P phases, or P x 2 taps
+  std::uint32_t type;   ///< of the samples
+  std::size_t pixels;
+  float* distance;
+  float* amplitude;
+  float* intensity;  ///< with taps only
+  float* sigma;
+  std::uint16_t* flags;  ///< read and combined
+};
+
 /// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts, a sample c_k is the difference of two
 /// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
 /// light.
@@ -55,17 +77,8 @@ struct Decoder : Filter {
       {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
 
  protected:
-  /// What is the same for all pixels, in counts.
-  struct Counts {
-    float full_well;                  ///< infinity: not known
-    float min_amplitude;              ///< less is of low signal
-    float read_variance, shot_noise;  ///< of a tap: variance = read_variance + shot_noise intensity
-    float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
-    bool noise_known;
-  };
-
-  /// Checks the samples, announces what leaves. @returns the exposures of the frames
-  physics::Exposures prepare_samples(const Setup& setup) {
+  /// Checks the samples, announces what leaves.
+  void prepare_samples(const Setup& setup) {
     if (!taps.present() && !phases.present())
       throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
     exposures_ = physics::exposures_of(setup.exposures());
@@ -76,20 +89,19 @@ struct Decoder : Filter {
       throw ConfigError("modulation_frequency",
                         "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
     }
-    if (!taps.present() && setup.find("phases")->type != TOFGRAPH_TYPE_F32 &&
-        setup.find("phases")->type != TOFGRAPH_TYPE_I16 && setup.find("phases")->type != TOFGRAPH_TYPE_I32) {
-      throw std::runtime_error(std::string("phases are ") + element_name(setup.find("phases")->type) +
+    if (!taps.present() && raw.type != TOFGRAPH_TYPE_F32 && raw.type != TOFGRAPH_TYPE_I16 &&
+        raw.type != TOFGRAPH_TYPE_I32) {
+      throw std::runtime_error(std::string("phases are ") + element_name(raw.type) +
                                ", expected float32, int16 or int32");
     }
     flags.provide(setup);
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
-    counts_ = counts_of(setup.stream().camera);
     const tofgraph_camera* camera = setup.stream().camera;
+    counts_ = counts_of(camera);
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
     from_camera_ = camera == nullptr || physics::same_exposures(exposures_, physics::exposures_of(*camera));
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
-    return exposures_;
   }
 
   /// Of one frequency, Hz. @throws std::runtime_error when the frame does not know its own
@@ -101,6 +113,27 @@ struct Decoder : Filter {
     return frequency;
   }
 
+  /// One frame: decode(images) fills the images in.
+  template <class Decode> void decode_frame(const Frame& frame, Decode&& decode) const {
+    const tofgraph_view samples = samples_of(frame);
+    const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
+    const Array<std::uint16_t> bits = flags(frame, rows, columns);
+    decode(DecoderImages{.samples = samples.data,
+                         .type = samples.type,
+                         .pixels = rows * columns,
+                         .distance = distance(frame, rows, columns).data(),
+                         .amplitude = amplitude(frame, rows, columns).data(),
+                         .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
+                         .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
+                         .flags = bits.data()});
+    lengths_.invalidate(frame, bits);
+    look_at_order(frame, samples);
+  }
+
+  DecoderCounts counts_{};
+  physics::Exposures exposures_;  ///< of the frames
+
+ private:
   /// @throws std::runtime_error when there are not as many as was announced
   tofgraph_view samples_of(const Frame& frame) const {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
@@ -118,9 +151,7 @@ struct Decoder : Filter {
     const double time = frame.metadata().integration_time;
     some.modulation_frequency = frequency_of(frame);
     some.light = gain_ > 0 && time > 0 ? gain_ * time : 0;
-    std::vector<double> frequencies;
-    for (const tofgraph_exposure& e : exposures_)
-      frequencies.push_back(e.frequency > 0 ? e.frequency : some.modulation_frequency);
+    const std::vector<double> frequencies = physics::frequencies_of(exposures_, some.modulation_frequency);
     // Where nothing but max_range limits the distances there is nothing to compare with.
     if (physics::common_frequency(frequencies) < *std::ranges::max_element(frequencies) / 64) return;
     const auto other = physics::other_order(some, exposures_);
@@ -135,19 +166,6 @@ struct Decoder : Filter {
                                         physics::exposures_yaml(other->exposures));
   }
 
-  /// Bits that make a pixel invalid.
-  std::int32_t invalid_flags() const {
-    return flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
-           (*invalidate_inconsistent ? flag::inconsistent : 0) | (*invalidate_low_signal ? flag::low_signal : 0);
-  }
-
-  Counts counts_{};
-  bool from_camera_ = true;  ///< the exposures
-  double gain_ = 0;          ///< of the camera, counts m^2/s; 0: not known
-  physics::Exposures exposures_;
-  OtherLengths lengths_;
-
- private:
   std::string other_number(std::uint64_t images) const {
     return "what arrives has " + std::to_string(images) + " images a frame, and " +
            physics::exposures_text(exposures_) + " are said of it";
@@ -215,7 +233,11 @@ struct Decoder : Filter {
   mutable std::atomic_flag looked_;
   mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
 
-  Counts counts_of(const tofgraph_camera* camera) const {
+  bool from_camera_ = true;  // the exposures
+  double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
+  OtherLengths lengths_;
+
+  DecoderCounts counts_of(const tofgraph_camera* camera) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
     const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };
     const physics::TapNoise noise{.read_noise = either(read_noise, camera != nullptr ? camera->read_noise : unknown),
@@ -228,7 +250,10 @@ struct Decoder : Filter {
             .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
             .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),
             .intensity_per_amplitude = static_cast<float>(contrast > 0 ? 1 / (2 * contrast) : 0),
-            .noise_known = known};
+            .noise_known = known,
+            .invalid_flags = flag::invalid | (*invalidate_saturated ? flag::saturated : 0) |
+                             (*invalidate_inconsistent ? flag::inconsistent : 0) |
+                             (*invalidate_low_signal ? flag::low_signal : 0)};
   }
 };
 

@@ -10,7 +10,7 @@
 #include <array>
 
 #include "plugins/filters/decoder.hpp"
-#include "plugins/filters/vector_samples.hpp"
+#include "plugins/filters/decoder_vector.hpp"
 
 #ifndef TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
@@ -18,26 +18,10 @@ namespace tofgraph {
 
 /// What is the same for all pixels of a frame.
 struct DecoderSettings {
+  DecoderCounts counts;
+  std::array<std::size_t, 4> order;        // which of the images are those of 0, 90, 180, 270 degrees
   float metres_per_radian, range;          // m/rad, m
-  float full_well;                         // counts; infinity: not known
-  float min_amplitude;                     // counts
-  float read_variance, shot_noise;         // of a tap: variance = read_variance + shot_noise intensity
-  float intensity_per_amplitude;           // for phases, which do not show the light: 1 / (2 contrast)
   float null2_square, null2_per_variance;  // inconsistent: N2^2 > null2_square + null2_per_variance variance
-  std::int32_t invalid_flags;              // bits that make a pixel invalid
-};
-
-/// Where a frame's channels are; null: not wanted.
-struct DecoderImages {
-  const void* samples;               // 4 phases, or 4 x 2 taps
-  std::array<std::size_t, 4> order;  // which of them are those of 0, 90, 180, 270 degrees
-  std::uint32_t type;                // of the samples
-  std::size_t pixels;
-  float* distance;
-  float* amplitude;
-  float* intensity;  // with taps only
-  float* sigma;
-  std::uint16_t* flags;  // read and combined
 };
 
 }  // namespace tofgraph
@@ -59,45 +43,30 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
   TapSums<D> sums{hn::Zero(di), hn::Zero(du16)};
   for (std::size_t k = 0; k < 4; ++k) {
     if constexpr (Taps)
-      c[k] = LoadTaps(d, from + 2 * images.order[k] * images.pixels, images.pixels, sums);
+      c[k] = LoadTaps(d, from + 2 * s.order[k] * images.pixels, images.pixels, sums);
     else
-      c[k] = LoadFloat(d, from + images.order[k] * images.pixels);
+      c[k] = LoadFloat(d, from + s.order[k] * images.pixels);
   }
   const V sine = hn::Sub(c[3], c[1]), cosine = hn::Sub(c[0], c[2]);
   const V amplitude = hn::Mul(hn::Set(d, 0.5F), hn::Sqrt(hn::MulAdd(sine, sine, hn::Mul(cosine, cosine))));
   const V intensity = Taps ? hn::Mul(hn::ConvertTo(d, sums.sum), hn::Set(d, 0.125F))
-                           : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
-  const V tap_variance = hn::MulAdd(hn::Set(d, s.shot_noise), intensity, hn::Set(d, s.read_variance));
+                           : hn::Mul(amplitude, hn::Set(d, s.counts.intensity_per_amplitude));
+  const V tap_variance = hn::MulAdd(hn::Set(d, s.counts.shot_noise), intensity, hn::Set(d, s.counts.read_variance));
   const V null2 = hn::Mul(hn::Set(d, 0.25F), hn::Sub(hn::Add(c[0], c[2]), hn::Add(c[1], c[3])));
   const V limit = hn::MulAdd(hn::Set(d, s.null2_per_variance), tap_variance, hn::Set(d, s.null2_square));
 
-  auto flags = hn::PromoteTo(di, hn::LoadU(du16, images.flags + i));
-  const auto raise = [&](hn::Mask<D> where, std::uint16_t flag) {
-    flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, where), hn::Set(di, flag)));
-  };
-  if constexpr (Taps) {
-    const V greatest = hn::ConvertTo(d, hn::PromoteTo(di, sums.greatest));
-    raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
-  }
-  raise(hn::Lt(amplitude, hn::Set(d, s.min_amplitude)), flag::low_signal);
-  raise(hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
-  const auto bad = hn::And(flags, hn::Set(di, s.invalid_flags));
-  // Without light, or with samples that are no numbers, there is no phase.
-  const auto measured =
-      hn::And(hn::Gt(amplitude, hn::Zero(d)), hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>())));
-  const auto valid = hn::And(measured, hn::RebindMask(d, hn::Eq(bad, hn::Zero(di))));
-  raise(hn::Not(valid), flag::invalid);
-  hn::StoreU(hn::DemoteTo(du16, flags), du16, images.flags + i);
-
-  const V nan = hn::NaN(d);
-  const V distance =
-      physics::HWY_NAMESPACE::WrappedDistance(d, sine, cosine, hn::Set(d, s.metres_per_radian), hn::Set(d, s.range));
-  hn::StoreU(hn::IfThenElse(valid, distance, nan), d, images.distance + i);
-  hn::StoreU(amplitude, d, images.amplitude + i);
-  if (Taps) hn::StoreU(intensity, d, images.intensity + i);
+  Pixels<D> pixels{
+      LoadFlags(d, images.flags + i),
+      physics::HWY_NAMESPACE::WrappedDistance(d, sine, cosine, hn::Set(d, s.metres_per_radian), hn::Set(d, s.range)),
+      amplitude, intensity,
+      // Without light, or with samples that are no numbers, there is no phase.
+      hn::And(hn::Gt(amplitude, hn::Zero(d)), hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>())))};
+  Raise(d, pixels.flags, hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
+  const auto valid = StorePixels<Taps>(d, s.counts, images, i, sums, pixels);
   if (images.sigma != nullptr) {
     const V phase_sigma = hn::Div(hn::Sqrt(tap_variance), amplitude);
-    hn::StoreU(hn::IfThenElse(valid, hn::Mul(hn::Set(d, s.metres_per_radian), phase_sigma), nan), d, images.sigma + i);
+    hn::StoreU(hn::IfThenElse(valid, hn::Mul(hn::Set(d, s.metres_per_radian), phase_sigma), hn::NaN(d)), d,
+               images.sigma + i);
   }
 }
 
@@ -143,61 +112,41 @@ struct FourPhaseDecoder final : Decoder {
                                             "auto: five standard deviations where the noise is known, else off"}};
 
   void prepare(Setup& setup) {
-    const physics::Exposures exposures = prepare_samples(setup);
-    const std::vector<std::size_t> order = physics::quarter_order(exposures);
+    prepare_samples(setup);
+    const std::vector<std::size_t> order = physics::quarter_order(exposures_);
     if (order.empty()) {
       throw std::runtime_error(
           "decodes four exposures at 0, 90, 180 and 270 deg of one frequency, in any order; what "
           "arrives has " +
-          physics::exposures_text(exposures) + ": take phase_decoder for it");
+          physics::exposures_text(exposures_) + ": take phase_decoder for it");
     }
-    std::ranges::copy(order, order_.begin());
-    set_constants();
+    set_constants(order);
   }
 
   void process(Frame& frame) const {
-    const tofgraph_view samples = samples_of(frame);
-    const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
     const double frequency = frequency_of(frame);
     DecoderSettings settings = settings_;
     settings.metres_per_radian = static_cast<float>(physics::metres_per_radian(frequency));
     settings.range = static_cast<float>(physics::unambiguous_range(frequency));
-    const Array<std::uint16_t> bits = flags(frame, rows, columns);
-    HWY_DYNAMIC_DISPATCH(Decode)
-    (settings, {.samples = samples.data,
-                .order = order_,
-                .type = samples.type,
-                .pixels = rows * columns,
-                .distance = distance(frame, rows, columns).data(),
-                .amplitude = amplitude(frame, rows, columns).data(),
-                .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
-                .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
-                .flags = bits.data()});
-    lengths_.invalidate(frame, bits);
-    look_at_order(frame, samples);
+    decode_frame(frame, [&](const DecoderImages& images) { HWY_DYNAMIC_DISPATCH(Decode)(settings, images); });
   }
 
  private:
   /// All that does not depend on the frame.
-  void set_constants() {
+  void set_constants(const std::vector<std::size_t>& order) {
     constexpr double never = std::numeric_limits<float>::infinity();
     const bool automatic = inconsistent_above.word() == "auto" && counts_.noise_known;
     settings_ = {
-        .full_well = counts_.full_well,
-        .min_amplitude = counts_.min_amplitude,
-        .read_variance = counts_.read_variance,
-        .shot_noise = counts_.shot_noise,
-        .intensity_per_amplitude = counts_.intensity_per_amplitude,
+        .counts = counts_,
         .null2_square = static_cast<float>(inconsistent_above.word().empty() ? *inconsistent_above * *inconsistent_above
                                            : automatic                       ? 0
                                                                              : never),
         // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
-        .null2_per_variance = automatic ? 25.0F / 2 : 0.0F,
-        .invalid_flags = invalid_flags()};
+        .null2_per_variance = automatic ? 25.0F / 2 : 0.0F};
+    std::ranges::copy(order, settings_.order.begin());
   }
 
   DecoderSettings settings_{};
-  std::array<std::size_t, 4> order_{};
 };
 
 }  // namespace tofgraph

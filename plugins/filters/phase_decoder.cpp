@@ -10,7 +10,7 @@
 #include <array>
 
 #include "plugins/filters/decoder.hpp"
-#include "plugins/filters/vector_samples.hpp"
+#include "plugins/filters/decoder_vector.hpp"
 
 #ifndef TOFGRAPH_PHASE_DECODER_ONCE
 #define TOFGRAPH_PHASE_DECODER_ONCE
@@ -28,7 +28,7 @@ struct Band {
 /// What is the same for all pixels of a frame.
 struct PhaseSettings {
   std::array<float, most_bands> metres_per_radian, range, inverse_range;  // of each band, lowest frequency first
-  float full_well, min_amplitude, read_variance, shot_noise, intensity_per_amplitude;  // counts
+  DecoderCounts counts;
   float any_variance;                // of a sample, where the noise is not known: weights need a scale
   float phase_variance;              // rad^2, of systematic errors
   float wrapped_below;               // chi-square between the best and the second best wraps
@@ -40,20 +40,7 @@ struct PhaseSettings {
   float max_range, margin;           // m, standard deviations; infinity: none
   float intensity_scale;             // 1 / number of taps
   float each;                        // 1 / number of bands
-  std::int32_t invalid_flags;        // bits that make a pixel invalid
-};
-
-/// Where a frame's channels are; null: not wanted.
-struct PhaseImages {
   const Band* bands;
-  const void* samples;  // P phases, or P x 2 taps
-  std::uint32_t type;   // of the samples
-  std::size_t pixels;
-  float* distance;
-  float* amplitude;
-  float* intensity;  // with taps only
-  float* sigma;
-  std::uint16_t* flags;  // read and combined
 };
 
 }  // namespace tofgraph
@@ -94,7 +81,7 @@ HWY_INLINE Likeliest<D> Unwrap(D d, const PhaseSettings& s, const V* distances, 
 
 /// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
 template <std::size_t Bands, bool Taps, class T, class D>
-HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images, std::size_t i) {
+HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& images, std::size_t i) {
   using V = hn::Vec<D>;
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
@@ -103,7 +90,7 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
   V x[Bands], y[Bands], square[Bands];
   V amplitude = hn::Zero(d), rest = hn::Zero(d);
   for (std::size_t b = 0; b < Bands; ++b) {
-    const Band& band = images.bands[b];
+    const Band& band = s.bands[b];
     const std::size_t count = band.image.size();
     V c[physics::most_exposures];
     x[b] = y[b] = hn::Zero(d);
@@ -125,18 +112,15 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
   }
   amplitude = hn::Mul(amplitude, hn::Set(d, s.each));
   const V intensity = Taps ? hn::Mul(hn::ConvertTo(d, sums.sum), hn::Set(d, s.intensity_scale))
-                           : hn::Mul(amplitude, hn::Set(d, s.intensity_per_amplitude));
-  const V tap_variance = hn::MulAdd(hn::Set(d, s.shot_noise), intensity, hn::Set(d, s.read_variance));
+                           : hn::Mul(amplitude, hn::Set(d, s.counts.intensity_per_amplitude));
+  const V tap_variance = hn::MulAdd(hn::Set(d, s.counts.shot_noise), intensity, hn::Set(d, s.counts.read_variance));
   const V variance = hn::MulAdd(hn::Set(d, 2.0F), tap_variance, hn::Set(d, s.any_variance));
 
-  auto flags = hn::PromoteTo(di, hn::LoadU(du16, images.flags + i));
-  const auto raise = [&](hn::Mask<D> where, std::uint16_t flag) {
-    flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, where), hn::Set(di, flag)));
-  };
+  auto flags = LoadFlags(d, images.flags + i);
   V distances[Bands], weights[Bands], noises[Bands];
   V sum = hn::Zero(d), steepest = hn::Zero(d);
   for (std::size_t b = 0; b < Bands; ++b) {
-    const Band& band = images.bands[b];
+    const Band& band = s.bands[b];
     const V scale = hn::Set(d, s.metres_per_radian[b]);
     distances[b] = physics::HWY_NAMESPACE::WrappedDistance(d, y[b], x[b], scale, hn::Set(d, s.range[b]));
     // Variance of atan2(y, x).
@@ -168,35 +152,24 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const PhaseImages& images,
       noise = hn::MulAdd(hn::Mul(share, share), noises[b], noise);
     }
     const auto near = hn::Lt(hn::Sub(best.second, best.cost), hn::Set(d, s.wrapped_below));
-    raise(hn::Or(near, hn::Gt(steepest, hn::Set(d, s.steepest))), flag::wrapped);
+    Raise(d, flags, hn::Or(near, hn::Gt(steepest, hn::Set(d, s.steepest))), flag::wrapped);
     const V beyond = hn::Max(hn::Neg(distance), hn::Sub(distance, hn::Set(d, s.max_range)));
-    raise(hn::Gt(beyond, hn::Mul(hn::Set(d, s.margin), hn::Sqrt(noise))), flag::wrapped);
-    raise(hn::Gt(best.cost, hn::Set(d, s.wrong_above)), flag::wrapped);
-    raise(hn::Gt(best.cost, hn::Set(d, s.disagree_above)), flag::inconsistent);
+    Raise(d, flags, hn::Gt(beyond, hn::Mul(hn::Set(d, s.margin), hn::Sqrt(noise))), flag::wrapped);
+    Raise(d, flags, hn::Gt(best.cost, hn::Set(d, s.wrong_above)), flag::wrapped);
+    Raise(d, flags, hn::Gt(best.cost, hn::Set(d, s.disagree_above)), flag::inconsistent);
   }
-  if constexpr (Taps) {
-    const V greatest = hn::ConvertTo(d, hn::PromoteTo(di, sums.greatest));
-    raise(hn::Ge(greatest, hn::Set(d, s.full_well)), flag::saturated);
-  }
-  raise(hn::Lt(amplitude, hn::Set(d, s.min_amplitude)), flag::low_signal);
-  raise(hn::Gt(rest, hn::Mul(variance, hn::Set(d, s.rest_above))), flag::inconsistent);
-  const auto bad = hn::And(flags, hn::Set(di, s.invalid_flags));
+  Raise(d, flags, hn::Gt(rest, hn::Mul(variance, hn::Set(d, s.rest_above))), flag::inconsistent);
   // Without light, or with samples that are no numbers, there is no phase.
   auto measured = hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>()));
   for (std::size_t b = 0; b < Bands; ++b) measured = hn::And(measured, hn::Gt(square[b], hn::Zero(d)));
   measured = hn::And(measured, hn::Lt(hn::Abs(distance), hn::Set(d, hwy::HighestValue<float>())));
-  const auto valid = hn::And(measured, hn::RebindMask(d, hn::Eq(bad, hn::Zero(di))));
-  raise(hn::Not(valid), flag::invalid);
-  hn::StoreU(hn::DemoteTo(du16, flags), du16, images.flags + i);
-  const V nan = hn::NaN(d);
-  hn::StoreU(hn::IfThenElse(valid, distance, nan), d, images.distance + i);
-  hn::StoreU(amplitude, d, images.amplitude + i);
-  if (Taps) hn::StoreU(intensity, d, images.intensity + i);
-  if (images.sigma != nullptr) hn::StoreU(hn::IfThenElse(valid, hn::Sqrt(noise), nan), d, images.sigma + i);
+  const auto valid =
+      StorePixels<Taps>(d, s.counts, images, i, sums, Pixels<D>{flags, distance, amplitude, intensity, measured});
+  if (images.sigma != nullptr) hn::StoreU(hn::IfThenElse(valid, hn::Sqrt(noise), hn::NaN(d)), d, images.sigma + i);
 }
 
 template <std::size_t Bands, bool Taps, class T>
-void DecodeAll(const PhaseSettings settings, const PhaseImages images) {  // copies: no store can change them
+void DecodeAll(const PhaseSettings settings, const DecoderImages images) {  // copies: no store can change them
   const hn::ScalableTag<float> d;
   const hn::CappedTag<float, 1> one;
   std::size_t i = 0;
@@ -204,7 +177,7 @@ void DecodeAll(const PhaseSettings settings, const PhaseImages images) {  // cop
   for (; i < images.pixels; ++i) DecodeAt<Bands, Taps, T>(one, settings, images, i);
 }
 
-template <std::size_t Bands> void DecodeType(const PhaseSettings& settings, const PhaseImages& images) {
+template <std::size_t Bands> void DecodeType(const PhaseSettings& settings, const DecoderImages& images) {
   switch (images.type) {
     case TOFGRAPH_TYPE_U16:
       return DecodeAll<Bands, true, std::uint16_t>(settings, images);
@@ -217,7 +190,7 @@ template <std::size_t Bands> void DecodeType(const PhaseSettings& settings, cons
   }
 }
 
-void DecodePhases(const PhaseSettings& settings, const PhaseImages& images, std::size_t bands) {
+void DecodePhases(const PhaseSettings& settings, const DecoderImages& images, std::size_t bands) {
   if (bands == 1) return DecodeType<1>(settings, images);
   if (bands == 2) return DecodeType<2>(settings, images);
   return DecodeType<3>(settings, images);
@@ -273,46 +246,32 @@ struct PhaseDecoder final : Decoder {
        .text = "nothing is farther away; default: where the frequencies repeat together, c / (2 gcd)"}};
 
   void prepare(Setup& setup) {
-    const physics::Exposures exposures = prepare_samples(setup);
-    if (const std::string problem = physics::exposures_problem(exposures); !problem.empty())
+    prepare_samples(setup);
+    if (const std::string problem = physics::exposures_problem(exposures_); !problem.empty())
       throw std::runtime_error("cannot decode what arrives: " + problem);
-    fits_ = physics::phase_fits(exposures);
+    fits_ = physics::phase_fits(exposures_);
     if (fits_.size() > most_bands)
       throw std::runtime_error("takes up to three modulation frequencies; what arrives has " +
-                               physics::exposures_text(exposures));
+                               physics::exposures_text(exposures_));
     if (fits_.size() > 1 && modulation_frequency.given())
       throw ConfigError("modulation_frequency",
-                        "is that of one frequency; what arrives has " + physics::exposures_text(exposures));
+                        "is that of one frequency; what arrives has " + physics::exposures_text(exposures_));
     if (fits_.size() == 1) refuse_what_unwraps();
     if (*phase_error > 0 && !counts_.noise_known)
       throw ConfigError("phase_error",
                         "adds to the noise, which is not known: give read_noise and shot_noise, here or "
                         "in the camera's profile");
     for (const physics::PhaseFit& fit : fits_) add_band(fit);
-    set_constants(exposures.size());
+    set_constants();
     if (fits_.size() > 1) set_ranges();
   }
 
   void process(Frame& frame) const {
-    const tofgraph_view samples = samples_of(frame);
-    const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
     PhaseSettings settings = settings_;
     if (bands_.size() == 1) set_frequency(settings, 0, frequency_of(frame));
-    const Array<std::uint16_t> bits = flags(frame, rows, columns);
-    HWY_DYNAMIC_DISPATCH(DecodePhases)
-    (settings,
-     {.bands = bands_.data(),
-      .samples = samples.data,
-      .type = samples.type,
-      .pixels = rows * columns,
-      .distance = distance(frame, rows, columns).data(),
-      .amplitude = amplitude(frame, rows, columns).data(),
-      .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
-      .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
-      .flags = bits.data()},
-     bands_.size());
-    lengths_.invalidate(frame, bits);
-    look_at_order(frame, samples);
+    decode_frame(frame, [&](const DecoderImages& images) {
+      HWY_DYNAMIC_DISPATCH(DecodePhases)(settings, images, bands_.size());
+    });
   }
 
  private:
@@ -352,18 +311,15 @@ struct PhaseDecoder final : Decoder {
     return boost::math::quantile(boost::math::complement(distribution, share));
   }
 
-  void set_constants(std::size_t exposures) {
+  void set_constants() {
     constexpr float never = std::numeric_limits<float>::infinity();
     std::size_t freedom = 0;
     for (const physics::PhaseFit& fit : fits_) freedom += fit.rest.size();
     const bool known = counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0);
     const bool judged = known && inconsistent_above.word().empty();
+    counts_.invalid_flags |= *invalidate_wrapped ? flag::wrapped : 0;
     settings_ = {
-        .full_well = counts_.full_well,
-        .min_amplitude = counts_.min_amplitude,
-        .read_variance = counts_.read_variance,
-        .shot_noise = counts_.shot_noise,
-        .intensity_per_amplitude = counts_.intensity_per_amplitude,
+        .counts = counts_,
         .any_variance = known ? 0.0F : 1.0F,
         .phase_variance = static_cast<float>(*phase_error * *phase_error),
         .wrapped_below = known ? static_cast<float>(2 * std::log(*wrap_confidence / (1 - *wrap_confidence))) : -1.0F,
@@ -376,9 +332,9 @@ struct PhaseDecoder final : Decoder {
         .repeat = 0,
         .max_range = never,
         .margin = known ? 5.0F : 0.0F,
-        .intensity_scale = static_cast<float>(0.5 / static_cast<double>(exposures)),
+        .intensity_scale = static_cast<float>(0.5 / static_cast<double>(exposures_.size())),
         .each = static_cast<float>(1.0 / static_cast<double>(fits_.size())),
-        .invalid_flags = invalid_flags() | (*invalidate_wrapped ? flag::wrapped : 0)};
+        .bands = bands_.data()};
   }
 
   void set_ranges() {

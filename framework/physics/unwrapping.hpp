@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// From the wrapped phases of several modulation frequencies to one distance, in double: the reference form of
+/// phase_decoder.
+#pragma once
+
+#include <tofgraph/physics/exposures.hpp>
+
+#include <limits>
+#include <span>
+#include <stdexcept>
+
+namespace tofgraph::physics {
+
+/// The greatest frequency of which all are multiples, within 1 ppm of the highest, Hz; 0 when there is none above a
+/// thousandth of the highest. Distances repeat after c / (2 f).
+inline double common_frequency(const std::vector<double>& frequencies) {
+  const double highest = *std::ranges::max_element(frequencies);
+  double common = 0;
+  for (double frequency : frequencies) {
+    while (frequency > highest * 1e-6) {
+      const double rest = std::abs(std::remainder(common, frequency));
+      common = frequency;
+      frequency = rest;
+    }
+  }
+  return common >= highest * 1e-3 ? common : 0;
+}
+
+/// Which of the distances that wrapped phases allow is the most likely one.
+class Unwrapping {
+ public:
+  /// @param frequencies lowest first, Hz
+  /// @param max_range nothing is farther away, m; infinity: where the frequencies repeat together
+  /// @throws std::invalid_argument when neither is known
+  explicit Unwrapping(const std::vector<double>& frequencies,
+                      double max_range = std::numeric_limits<double>::infinity()) {
+    for (const double frequency : frequencies) ranges_.push_back(unambiguous_range(frequency));
+    const double common = common_frequency(frequencies), step = ranges_.back();
+    // A whole number of the highest frequency's wraps, whatever the frequencies are rounded to.
+    if (common > 0) repeat_ = std::round(frequencies.back() / common) * step;
+    if (!(max_range < repeat_)) {
+      if (repeat_ == std::numeric_limits<double>::infinity())
+        throw std::invalid_argument("the modulation frequencies have no common range");
+      last_ = std::lround(repeat_ / step) - 1;
+      return;
+    }
+    // One more before and behind: noise takes distances over the ends.
+    max_range_ = max_range;
+    first_ = -1;
+    last_ = std::lround(std::ceil(max_range / step));
+  }
+
+  struct Result {
+    double distance;      ///< m; NaN where a phase is
+    double cost, second;  ///< chi-square of the best, and of the second best wraps
+  };
+
+  /// Maximum likelihood over the wraps: for each wrap of the highest frequency the nearest ones of the others.
+  /// @param distances each within its own range, m @param weights 1 / variance, 1/m^2
+  Result operator()(std::span<const double> distances, std::span<const double> weights) const {
+    constexpr double never = std::numeric_limits<double>::infinity();
+    const std::size_t last = ranges_.size() - 1;
+    double all = 0;
+    for (const double weight : weights) all += weight;
+    Result result{std::numeric_limits<double>::quiet_NaN(), never, never};
+    for (long wrap = first_; wrap <= last_; ++wrap) {
+      const double reference = distances[last] + static_cast<double>(wrap) * ranges_[last];
+      double first = 0, square = 0;
+      for (std::size_t b = 0; b < last; ++b) {
+        const double rest = std::remainder(distances[b] - reference, ranges_[b]);
+        first += weights[b] * rest;
+        square += weights[b] * rest * rest;
+      }
+      const double cost = square - first * first / all;
+      if (cost < result.cost)
+        result = {reference + first / all, cost, result.cost};
+      else
+        result.second = std::min(result.second, cost);
+    }
+    if (cyclic() && result.distance < 0) result.distance += repeat_;
+    if (cyclic() && result.distance >= repeat_) result.distance -= repeat_;
+    return result;
+  }
+
+  const std::vector<double>& ranges() const { return ranges_; }  ///< of each frequency, m
+  /// Whether all of the common range counts, the end of which is its beginning; otherwise it ends at max_range.
+  bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
+  double range() const { return std::min(repeat_, max_range_); }  ///< m
+  double repeat() const { return repeat_; }                       ///< m; infinity: never
+  /// Wraps of the highest frequency that are tried.
+  long first() const { return first_; }
+  long last() const { return last_; }
+
+ private:
+  std::vector<double> ranges_;
+  double repeat_ = std::numeric_limits<double>::infinity(), max_range_ = std::numeric_limits<double>::infinity();
+  long first_ = 0, last_ = 0;
+};
+
+/// Distance and amplitude of one pixel from any exposures: the reference form of phase_decoder, for samples of equal
+/// variance.
+class PhaseDecoding {
+ public:
+  /// @param own the frame's own modulation frequency, Hz, for exposures that have none
+  /// @throws std::invalid_argument when the frequencies have no common range
+  PhaseDecoding(const Exposures& exposures, double own)
+      : fits_(phase_fits(exposures)), unwrapping_(each_once(frequencies_of(exposures, own))) {}
+
+  struct Decoded {
+    double distance, amplitude;  ///< m; counts, the mean of the frequencies
+    double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
+  };
+  Decoded operator()(const std::vector<double>& samples) const {
+    std::array<double, most_exposures / fewest_exposures> distances{}, weights{};
+    double amplitude = 0;
+    for (std::size_t b = 0; b < fits_.size(); ++b) {
+      const PhaseFit& fit = fits_[b];
+      double x = 0, y = 0;
+      for (std::size_t j = 0; j < fit.image.size(); ++j) {
+        x += fit.cosine[j] * samples[fit.image[j]];
+        y += fit.sine[j] * samples[fit.image[j]];
+      }
+      const double scale = unwrapping_.ranges()[b] / two_pi, square = x * x + y * y;
+      double distance = scale * std::atan2(y, x);
+      if (distance < 0) distance += unwrapping_.ranges()[b];
+      distances[b] = distance;
+      weights[b] = square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx));
+      amplitude += std::sqrt(square) / static_cast<double>(fits_.size());
+    }
+    if (fits_.size() == 1) return {distances[0], amplitude, 0};
+    const Unwrapping::Result best = unwrapping_({distances.data(), fits_.size()}, {weights.data(), fits_.size()});
+    return {best.distance, amplitude, std::sqrt(std::max(best.cost, 0.0)) / amplitude};
+  }
+  const std::vector<PhaseFit>& fits() const { return fits_; }
+  /// Distances repeat after this, m.
+  double range() const { return unwrapping_.range(); }
+
+ private:
+  std::vector<PhaseFit> fits_;
+  Unwrapping unwrapping_;
+};
+
+}  // namespace tofgraph::physics
