@@ -4,8 +4,8 @@
 
 #include "io/campaign.hpp"
 #include "io/profile.hpp"
-#include "simulation/model.hpp"
-#include "simulation/scene_file.hpp"
+#include "simulation/files/model.hpp"
+#include "simulation/files/scene_file.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
 
@@ -15,28 +15,29 @@
 namespace tofgraph::cli {
 namespace {
 
-std::string check_profile(const core::Value& document, core::Diagnostics& diagnostics, const Common&) {
+std::string check_profile(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
   io::read_profile(document, diagnostics);
   return "the profile is right";
 }
 
-std::string check_model(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
-  core::check_version(document, "model", 1, diagnostics);
-  const simulation::Model model = simulation::read_model(document, core::Catalogue(common.plugin_folders), diagnostics);
+std::string check_model(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
+  config::check_version(document, "model", 1, diagnostics);
+  const simulation::Model model =
+      simulation::read_model(document, graph::PluginRegistry(common.plugin_folders), diagnostics);
   const std::size_t effects = model.effects.size();
   // Where its camera is known its effects are made, so that maps of the wrong size are told.
-  const core::Entry* camera = document.find("camera");
+  const config::Entry* camera = document.find("camera");
   if (diagnostics.ok() && camera != nullptr && !io::find_profile(camera->value.text, {}).empty()) {
-    const core::CameraPtr profile = io::find_camera(camera->value, diagnostics);
+    const io::CameraPtr profile = io::find_camera(camera->value, diagnostics);
     if (profile) simulation::make_effects(model, profile->view(), diagnostics);
   }
   return fmt::format("the model is right, {} effect{}", effects, effects == 1 ? "" : "s");
 }
 
-std::string check_scene(const core::Value& document, core::Diagnostics& diagnostics, const Common& common) {
+std::string check_scene(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
   const simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
   const simulation::Model model =
-      simulation::model_of_scene(scene.model, core::Catalogue(common.plugin_folders), diagnostics);
+      simulation::model_of_scene(scene.model, graph::PluginRegistry(common.plugin_folders), diagnostics);
   if (scene.camera) simulation::make_effects(model, scene.camera->view(), diagnostics);
   if (!diagnostics.ok()) return {};
   const std::size_t conditions = simulation::expand(scene).size();
@@ -44,7 +45,7 @@ std::string check_scene(const core::Value& document, core::Diagnostics& diagnost
                      scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
 }
 
-std::string check_campaign(const core::Value& document, core::Diagnostics& diagnostics, const Common&) {
+std::string check_campaign(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
   const io::Campaign campaign = io::read_campaign(document, diagnostics);
   const std::size_t conditions = campaign.conditions.size();
   const std::string problem =
@@ -56,7 +57,7 @@ std::string check_campaign(const core::Value& document, core::Diagnostics& diagn
 /// How a kind of file is checked; gives what is said when it is right.
 struct Kind {
   std::string_view key;
-  std::string (*check)(const core::Value& document, core::Diagnostics& diagnostics, const Common& common);
+  std::string (*check)(const config::Value& document, config::Diagnostics& diagnostics, const Common& common);
 };
 
 constexpr Kind kinds[] = {
@@ -64,12 +65,12 @@ constexpr Kind kinds[] = {
 
 /// Checks a file by the kind that its first key names.
 int check(const PipelineArguments& arguments, bool force, const Common& common) {
-  const core::Value document = arguments.document();
+  const config::Value document = arguments.document();
   for (const Kind& kind : kinds) {
     if (document.entries.empty() || document.entries.front().key != kind.key) continue;
-    core::Diagnostics diagnostics;
+    config::Diagnostics diagnostics;
     const std::string said = kind.check(document, diagnostics, common);
-    if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     if (!diagnostics.all().empty()) say(diagnostics.text());
     if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));
     return done;

@@ -3,7 +3,7 @@
 /// @file The commands: each adds itself to the command line and gives back its exit code.
 #pragma once
 
-#include "core/graph.hpp"
+#include "graph/graph.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -43,8 +43,8 @@ struct PipelineArguments {
   std::vector<std::string> settings;
 
   void add_to(CLI::App& command);
-  /// The document of a file, or of the one-line form. @throws core::ConfigurationError
-  core::Value document() const;
+  /// The document of a file, or of the one-line form. @throws config::ConfigurationError
+  config::Value document() const;
 };
 
 /// Runs a command that lives in a module of its own, which brings what it needs (HDF5, Embree, OpenCV, Ceres).
@@ -56,10 +56,10 @@ int run_module(const std::string& name, const void* arguments);
 void say(const std::string& text);
 
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
-void tell_hidden(const core::Catalogue& catalogue, const Common& common, const std::string& name = "");
+void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");
 
-/// Builds the graph; warnings are printed. @throws core::ConfigurationError with every mistake
-std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
-                                   const Common& common, bool overwrite);
+/// Builds the graph; warnings are printed. @throws config::ConfigurationError with every mistake
+std::unique_ptr<graph::Graph> build(const config::Value& document, const PipelineArguments& arguments,
+                                    const Common& common, bool overwrite);
 
 }  // namespace tofgraph::cli

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "io/profile.hpp"
 
 #include <tofgraph/physics/unwrapping.hpp>
@@ -25,7 +25,7 @@ std::string bounds(const json& parameter) {
   const std::string unit = text_of(parameter, "unit");
   const json& low = parameter["minimum"];
   const json& high = parameter["maximum"];
-  const auto shown = [&](const json& value) { return core::format_quantity(value.get<double>(), unit); };
+  const auto shown = [&](const json& value) { return config::format_quantity(value.get<double>(), unit); };
   if (low.is_null() && high.is_null()) return unit.empty() ? "" : fmt::format(", unit {}", unit);
   if (high.is_null()) return fmt::format(", at least {}", shown(low));
   if (low.is_null()) return fmt::format(", at most {}", shown(high));
@@ -34,7 +34,7 @@ std::string bounds(const json& parameter) {
 
 /// Of an effect's parameter: what changes nothing, and a usual size.
 std::string typical(const json& p) {
-  const auto shown = [&](const char* key) { return core::format_quantity(p[key].get<double>(), text_of(p, "unit")); };
+  const auto shown = [&](const char* key) { return config::format_quantity(p[key].get<double>(), text_of(p, "unit")); };
   std::string text;
   if (p.contains("off")) text += fmt::format("; off at {}", shown("off"));
   if (p.contains("typical")) text += fmt::format("; typically {}", shown("typical"));
@@ -106,14 +106,14 @@ json unambiguous_range_of(const physics::Exposures& exposures, double own) {
 json profile(const std::filesystem::path& file) {
   const auto camera = io::load_profile(file);
   json values = json::array();
-  for (const core::Entry& entry : core::load_document(file).entries) {
+  for (const config::Entry& entry : config::load_document(file).entries) {
     if (entry.key == "profile" || entry.key == "name" || entry.key == "measured" || entry.key == "source") continue;
     const bool measured = std::ranges::find(camera->measured, entry.key) != camera->measured.end();
-    values.push_back({{"key", entry.key}, {"value", core::yaml_text(entry.value)}, {"measured", measured}});
+    values.push_back({{"key", entry.key}, {"value", config::yaml_text(entry.value)}, {"measured", measured}});
   }
-  const core::Value document = core::load_document(file);
+  const config::Value document = config::load_document(file);
   const physics::Exposures exposures = physics::exposures_of(camera->view());
-  const core::Entry* source = document.find("source");
+  const config::Entry* source = document.find("source");
   return {{"kind", "camera"},
           {"name", camera->view().name},
           {"file", file.string()},
@@ -145,22 +145,22 @@ int describe_profile(const std::filesystem::path& file, bool as_json) {
 }
 
 int describe(const std::string& name, bool as_json, const Common& common) {
-  const core::Catalogue catalogue(common.plugin_folders);
-  const core::PluginFile* file = catalogue.find(name);
+  const graph::PluginRegistry registry(common.plugin_folders);
+  const graph::PluginFile* file = registry.find(name);
   const std::filesystem::path camera = io::find_profile(name, std::filesystem::current_path());
   if (file == nullptr && !camera.empty()) return describe_profile(camera, as_json);
   if (file == nullptr) {
-    std::vector<std::string> names = catalogue.names();
-    for (const core::PluginFile& other : catalogue.files()) {
+    std::vector<std::string> names = registry.names();
+    for (const graph::PluginFile& other : registry.files()) {
       if (other.kind == "effect") names.push_back(other.name);
     }
     for (std::string& other : io::profile_names()) names.push_back(std::move(other));
-    throw core::ConfigurationError(fmt::format("error: there is no stage, effect or camera '{}'\n         {}", name,
-                                               core::suggestion(name, names, "there are")));
+    throw config::ConfigurationError(fmt::format("error: there is no stage, effect or camera '{}'\n         {}", name,
+                                                 config::suggestion(name, names, "there are")));
   }
-  const json plugin = catalogue.describe({*file}).at(file->path.string());
-  if (plugin.contains("error")) throw core::ConfigurationError("error: " + plugin["error"].get<std::string>());
-  tell_hidden(catalogue, common, name);
+  const json plugin = registry.describe({*file}).at(file->path.string());
+  if (plugin.contains("error")) throw config::ConfigurationError("error: " + plugin["error"].get<std::string>());
+  tell_hidden(registry, common, name);
   if (as_json)
     fmt::print("{}\n", plugin.dump(2));
   else

@@ -17,10 +17,10 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->required();
   command->add_option("-o,--out", arguments->out, "A folder for report.html, report.json and the extended model.yaml")
       ->required();
-  command->add_option("--max-effects", arguments->most_effects, "Effects that may be added; default: 6");
+  command->add_option("--max-effects", arguments->max_effects, "Effects that may be added; default: 6");
   command->add_option("--seed", arguments->seed,
                       "Of what is drawn: held-out levels, sign flips, bootstrap; default: 1");
-  command->add_option("--without", arguments->without, "An effect that is no candidate; may be repeated")
+  command->add_option("--without", arguments->without, "An effect that is not a candidate; may be repeated")
       ->expected(1)
       ->take_all();
   command->add_option("--confidence", arguments->confidence,

@@ -13,7 +13,7 @@ namespace tofgraph::cli {
 struct DiagnoseArguments {
   std::string model, data, out;
   std::vector<std::string> without;
-  std::size_t most_effects = 6;
+  std::size_t max_effects = 6;
   std::size_t confidence = 0;  ///< injected cases
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one a core

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
-#include "core/diagnostics.hpp"
+#include "config/diagnostics.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
 #include "io/output_file.hpp"
@@ -22,7 +22,7 @@ void check_outputs(const DiagnoseArguments& arguments) {
   for (const char* name :
        {"report.html", "report.json", "model.yaml", diagnosis::map_file_name, diagnosis::unexplained_map_name}) {
     const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
-    if (!problem.empty()) throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
+    if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
 }
 
@@ -31,7 +31,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   check_outputs(arguments);
-  const core::Catalogue catalogue(arguments.plugin_folders);
+  const graph::PluginRegistry registry(arguments.plugin_folders);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
   Progress bar(arguments.quiet);
@@ -40,15 +40,15 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.data = arguments.data;
   options.without = arguments.without;
   options.skip_missing = arguments.skip_missing;
-  options.search.most_effects = arguments.most_effects;
+  options.search.max_effects = arguments.max_effects;
   options.confidence = arguments.confidence;
   options.search.seed = arguments.seed;
   options.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   std::unique_ptr<diagnosis::Diagnosis> result;
   try {
-    result = diagnosis::diagnose(catalogue, options);
+    result = diagnosis::diagnose(registry, options);
   } catch (const std::invalid_argument& error) {
-    throw core::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
+    throw config::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
   bar.clear();
   const fs::path out(arguments.out);

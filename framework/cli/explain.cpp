@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/explain.hpp"
+#include "graph/explain.hpp"
 
 #include "cli/commands.hpp"
 
@@ -19,7 +19,7 @@ void add_explain(CLI::App& app, Common& common) {
   command->callback([arguments, drawing, &common] {
     common.command = [arguments, drawing, &common] {
       const auto graph = build(arguments->document(), *arguments, common, true);
-      fmt::print("{}", *drawing ? core::dot(*graph) : core::explain(*graph));
+      fmt::print("{}", *drawing ? graph::dot(*graph) : graph::explain(*graph));
       return done;
     };
   });

@@ -17,18 +17,19 @@ int gallery(const GalleryArguments& arguments) {
   const auto profile = io::find_profile(arguments.camera, std::filesystem::current_path());
   if (profile.empty() || !std::filesystem::exists(profile)) {
     const std::vector<std::string> names = io::profile_names();
-    throw core::ConfigurationError(fmt::format("--camera {}: error: there is no such profile\n         {}",
-                                               arguments.camera, core::suggestion(arguments.camera, names, "cameras")));
+    throw config::ConfigurationError(fmt::format("--camera {}: error: there is no such profile\n         {}",
+                                                 arguments.camera,
+                                                 config::suggestion(arguments.camera, names, "cameras")));
   }
   if (const std::string problem = io::output_problem(std::filesystem::path(arguments.out), arguments.force);
       !problem.empty())
-    throw core::ConfigurationError(fmt::format("--out: error: {}", problem));
+    throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   const auto camera = io::load_profile(profile);
   if (const auto not_four = physics::not_the_four(physics::exposures_of(camera->view())); !not_four.empty())
-    throw core::ConfigurationError(fmt::format("--camera {}: error: the gallery {}", arguments.camera, not_four));
-  const core::Catalogue catalogue(arguments.plugin_folders);
+    throw config::ConfigurationError(fmt::format("--camera {}: error: the gallery {}", arguments.camera, not_four));
+  const graph::PluginRegistry registry(arguments.plugin_folders);
   Progress progress(arguments.quiet);
-  report::write_effect_gallery(catalogue, camera->view(), arguments.out,
+  report::write_effect_gallery(registry, camera->view(), arguments.out,
                                {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
   return 0;
 }

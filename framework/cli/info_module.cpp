@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/info.hpp"
-#include "core/diagnostics.hpp"
-#include "core/document.hpp"
-#include "core/quantity.hpp"
-#include "io/capture.hpp"
+#include "config/diagnostics.hpp"
+#include "config/document.hpp"
+#include "config/quantity.hpp"
+#include "io/captures/capture.hpp"
 #include "io/profile.hpp"
 
 #include <tofgraph/array.hpp>
@@ -26,15 +26,15 @@ using nlohmann::json;
 physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& from) {
   from = "the capture";
   if (!header.exposures.empty()) return header.exposures;
-  core::Diagnostics diagnostics;
-  core::CameraPtr camera;
+  config::Diagnostics diagnostics;
+  io::CameraPtr camera;
   try {
     const auto file = io::find_profile(header.camera, {});
     if (!header.profile.empty())
-      camera = io::read_profile(core::parse_document("profile", header.profile), diagnostics);
+      camera = io::read_profile(config::parse_document("profile", header.profile), diagnostics);
     else if (!file.empty())
       camera = io::load_profile(file);
-  } catch (const core::ConfigurationError&) {  // a profile that cannot be read tells nothing
+  } catch (const config::ConfigurationError&) {  // a profile that cannot be read tells nothing
     camera = nullptr;
   }
   from = camera && camera->view().exposure_count != 0 ? "the profile" : "the default";
@@ -103,8 +103,8 @@ json described(const io::CaptureReader& reader) {
 void print_setting(const json& settings, const char* key, const char* name, const char* unit) {
   if (!settings.contains(key)) return;
   const double least = settings[key][0], greatest = settings[key][1];
-  fmt::print("  {:22} {}{}\n", name, core::format_quantity(least, unit),
-             least == greatest ? "" : " to " + core::format_quantity(greatest, unit));
+  fmt::print("  {:22} {}{}\n", name, config::format_quantity(least, unit),
+             least == greatest ? "" : " to " + config::format_quantity(greatest, unit));
 }
 
 void print_exposures(const json& exposures) {
@@ -148,7 +148,7 @@ int info(const InfoArguments& arguments) {
     result = described(io::CaptureReader(arguments.capture));
   } catch (const std::runtime_error& problem) {
     const std::string file = arguments.capture.string() + ": ", text = problem.what();
-    throw core::ConfigurationError(file + "error: " + (text.starts_with(file) ? text.substr(file.size()) : text));
+    throw config::ConfigurationError(file + "error: " + (text.starts_with(file) ? text.substr(file.size()) : text));
   }
   if (arguments.json)
     fmt::print("{}\n", result.dump(2));

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
-#include "core/paths.hpp"
+#include "config/paths.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
@@ -17,14 +17,14 @@ namespace {
 using nlohmann::json;
 
 json stages(const Common& common, bool effects) {
-  const core::Catalogue catalogue(common.plugin_folders);
-  std::vector<core::PluginFile> files;
-  for (const core::PluginFile& file : catalogue.files()) {
+  const graph::PluginRegistry registry(common.plugin_folders);
+  std::vector<graph::PluginFile> files;
+  for (const graph::PluginFile& file : registry.files()) {
     if ((file.kind == "effect") == effects) files.push_back(file);
   }
-  const auto seen = catalogue.describe(files);
+  const auto seen = registry.describe(files);
   json list = json::array();
-  for (const core::PluginFile& file : files) {
+  for (const graph::PluginFile& file : files) {
     const json& plugin = seen.at(file.path.string());
     json entry = {{"name", file.name}, {"kind", file.kind}, {"file", file.path.string()}};
     if (plugin.contains("error"))
@@ -55,7 +55,7 @@ void tell_strays(const Common& common) {
     std::vector<std::string> strays;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-      if (core::plugin_file(entry.path()).kind.empty()) strays.push_back(entry.path().filename().string());
+      if (graph::plugin_file(entry.path()).kind.empty()) strays.push_back(entry.path().filename().string());
     }
     std::ranges::sort(strays);
     if (strays.empty()) continue;
@@ -93,7 +93,7 @@ int list(const std::string& what, bool as_json, const Common& common) {
     for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
   }
   if (what != "cameras" && !common.quiet) tell_strays(common);
-  if (what != "cameras") tell_hidden(core::Catalogue(common.plugin_folders), common);
+  if (what != "cameras") tell_hidden(graph::PluginRegistry(common.plugin_folders), common);
   if (as_json)
     fmt::print("{}\n", entries.dump(2));
   else

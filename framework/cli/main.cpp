@@ -3,7 +3,7 @@
 #include "cli/commands.hpp"
 #include "cli/slow_calls.hpp"
 
-#include "core/paths.hpp"
+#include "config/paths.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -30,11 +30,11 @@ int with_output_written(int code) {
 
 /// A folder of the environment may be there on another machine only: a remark, no mistake.
 void look_at_plugin_path(Common& common) {
-  for (const auto& folder : core::plugin_path_from_environment()) {
+  for (const auto& folder : config::plugin_path_from_environment()) {
     if (!common.quiet && !std::filesystem::is_directory(folder))
-      say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is no folder", folder.string()));
+      say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is not a folder", folder.string()));
   }
-  common.plugin_folders = core::plugin_path(common.plugin_folders);
+  common.plugin_folders = graph::plugin_path(common.plugin_folders);
 }
 
 }  // namespace
@@ -52,29 +52,29 @@ void PipelineArguments::add_to(CLI::App& command) {
       ->expected(1);
 }
 
-void tell_hidden(const core::Catalogue& catalogue, const Common& common, const std::string& name) {
-  for (const auto& [hidden, before] : catalogue.hidden()) {
+void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name) {
+  for (const auto& [hidden, before] : registry.hidden()) {
     if (common.quiet || (!name.empty() && hidden.name != name)) continue;
     say(fmt::format("warning: {} hides {}: the first in the plugin path is taken", before.path.string(),
                     hidden.path.string()));
   }
 }
 
-core::Value PipelineArguments::document() const { return core::document_of(pipeline, camera); }
+config::Value PipelineArguments::document() const { return graph::document_of(pipeline, camera); }
 
-std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineArguments& arguments,
-                                   const Common& common, bool overwrite) {
-  core::GraphOptions options;
+std::unique_ptr<graph::Graph> build(const config::Value& document, const PipelineArguments& arguments,
+                                    const Common& common, bool overwrite) {
+  graph::GraphOptions options;
   options.plugin_folders = common.plugin_folders;
   options.overwrite = overwrite;
   options.message = [&common](const std::string& node, const std::string& text, bool warning) {
     if (!common.quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
   };
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   std::optional<SlowCalls> slow;
   if (!common.quiet) slow.emplace(5.0);
-  auto graph = core::build_graph(document, arguments.settings, options, diagnostics);
-  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  auto graph = graph::build_graph(document, arguments.settings, options, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
   return graph;
 }
@@ -83,7 +83,7 @@ std::unique_ptr<core::Graph> build(const core::Value& document, const PipelineAr
 
 int main(int argc, char** argv) {
   using namespace tofgraph;
-  core::tell_crashes();
+  graph::tell_crashes();
   cli::Common common;
   CLI::App app("tofgraph turns what a time-of-flight camera measures into point clouds that are right.", "tofgraph");
   app.set_version_flag("--version", "tofgraph " TOFGRAPH_VERSION);
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
     return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);
-  } catch (const core::ConfigurationError& error) {
+  } catch (const config::ConfigurationError& error) {
     cli::say(error.what());
     return cli::wrong_usage;
   } catch (const std::exception& error) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
-#include "core/paths.hpp"
+#include "config/paths.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 namespace tofgraph::cli {
 
 int run_module(const std::string& name, const void* arguments) {
-  const auto file = core::command_folder() / (name + ".so");
+  const auto file = config::command_folder() / (name + ".so");
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
   if (library == nullptr)
     throw std::runtime_error(

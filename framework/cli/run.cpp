@@ -3,10 +3,10 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 
-#include "core/quantity.hpp"
-#include "core/runner.hpp"
-#include "core/running_call.hpp"
-#include "core/validation.hpp"
+#include "config/quantity.hpp"
+#include "graph/runner.hpp"
+#include "graph/running_call.hpp"
+#include "graph/validation.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ extern "C" void on_signal(int) {
 /// a terminal after two seconds.
 class Watch {
  public:
-  Watch(core::Runner& runner, bool progress)
+  Watch(graph::Runner& runner, bool progress)
       : runner_(runner), progress_(progress), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
 
  private:
@@ -71,7 +71,7 @@ class Watch {
 
   /// @returns whether there was one
   static bool tell_whom_it_waits_for() {
-    const std::vector<std::string> calls = core::calls_longer_than(patience);
+    const std::vector<std::string> calls = graph::calls_longer_than(patience);
     for (const std::string& call : calls) say("still waiting: " + call);
     if (!calls.empty()) say("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
     return !calls.empty();
@@ -88,7 +88,7 @@ class Watch {
   }
 
   static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
-  core::Runner& runner_;
+  graph::Runner& runner_;
   bool progress_;
   double next_ = 0;
   std::jthread thread_;
@@ -98,19 +98,20 @@ class Watch {
 std::string statistics_problem(const RunArguments& arguments) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
-  std::string problem = io::why_not_writable(path);
+  std::string problem = io::write_error(path);
   if (problem.empty() && !arguments.force && std::filesystem::exists(path))
     problem = "the file exists\n         --force replaces it";
   return problem.empty() ? problem : fmt::format("--stats {}: error: {}", arguments.stats, problem);
 }
 
 /// @returns the run's exit code, or failed when all was well until here. What the run has to say comes first.
-int write_statistics(const RunArguments& arguments, const core::Graph& graph, const core::RunResult& result, int code) {
+int write_statistics(const RunArguments& arguments, const graph::Graph& graph, const graph::RunResult& result,
+                     int code) {
   if (arguments.stats.empty()) return code;
   try {
     // Somebody may have made it since the first look.
     if (const std::string problem = statistics_problem(arguments); !problem.empty()) throw std::runtime_error(problem);
-    io::write_file(arguments.stats, core::statistics_json(graph, result).dump(2) + "\n");
+    io::write_file(arguments.stats, graph::statistics_json(graph, result).dump(2) + "\n");
     return code;
   } catch (const std::exception& error) {
     say(fmt::format("error: the statistics of the run are not written: {}", error.what()));
@@ -142,7 +143,7 @@ std::string older_files(const io::OutputPattern& pattern, const Series& before) 
 }
 
 /// The series that are there before a run.
-Series series_of(const core::Graph& graph) {
+Series series_of(const graph::Graph& graph) {
   Series all;
   for (const auto& node : graph.nodes()) {
     for (const io::OutputPattern& files : node->outputs()) all.merge(series_at(files));
@@ -151,7 +152,7 @@ Series series_of(const core::Graph& graph) {
 }
 
 /// The files that nodes wrote, and what a former run left among them.
-void report_outputs(const core::Graph& graph, const core::RunResult& result, const Series& before) {
+void report_outputs(const graph::Graph& graph, const graph::RunResult& result, const Series& before) {
   for (const auto& node : graph.nodes()) {
     if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
     for (const io::OutputPattern& files : node->outputs()) {
@@ -164,17 +165,17 @@ void report_outputs(const core::Graph& graph, const core::RunResult& result, con
 }
 
 /// What came of a run, in words on standard error. @returns the exit code
-int report(const core::Graph& graph, const core::RunResult& result, const Series& before, const Common& common) {
+int report(const graph::Graph& graph, const graph::RunResult& result, const Series& before, const Common& common) {
   if (!common.quiet) {
-    say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, core::format_quantity(result.wall_s, "s"),
+    say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, config::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
                     result.dropped != 0 ? fmt::format(", {} frames dropped", result.dropped) : ""));
   }
   if (common.verbose) {
-    for (const core::NodeStatistics& node : result.nodes) {
+    for (const graph::NodeStatistics& node : result.nodes) {
       say(fmt::format("  {:20} {:>8} frames, median {}, 99 % {}, longest {}", node.name, node.frames,
-                      core::format_quantity(node.median_s, "s"), core::format_quantity(node.p99_s, "s"),
-                      core::format_quantity(node.max_s, "s")));
+                      config::format_quantity(node.median_s, "s"), config::format_quantity(node.p99_s, "s"),
+                      config::format_quantity(node.max_s, "s")));
     }
   }
   if (!result.error.empty()) {
@@ -186,28 +187,28 @@ int report(const core::Graph& graph, const core::RunResult& result, const Series
     say("interrupted: the frames up to here are complete");
     return interrupted;
   }
-  const bool loss_allowed = graph.queue().policy == core::QueuePolicy::drop_oldest;
+  const bool loss_allowed = graph.queue().policy == graph::QueuePolicy::drop_oldest;
   return result.dropped != 0 && !loss_allowed ? failed : done;
 }
 
 int run(const RunArguments& arguments, const Common& common) {
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
-    throw core::ConfigurationError(problem);
-  if (arguments.validate) core::set_validating();
+    throw config::ConfigurationError(problem);
+  if (arguments.validate) graph::set_validating();
   const auto graph = build(arguments.document(), arguments, common, arguments.force);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }
   const Series before = series_of(*graph);
-  core::RunOptions options;
+  graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
   options.threads = arguments.threads;
-  core::Runner runner(*graph, options);
+  graph::Runner runner(*graph, options);
   struct sigaction action {};
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  core::RunResult result;
+  graph::RunResult result;
   {
     const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
     result = runner.run();

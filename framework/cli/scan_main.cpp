@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // tofgraph-scan FILE...: writes one line of JSON a plugin to file descriptor 3. If a plugin crashes, only this dies.
-#include "core/plugin.hpp"
+#include "graph/plugin.hpp"
 
 #include <unistd.h>
 
@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
     alarm(seconds_for_one);
     nlohmann::json line;
     try {
-      line = tofgraph::core::describe(tofgraph::core::load_plugin(tofgraph::core::plugin_file(argv[i])));
+      line = tofgraph::graph::describe(tofgraph::graph::load_plugin(tofgraph::graph::plugin_file(argv[i])));
     } catch (const std::exception& error) {
       line = {{"error", error.what()}};
     }

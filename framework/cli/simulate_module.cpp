@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress.hpp"
 #include "cli/simulate.hpp"
-#include "core/diagnostics.hpp"
+#include "config/diagnostics.hpp"
 #include "io/campaign.hpp"
 #include "io/output_file.hpp"
 #include "report/scene_preview.hpp"
@@ -32,7 +32,7 @@ std::string preview_of(const Simulation& simulation) {
   frames.phases(0, phases.data());
   frames.distance(0, distance.data(), amplitude.data());
   for (const simulation::Hit& hit : frames.hits()) {
-    const bool there = std::isfinite(hit.reflected);
+    const bool there = std::isfinite(hit.return_path);
     const double z = hit.point.z - simulation.camera().focal_length;
     for (const double x : {hit.point.x, hit.point.y, z}) points.push_back(there ? static_cast<float>(x) : NAN);
   }
@@ -43,13 +43,13 @@ std::string preview_of(const Simulation& simulation) {
 
 void check_outputs(const SimulateArguments& arguments, bool campaign) {
   const auto refuse = [](const char* option, const std::string& problem) {
-    if (!problem.empty()) throw core::ConfigurationError(fmt::format("{}: error: {}", option, problem));
+    if (!problem.empty()) throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
   };
   if (!arguments.preview.empty()) refuse("--preview", io::output_problem(fs::path(arguments.preview), arguments.force));
   if (arguments.out.empty()) return;
   const fs::path out = fs::path(arguments.out).lexically_normal();
   if (!campaign) return refuse("--out", io::output_problem(out, arguments.force));
-  refuse("--out", io::why_not_writable(out / "campaign.yaml"));
+  refuse("--out", io::write_error(out / "campaign.yaml"));
   if (fs::exists(out) && !fs::is_directory(out))
     refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
   if (fs::exists(out) && !fs::is_empty(out) && !arguments.force)
@@ -58,12 +58,12 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
 }
 
 int simulate(const SimulateArguments& arguments) {
-  const core::Catalogue catalogue(arguments.plugin_folders);
+  const graph::PluginRegistry registry(arguments.plugin_folders);
   simulation::SimulationChanges changes{arguments.model, arguments.seed, {}};
   if (arguments.frames != 0) changes.frames = arguments.frames;
-  core::Diagnostics diagnostics;
-  const auto simulation = Simulation::read(arguments.scene, catalogue, changes, diagnostics);
-  if (!simulation) throw core::ConfigurationError(diagnostics);
+  config::Diagnostics diagnostics;
+  const auto simulation = Simulation::read(arguments.scene, registry, changes, diagnostics);
+  if (!simulation) throw config::ConfigurationError(diagnostics);
   if (!arguments.quiet && !diagnostics.all().empty()) fmt::print(stderr, "{}", diagnostics.text());
   const bool campaign = !simulation->scene().sequence.empty();
   check_outputs(arguments, campaign);

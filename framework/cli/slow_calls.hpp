@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cli/commands.hpp"
-#include "core/running_call.hpp"
+#include "graph/running_call.hpp"
 
 #include <condition_variable>
 #include <mutex>
@@ -24,7 +24,7 @@ class SlowCalls {
     std::unique_lock lock(mutex_);
     while (!stop.stop_requested()) {
       wake_.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
-      const std::vector<std::string> calls = core::calls_longer_than(seconds);
+      const std::vector<std::string> calls = graph::calls_longer_than(seconds);
       for (const std::string& call : calls) say(call);
       if (!calls.empty()) return;
     }

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "core/image_file.hpp"
 #include "diagnosis/observables.hpp"
+#include "io/image_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,11 +14,11 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-std::shared_ptr<const core::ParameterValues> defaults_of(const core::Plugin& descriptor) {
-  core::Diagnostics diagnostics;
-  auto values = std::make_shared<const core::ParameterValues>(descriptor, std::vector<const core::Entry*>{},
-                                                              core::Position{}, diagnostics);
-  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+std::shared_ptr<const graph::ParameterValues> defaults_of(const graph::Plugin& descriptor) {
+  config::Diagnostics diagnostics;
+  auto values = std::make_shared<const graph::ParameterValues>(descriptor, std::vector<const config::Entry*>{},
+                                                               config::Position{}, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   return values;
 }
 
@@ -48,12 +48,12 @@ EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_
     for (std::size_t p = 0; p < values.size(); ++p)
       values[p] = map.values[superpixel_of(p / camera.width, camera.height, grid) * grid +
                              superpixel_of(p % camera.width, camera.width, grid)];
-    images_.push_back(core::image_view(values.data(), camera.height, camera.width, map.parameter.name.c_str(),
-                                       map.parameter.unit.c_str()));
+    images_.push_back(io::image_view(values.data(), camera.height, camera.width, map.parameter.name.c_str(),
+                                     map.parameter.unit.c_str()));
   }
 }
 
-Candidate::Candidate(const core::Plugin& plugin)
+Candidate::Candidate(const graph::Plugin& plugin)
     : descriptor_(&plugin), owned_(defaults_of(plugin)), written_(owned_.get()) {
   find_free();
   find_maps();
@@ -146,8 +146,8 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
       text += fmt::format(", {}: {:.9g}{}{}", p.name, value, *p.unit != 0 ? " " : "", p.unit);
     } else if (written_->data()[i].given != 0) {
       const nlohmann::json& shown = written_->shown()[p.name];  // an object is a map of YAML as it is
-      text +=
-          fmt::format(", {}: {}", p.name, shown.is_string() ? core::yaml_word(shown.get<std::string>()) : shown.dump());
+      text += fmt::format(", {}: {}", p.name,
+                          shown.is_string() ? config::yaml_word(shown.get<std::string>()) : shown.dump());
     }
   }
   for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {

@@ -3,9 +3,9 @@
 /// @file An effect as the search sees it: which of its parameters are sizes, which are shapes, what is tried first.
 #pragma once
 
-#include "core/plugin.hpp"
+#include "graph/plugin.hpp"
+#include "simulation/files/model.hpp"
 #include "simulation/forward_model.hpp"
-#include "simulation/model.hpp"
 
 #include <memory>
 #include <span>
@@ -57,13 +57,13 @@ class EstimatedMaps {
 
 class Candidate {
  public:
-  /// With the defaults of its parameters. @throws core::ConfigurationError when one has none
-  explicit Candidate(const core::Plugin& plugin);
+  /// With the defaults of its parameters. @throws config::ConfigurationError when one has none
+  explicit Candidate(const graph::Plugin& plugin);
   /// With the values of a model; these must live on.
   explicit Candidate(const simulation::ModelEffect& effect);
 
   std::string name() const { return descriptor_->name; }
-  const core::Plugin& descriptor() const { return *descriptor_; }
+  const graph::Plugin& descriptor() const { return *descriptor_; }
   const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
   std::size_t sizes() const;
@@ -90,9 +90,9 @@ class Candidate {
   void find_free();
   void find_maps();
 
-  const core::Plugin* descriptor_;
-  std::shared_ptr<const core::ParameterValues> owned_;  ///< of defaults
-  const core::ParameterValues* written_;
+  const graph::Plugin* descriptor_;
+  std::shared_ptr<const graph::ParameterValues> owned_;  ///< of defaults
+  const graph::ParameterValues* written_;
   std::vector<FreeParameter> free_;
   std::vector<MapParameter> maps_;
 };

@@ -24,7 +24,7 @@ simulation::BoardPose brightened(simulation::BoardPose pose, double light) {
 
 }  // namespace
 
-Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels)
+Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels)
     : camera_(std::move(camera)),
       physical_(physical),
       grid_(superpixels),
@@ -34,7 +34,7 @@ Design::Design(core::CameraPtr camera, bool physical, std::vector<io::Condition>
       whole_(simulation::whole_image(camera_->view())) {
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
   for (std::size_t i = 0; i < size(); ++i) {
-    shots_.push_back(simulation::shot_of(this->camera(), conditions_[i]));
+    shots_.push_back(simulation::acquisition_of(this->camera(), conditions_[i]));
     ideal_.push_back(signals(ideal, pixels_, i, pose_of(conditions_[i])));
     if (grid_ != single) fine_ideal_.push_back(signals(ideal, fine_, i, pose_of(conditions_[i])));
   }

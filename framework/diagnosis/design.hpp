@@ -38,14 +38,14 @@ class Design {
  public:
   /// @param conditions each with a board that fills the view and an integration time
   /// @param superpixels in a row and in a column
-  Design(core::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
+  Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
 
   const tofgraph_camera& camera() const { return camera_->view(); }
-  const core::CameraPtr& camera_pointer() const { return camera_; }
+  const io::CameraPtr& camera_pointer() const { return camera_; }
   bool physical() const { return physical_; }
   std::size_t size() const { return conditions_.size(); }
   const std::vector<io::Condition>& conditions() const { return conditions_; }
-  const simulation::Shot& shot(std::size_t condition) const { return shots_[condition]; }
+  const simulation::Acquisition& acquisition(std::size_t condition) const { return shots_[condition]; }
   const simulation::Pixels& pixels() const { return pixels_; }
   std::size_t superpixels() const { return pixels_.size(); }
   std::size_t rows() const { return observables * superpixels(); }
@@ -89,11 +89,11 @@ class Design {
   std::vector<double> shift_of(const simulation::ForwardModel& ideal, std::size_t condition,
                                const simulation::BoardPose& pose) const;
 
-  core::CameraPtr camera_;
+  io::CameraPtr camera_;
   bool physical_;
   std::size_t grid_;
   std::vector<io::Condition> conditions_;
-  std::vector<simulation::Shot> shots_;
+  std::vector<simulation::Acquisition> shots_;
   simulation::Pixels pixels_, fine_, whole_;
   std::vector<std::vector<Signal>> ideal_, fine_ideal_;  ///< the latter not for single
   std::vector<std::vector<double>> shifts_, offsets_;    ///< the latter only where it differs

@@ -15,24 +15,24 @@ namespace tofgraph::diagnosis {
 namespace {
 
 /// Effects of the catalogue but those that are to be left out. Names that are none are mistakes.
-std::vector<std::unique_ptr<Candidate>> candidates_of(const core::Catalogue& catalogue,
+std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistry& catalogue,
                                                       const std::vector<std::string>& without,
                                                       std::vector<std::string>& notes) {
   std::vector<std::string> names;
-  std::vector<core::PluginFile> files;
-  for (const core::PluginFile& file : catalogue.files()) {
+  std::vector<graph::PluginFile> files;
+  for (const graph::PluginFile& file : catalogue.files()) {
     if (file.kind != "effect") continue;
     names.push_back(file.name);
     files.push_back(file);
   }
   for (const std::string& name : without) {
     if (std::ranges::find(names, name) == names.end())
-      throw core::ConfigurationError(fmt::format("--without: error: there is no effect '{}'\n         {}", name,
-                                                 core::suggestion(name, names, "effects")));
+      throw config::ConfigurationError(fmt::format("--without: error: there is no effect '{}'\n         {}", name,
+                                                   config::suggestion(name, names, "effects")));
   }
   std::vector<std::unique_ptr<Candidate>> candidates;
   const auto seen = catalogue.describe(files);
-  for (const core::PluginFile& file : files) {
+  for (const graph::PluginFile& file : files) {
     if (std::ranges::find(without, file.name) != without.end()) continue;
     try {
       candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
@@ -45,7 +45,8 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const core::Catalogue& cat
 
 class Run {
  public:
-  Run(const core::Catalogue& catalogue, const DiagnosisOptions& options) : catalogue_(catalogue), options_(options) {}
+  Run(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options)
+      : catalogue_(catalogue), options_(options) {}
 
   std::unique_ptr<Diagnosis> run() {
     const io::Campaign campaign = read();
@@ -78,11 +79,11 @@ class Run {
   }
 
   io::Campaign read() {
-    core::Diagnostics diagnostics;
+    config::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
     io::Campaign campaign = io::read_campaign(
         options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
-    if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
           fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
@@ -223,7 +224,7 @@ class Run {
                                  : Verdict::nothing_found;
   }
 
-  const core::Catalogue& catalogue_;
+  const graph::PluginRegistry& catalogue_;
   const DiagnosisOptions& options_;
   std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
   std::optional<Problem> problem_;
@@ -238,7 +239,7 @@ std::string_view verdict_name(Verdict verdict) {
   return names[static_cast<std::size_t>(verdict)];
 }
 
-std::unique_ptr<Diagnosis> diagnose(const core::Catalogue& catalogue, const DiagnosisOptions& options) {
+std::unique_ptr<Diagnosis> diagnose(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options) {
   return Run(catalogue, options).run();
 }
 

@@ -68,9 +68,9 @@ struct Diagnosis {
   std::vector<std::unique_ptr<Candidate>> candidates, own_candidates;  ///< that may be added; of the model
 };
 
-/// Reads, searches, judges. @throws core::ConfigurationError for what is written wrong
+/// Reads, searches, judges. @throws config::ConfigurationError for what is written wrong
 /// @throws std::runtime_error for captures that cannot be read
-std::unique_ptr<Diagnosis> diagnose(const core::Catalogue& catalogue, const DiagnosisOptions& options);
+std::unique_ptr<Diagnosis> diagnose(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options);
 
 /// One sentence.
 std::string summary(const Diagnosis& diagnosis);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/gap_report.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "diagnosis/structure.hpp"
 #include "report/plot.hpp"
 
@@ -117,8 +117,8 @@ class Report {
   /// Of an estimated map's scale there is none.
   static std::string interval(const ParameterResult& p) {
     if (!std::isfinite(p.interval.low)) return " of maps that were estimated";
-    return fmt::format(" ({} to {})", core::format_quantity(p.interval.low, p.unit),
-                       core::format_quantity(p.interval.high, p.unit));
+    return fmt::format(" ({} to {})", config::format_quantity(p.interval.low, p.unit),
+                       config::format_quantity(p.interval.high, p.unit));
   }
 
   void found() {
@@ -130,7 +130,7 @@ class Report {
       std::string parameters;
       for (const ParameterResult& p : e.parameters)
         parameters += fmt::format("{}{} {}{}", parameters.empty() ? "" : "; ", p.name,
-                                  core::format_quantity(p.value, p.unit), interval(p));
+                                  config::format_quantity(p.value, p.unit), interval(p));
       const bool added = e.change == "added";
       rows.push_back(
           {e.name, e.change, fmt::format("{}", fmt::join(e.tied_with, ", ")), parameters, e.where,
@@ -176,7 +176,7 @@ class Report {
     for (auto& [kind, column] : kinds) {
       column = number++;
       const auto& [number, target, time, others] = kind;
-      map.x_names.push_back(with_time ? fmt::format("{} {}{}", target, core::format_quantity(time, "s"), others)
+      map.x_names.push_back(with_time ? fmt::format("{} {}{}", target, config::format_quantity(time, "s"), others)
                                       : target + others);
     }
     for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
@@ -233,7 +233,7 @@ class Report {
   static double limit_of(const Residuals& values, std::size_t o) {
     std::vector<double> means;
     for (const auto& condition : values) means.push_back(scaled(mean(condition), o));
-    const double limit = report::usual_limit(means);
+    const double limit = report::percentile_98(means);
     return limit > 0 ? limit : 1;
   }
 

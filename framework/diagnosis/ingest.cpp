@@ -3,7 +3,7 @@
 #include "diagnosis/ingest.hpp"
 
 #include "diagnosis/superpixels.hpp"
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ namespace {
 
 /// Why this search cannot use a condition, or nothing.
 std::string problem_of(const io::Condition& c) {
-  if (!c.has_board() || !c.scene.empty() || c.objects) return "it shows no single board that fills the view";
+  if (!c.has_board() || !c.scene.empty()) return "it shows no single board that fills the view";
   if (c.board_size) return "its board does not fill the view";
   if (c.lens == "capped") return "the lens is capped";
   return "";
@@ -163,7 +163,7 @@ class Reader {
  private:
   std::vector<Signal> ideal(const io::Condition& condition) const {
     const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(condition));
-    const auto taps = ideal_.expect(tracer, simulation::shot_of(camera_, condition), pixels_).taps;
+    const auto taps = ideal_.expect(tracer, simulation::acquisition_of(camera_, condition), pixels_).taps;
     std::vector<Signal> signals;
     signals.reserve(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {

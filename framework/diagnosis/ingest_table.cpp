@@ -25,7 +25,7 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
   const simulation::Pixels pixels = simulation::whole_image(camera);
   const simulation::ForwardModel model(camera, physical, {});
   const auto tracer = simulation::board_tracer(camera.focal_length, pose_of(condition));
-  const auto taps = model.expect(tracer, simulation::shot_of(camera, condition), pixels).taps;
+  const auto taps = model.expect(tracer, simulation::acquisition_of(camera, condition), pixels).taps;
   const io::Roi window = condition.roi.value_or(io::Roi{0, camera.width - 1, 0, camera.height - 1});
   const double scale = physics::metres_per_radian(camera.modulation_frequency);
   const double range = physics::unambiguous_range(camera.modulation_frequency);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "io/capture_map.hpp"
+#include "io/captures/capture_map.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -107,7 +107,8 @@ std::string refitted(const Diagnosis& d) {
       const double before = d.model_terms[t].values[k];
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
-                                      core::format_quantity(before, p.unit), core::format_quantity(p.value, p.unit)));
+                                      config::format_quantity(before, p.unit),
+                                      config::format_quantity(p.value, p.unit)));
     }
   }
   return list_of(changes);
@@ -210,7 +211,7 @@ void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
 }
 
 std::string model_yaml(const Diagnosis& d) {
-  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", core::yaml_word(d.model.camera),
+  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", config::yaml_word(d.model.camera),
                                  d.model.physical ? "physical" : "reference");
   text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
   for (const Term& term : d.search.after.state.terms)

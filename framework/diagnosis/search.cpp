@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search.hpp"
 
-#include "core/stream.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/structure.hpp"
 #include "diagnosis/trials.hpp"
+#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 
@@ -94,9 +94,9 @@ class Search {
 
   void grow() {
     // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-    for (std::size_t round = 0; round < 2 * options_.most_effects; ++round) {
+    for (std::size_t round = 0; round < 2 * options_.max_effects; ++round) {
       const bool first = terms().size() == model_.size();
-      if (terms().size() == model_.size() + options_.most_effects || !(add() || add_maps())) break;
+      if (terms().size() == model_.size() + options_.max_effects || !(add() || add_maps())) break;
       if (first) prefer_maps();
       exchange(1);
     }
@@ -259,7 +259,7 @@ class Search {
     const Base less = gates_.without(best_, t);
     const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
-    const std::vector<std::string> alike = core::split_words(found.candidate->border().confused_with);
+    const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);
     for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
       Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};

@@ -14,7 +14,7 @@
 namespace tofgraph::diagnosis {
 
 struct SearchOptions {
-  std::size_t most_effects = 6;
+  std::size_t max_effects = 6;
   std::uint64_t seed = 1;
   std::size_t flips = 1000;
   std::function<void(const std::string& what)> progress;  ///< may be empty

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/campaign.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
@@ -14,20 +14,20 @@
 namespace tofgraph::io {
 namespace {
 
-using core::Diagnostics;
-using core::Entry;
-using core::Reader;
-using core::Value;
+using config::Diagnostics;
+using config::Entry;
+using config::Reader;
+using config::Value;
 
 /// Two whole numbers, first and last; `most` is the largest last.
-template <class Number> std::optional<std::array<Number, 2>> read_span(const Entry& entry, Number most,
+template <class Number> std::optional<std::array<Number, 2>> read_span(const config::Entry& entry, Number most,
                                                                        std::string_view example,
-                                                                       Diagnostics& diagnostics) {
-  const Value& value = entry.value;
+                                                                       config::Diagnostics& diagnostics) {
+  const config::Value& value = entry.value;
   std::array<Number, 2> span{};
   bool right = value.is_list() && value.items.size() == 2;
   for (std::size_t i = 0; right && i < 2; ++i) {
-    const auto number = core::parse_quantity(value.items[i].text, "");
+    const auto number = config::parse_quantity(value.items[i].text, "");
     right = value.items[i].is_scalar() && number.ok() && number.value >= 0 && number.value <= 1e15 &&
             number.value == std::floor(number.value);
     if (right) span[i] = static_cast<Number>(number.value);
@@ -40,13 +40,13 @@ template <class Number> std::optional<std::array<Number, 2>> read_span(const Ent
   return std::nullopt;
 }
 
-std::optional<Roi> read_roi(const Value& value, const core::Camera* camera, Diagnostics& diagnostics) {
-  Reader reader(value, diagnostics, "'roi'");
+std::optional<Roi> read_roi(const config::Value& value, const io::Camera* camera, config::Diagnostics& diagnostics) {
+  config::Reader reader(value, diagnostics, "'roi'");
   constexpr std::uint32_t any = std::numeric_limits<std::uint32_t>::max();
   const std::uint32_t last_column = camera != nullptr ? camera->view().width - 1 : any;
   const std::uint32_t last_row = camera != nullptr ? camera->view().height - 1 : any;
-  const Entry* columns = reader.need("columns", "[0, 203]");
-  const Entry* rows = reader.need("rows", "[0, 203]");
+  const config::Entry* columns = reader.need("columns", "[0, 203]");
+  const config::Entry* rows = reader.need("rows", "[0, 203]");
   reader.finish();
   if (columns == nullptr || rows == nullptr) return std::nullopt;
   const auto c = read_span<std::uint32_t>(*columns, last_column, "[0, 203]", diagnostics);
@@ -55,14 +55,15 @@ std::optional<Roi> read_roi(const Value& value, const core::Camera* camera, Diag
   return Roi{c->at(0), c->at(1), r->at(0), r->at(1)};
 }
 
-void read_board(const Value& value, const core::Camera* camera, Condition& condition, Diagnostics& diagnostics) {
+void read_board(const config::Value& value, const io::Camera* camera, Condition& condition,
+                config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
-  Reader reader(value, diagnostics, "the board");
+  config::Reader reader(value, diagnostics, "the board");
   condition.board_distance = reader.number("distance", "m", "500 mm", std::nullopt);
   const double most = std::numbers::pi / 2;
   condition.board_tilt_x = reader.number_within("tilt_x", "rad", "10 deg", 0.0, -most, most);
   condition.board_tilt_y = reader.number_within("tilt_y", "rad", "10 deg", 0.0, -most, most);
-  if (const Entry* size = value.find("size")) {
+  if (const config::Entry* size = value.find("size")) {
     const std::vector<double> lengths = reader.numbers("size", "m", "[841 mm, 594 mm]", {1, 1});
     condition.board_size = {lengths[0], lengths[1]};
     if (!(std::min(lengths[0], lengths[1]) > 0))
@@ -77,7 +78,8 @@ void read_board(const Value& value, const core::Camera* camera, Condition& condi
 }
 
 /// Says what is missing for the truth of a condition.
-void check_truth(const Campaign& campaign, const Value& map, const Condition& condition, Diagnostics& diagnostics) {
+void check_truth(const Campaign& campaign, const config::Value& map, const Condition& condition,
+                 config::Diagnostics& diagnostics) {
   if (!map.is_map() || map.find("board") != nullptr || map.find("scene") != nullptr || campaign.pattern ||
       condition.lens == "capped")
     return;
@@ -85,20 +87,21 @@ void check_truth(const Campaign& campaign, const Value& map, const Condition& co
                     "example: board: {distance: 500 mm}");
 }
 
-Condition read_condition(const Campaign& campaign, const Value& map, Captures captures, Diagnostics& diagnostics) {
-  const core::Camera* camera = campaign.camera.get();
+Condition read_condition(const Campaign& campaign, const config::Value& map, Captures captures,
+                         config::Diagnostics& diagnostics) {
+  const io::Camera* camera = campaign.camera.get();
   Condition condition;
   condition.at = map.at;
-  Reader reader(map, diagnostics, "the condition");
+  config::Reader reader(map, diagnostics, "the condition");
   condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
   condition.capture = reader.input_file("capture", "captures/white_0500.h5", captures == Captures::must_be_there);
-  if (const Entry* frames = reader.take("frames"))
+  if (const config::Entry* frames = reader.take("frames"))
     condition.frames =
         read_span<std::uint64_t>(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
-  if (const Entry* board = reader.take("board")) read_board(board->value, camera, condition, diagnostics);
+  if (const config::Entry* board = reader.take("board")) read_board(board->value, camera, condition, diagnostics);
   condition.reflectivity = reader.number_within("reflectivity", "", "0.8", condition.reflectivity, 0, 1);
   read_settings(reader, map, camera, condition, diagnostics);
-  if (const Entry* roi = reader.take("roi")) condition.roi = read_roi(roi->value, camera, diagnostics);
+  if (const config::Entry* roi = reader.take("roi")) condition.roi = read_roi(roi->value, camera, diagnostics);
   if (map.find("scene") != nullptr) condition.scene = reader.input_file("scene", "corner.yaml");
   reader.take("scene");
   if (map.find("order") != nullptr)
@@ -110,7 +113,8 @@ Condition read_condition(const Campaign& campaign, const Value& map, Captures ca
   return condition;
 }
 
-void read_conditions(const Value& list, Campaign& campaign, Captures captures, Diagnostics& diagnostics) {
+void read_conditions(const config::Value& list, Campaign& campaign, Captures captures,
+                     config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty()) {
     diagnostics.error(list.at,
                       fmt::format("'conditions' is {}, expected a list of at least one condition",
@@ -118,7 +122,7 @@ void read_conditions(const Value& list, Campaign& campaign, Captures captures, D
                       "example: conditions: [{id: white-0500, capture: white_0500.h5, board: {distance: 500 mm}}]");
     return;
   }
-  for (const Value& item : list.items) {
+  for (const config::Value& item : list.items) {
     Condition condition = read_condition(campaign, item, captures, diagnostics);
     const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
     if (same != campaign.conditions.end())
@@ -128,9 +132,9 @@ void read_conditions(const Value& list, Campaign& campaign, Captures captures, D
   }
 }
 
-Pattern read_pattern(const Value& value, Diagnostics& diagnostics) {
+Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostics) {
   static const std::vector<std::string> types = {"chessboard"};
-  Reader reader(value, diagnostics, "the pattern");
+  config::Reader reader(value, diagnostics, "the pattern");
   Pattern pattern;
   reader.choice("type", types);
   pattern.columns = reader.whole_number("columns", "8", std::nullopt, 2, 1000);
@@ -142,26 +146,27 @@ Pattern read_pattern(const Value& value, Diagnostics& diagnostics) {
 
 }  // namespace
 
-std::string detail::distance_problem(double distance, const core::Camera* camera) {
+std::string detail::distance_problem(double distance, const io::Camera* camera) {
   const double lens = camera != nullptr && camera->view().focal_length > 0 ? camera->view().focal_length : 0;
   if (distance > lens) return {};
   return fmt::format("is {}: the board would be behind the lens, which is {} from the sensor plane",
-                     core::format_quantity(distance, "m"), core::format_quantity(lens, "m"));
+                     config::format_quantity(distance, "m"), config::format_quantity(lens, "m"));
 }
 
-Campaign read_campaign(const Value& document, Diagnostics& diagnostics, Captures captures) {
+Campaign read_campaign(const config::Value& document, config::Diagnostics& diagnostics, Captures captures) {
   Campaign campaign;
-  core::check_version(document, "campaign", 1, diagnostics);
-  Reader reader(document, diagnostics, "the campaign");
+  config::check_version(document, "campaign", 1, diagnostics);
+  config::Reader reader(document, diagnostics, "the campaign");
   reader.take("campaign");
   campaign.name = reader.word("name", "");
-  if (const Entry* camera = reader.need("camera", "camcube2")) {
+  if (const config::Entry* camera = reader.need("camera", "camcube2")) {
     campaign.camera_name = camera->value.text;
     campaign.camera = find_camera(camera->value, diagnostics);
   }
-  if (const Entry* pattern = reader.take("pattern")) campaign.pattern = read_pattern(pattern->value, diagnostics);
-  const Entry* conditions = reader.take("conditions");
-  const Entry* table = reader.take("table");
+  if (const config::Entry* pattern = reader.take("pattern"))
+    campaign.pattern = read_pattern(pattern->value, diagnostics);
+  const config::Entry* conditions = reader.take("conditions");
+  const config::Entry* table = reader.take("table");
   reader.finish();
   if (conditions != nullptr && table != nullptr)
     diagnostics.error(table->at, "a campaign has either 'conditions' or a 'table'");
@@ -175,8 +180,8 @@ Campaign read_campaign(const Value& document, Diagnostics& diagnostics, Captures
   return campaign;
 }
 
-Campaign read_campaign(const std::filesystem::path& file, Diagnostics& diagnostics, Captures captures) {
-  return read_campaign(core::load_document(file), diagnostics, captures);
+Campaign read_campaign(const std::filesystem::path& file, config::Diagnostics& diagnostics, Captures captures) {
+  return read_campaign(config::load_document(file), diagnostics, captures);
 }
 
 }  // namespace tofgraph::io

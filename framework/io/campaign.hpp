@@ -21,7 +21,7 @@ struct Pattern {
 struct Campaign {
   std::string name;
   std::string camera_name;  ///< as written: a profile's name, or a path relative to the campaign
-  core::CameraPtr camera;   ///< always there in a campaign without mistakes
+  io::CameraPtr camera;     ///< always there in a campaign without mistakes
   std::optional<Pattern> pattern;
   std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
   std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated
@@ -33,10 +33,10 @@ enum class Captures { must_be_there, may_be_missing };
 
 /// Reads a campaign: `conditions`, whose captures and scenes must be there, or a `table`. Mistakes go to the
 /// diagnostics, those of a table with its line and column; the result is then not to be used.
-Campaign read_campaign(const core::Value& document, core::Diagnostics& diagnostics,
+Campaign read_campaign(const config::Value& document, config::Diagnostics& diagnostics,
                        Captures captures = Captures::must_be_there);
-/// @throws core::ConfigurationError when the file cannot be read or is no YAML
-Campaign read_campaign(const std::filesystem::path& file, core::Diagnostics& diagnostics,
+/// @throws config::ConfigurationError when the file cannot be read or is not YAML
+Campaign read_campaign(const std::filesystem::path& file, config::Diagnostics& diagnostics,
                        Captures captures = Captures::must_be_there);
 
 /// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures
@@ -47,9 +47,9 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
 
 namespace detail {
 /// The rows of `table:`. Part of read_campaign.
-void read_table(const core::Value& table, Campaign& campaign, core::Diagnostics& diagnostics);
+void read_table(const config::Value& table, Campaign& campaign, config::Diagnostics& diagnostics);
 /// Why a board cannot stand at this distance of this camera, or nothing.
-std::string distance_problem(double distance, const core::Camera* camera);
+std::string distance_problem(double distance, const io::Camera* camera);
 }  // namespace detail
 
 }  // namespace tofgraph::io

@@ -3,7 +3,7 @@
 // A campaign that exists only as statistics: a table with comma-separated values, its first line the columns' names.
 #include "io/campaign.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 
 #include <fmt/format.h>
 
@@ -18,14 +18,14 @@
 namespace tofgraph::io {
 namespace {
 
-using core::Diagnostics;
-using core::Position;
-using core::Reader;
-using core::Value;
+using config::Diagnostics;
+using config::Position;
+using config::Reader;
+using config::Value;
 
 struct Cell {
   std::string text;
-  Position at;
+  config::Position at;
 };
 
 using Row = std::vector<Cell>;
@@ -36,7 +36,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
-Row split(const std::string& line, std::size_t number, const std::shared_ptr<const core::SourceText>& source) {
+Row split(const std::string& line, std::size_t number, const std::shared_ptr<const config::SourceText>& source) {
   Row row;
   for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
@@ -53,12 +53,12 @@ std::vector<Row> read_rows(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   if (!in || !(text << in.rdbuf() || in.peek() == std::ifstream::traits_type::eof()))
-    throw core::ConfigurationError(fmt::format("{}: error: cannot be read: {}", file.string(), std::strerror(errno)));
+    throw config::ConfigurationError(fmt::format("{}: error: cannot be read: {}", file.string(), std::strerror(errno)));
   std::string content = text.str();
   if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // the mark of spreadsheet programs' "CSV UTF-8"
   std::erase(content, '\r');                                     // of lines that end as on Windows
   const auto source =
-      std::make_shared<core::SourceText>(core::SourceText{file.string(), std::move(content), file.parent_path()});
+      std::make_shared<config::SourceText>(config::SourceText{file.string(), std::move(content), file.parent_path()});
   std::vector<Row> rows;
   std::istringstream lines(source->text);
   std::string line;
@@ -80,7 +80,7 @@ struct Column {
 
 class TableReader {
  public:
-  TableReader(const Value& table, Campaign& campaign, Diagnostics& diagnostics)
+  TableReader(const config::Value& table, Campaign& campaign, config::Diagnostics& diagnostics)
       : reader_(table, diagnostics, "the table"), campaign_(campaign), diagnostics_(diagnostics) {
     const std::size_t errors = diagnostics.errors();
     const std::filesystem::path file = reader_.input_file("file", "thesis_offset_tables.csv");
@@ -126,15 +126,15 @@ class TableReader {
   /// Reads {column: NAME, unit: UNIT} of a key.
   void add(const std::string& key, const std::string& unit, std::string_view example, bool required,
            std::function<void(Condition&, double)> store) {
-    const core::Entry* entry = required ? reader_.need(key, example) : reader_.take(key);
+    const config::Entry* entry = required ? reader_.need(key, example) : reader_.take(key);
     if (entry == nullptr) return;
-    Reader reader(entry->value, diagnostics_, fmt::format("'{}'", key));
+    config::Reader reader(entry->value, diagnostics_, fmt::format("'{}'", key));
     const auto index = column_of(reader, example);
     std::string written;
     if (!unit.empty()) {
-      const core::Entry* given = reader.need("unit", unit == "m" ? "mm" : unit == "s" ? "ms" : unit);
+      const config::Entry* given = reader.need("unit", unit == "m" ? "mm" : unit == "s" ? "ms" : unit);
       written = given != nullptr ? given->value.text : unit;
-      const auto one = core::parse_quantity("1 " + written, unit);
+      const auto one = config::parse_quantity("1 " + written, unit);
       if (!one.ok())
         diagnostics_.error(given->value.at, fmt::format("'unit' is {}: {}", given->value.described(), one.problem),
                            fmt::format("example: {}: {}", key, example));
@@ -143,20 +143,20 @@ class TableReader {
     if (index) columns_.push_back({*index, key, written, unit, required, std::move(store)});
   }
 
-  std::optional<std::size_t> column_of(Reader& reader, std::string_view example) {
-    const core::Entry* column = reader.need("column", example);
+  std::optional<std::size_t> column_of(config::Reader& reader, std::string_view example) {
+    const config::Entry* column = reader.need("column", example);
     if (column == nullptr || names_.empty()) return std::nullopt;
     const auto found = std::ranges::find(names_, column->value.text);
     if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
     diagnostics_.error(column->value.at, fmt::format("the table has no column {}", column->value.described()),
-                       core::suggestion(column->value.text, names_, "columns"));
+                       config::suggestion(column->value.text, names_, "columns"));
     return std::nullopt;
   }
 
   void read_target() {
-    const core::Entry* entry = reader_.take("target");
+    const config::Entry* entry = reader_.take("target");
     if (entry == nullptr) return;
-    Reader reader(entry->value, diagnostics_, "'target'");
+    config::Reader reader(entry->value, diagnostics_, "'target'");
     target_ = column_of(reader, "{column: black_percent}");
     reader.finish();
   }
@@ -207,7 +207,7 @@ class TableReader {
     for (const Column& column : columns_) {
       const Cell& cell = row[column.index];
       if (cell.text.empty() && !column.required) continue;
-      const auto value = core::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
+      const auto value = config::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
       std::string problem = value.problem;
       if (value.ok()) problem = range_problem(column.key, value.value);
       if (problem.empty())
@@ -219,9 +219,9 @@ class TableReader {
     return condition;
   }
 
-  Reader reader_;
+  config::Reader reader_;
   Campaign& campaign_;
-  Diagnostics& diagnostics_;
+  config::Diagnostics& diagnostics_;
   std::vector<Row> rows_;
   std::vector<std::string> names_;
   std::vector<Column> columns_;
@@ -230,7 +230,7 @@ class TableReader {
 
 }  // namespace
 
-void detail::read_table(const Value& table, Campaign& campaign, Diagnostics& diagnostics) {
+void detail::read_table(const config::Value& table, Campaign& campaign, config::Diagnostics& diagnostics) {
   TableReader(table, campaign, diagnostics).read();
 }
 

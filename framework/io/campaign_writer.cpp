@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/campaign.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ std::string quantity(double value, std::span<const Scale> scales) {
     const double scaled = value * scale.factor + scale.offset;
     for (const std::string& number : {fmt::format("{}", scaled), fmt::format("{:.10g}", scaled)}) {
       std::string text = fmt::format("{} {}", number, scale.unit);
-      const auto again = core::parse_quantity(text, scales.front().unit);
+      const auto again = config::parse_quantity(text, scales.front().unit);
       if (!again.ok() || again.value != value || (!best.empty() && number.size() > digits)) continue;
       best = std::move(text);
       digits = number.size();
@@ -46,7 +46,7 @@ std::string quantity(double value, std::span<const Scale> scales) {
 }
 
 std::string relative_to(const std::filesystem::path& folder, const std::filesystem::path& file) {
-  return core::yaml_word(
+  return config::yaml_word(
       std::filesystem::absolute(file).lexically_normal().lexically_proximate(folder).generic_string());
 }
 
@@ -86,7 +86,7 @@ class ConditionText {
     text_ += fmt::format("{}{}: {}\n", text_.empty() ? "  - " : "    ", key, value);
   }
   void word(std::string_view key, const std::string& value) {
-    if (!value.empty()) add(key, core::yaml_word(value));
+    if (!value.empty()) add(key, config::yaml_word(value));
   }
   void file(std::string_view key, const std::filesystem::path& value) {
     if (!value.empty()) add(key, relative_to(folder_, value));
@@ -106,7 +106,7 @@ class ConditionText {
   static std::string sources(const std::vector<std::string>& names) {
     if (names.empty()) return "both";
     std::vector<std::string> words;
-    for (const std::string& name : names) words.push_back(core::yaml_word(name));
+    for (const std::string& name : names) words.push_back(config::yaml_word(name));
     return fmt::format("[{}]", fmt::join(words, ", "));
   }
 
@@ -120,8 +120,8 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
   if (campaign.from_table)
     throw std::invalid_argument("a campaign of statistics is written as a table, not as captures");
   std::string text = "campaign: 1\n";
-  if (!campaign.name.empty()) text += fmt::format("name: {}\n", core::yaml_word(campaign.name));
-  text += fmt::format("camera: {}\n", core::yaml_word(campaign.camera_name));
+  if (!campaign.name.empty()) text += fmt::format("name: {}\n", config::yaml_word(campaign.name));
+  text += fmt::format("camera: {}\n", config::yaml_word(campaign.camera_name));
   if (campaign.pattern)
     text += fmt::format("pattern: {{type: chessboard, columns: {}, rows: {}, square: {}}}\n", campaign.pattern->columns,
                         campaign.pattern->rows, quantity(campaign.pattern->square, lengths));

@@ -9,29 +9,29 @@
 namespace tofgraph::io {
 namespace {
 
-using core::Diagnostics;
-using core::Reader;
-using core::Value;
+using config::Diagnostics;
+using config::Reader;
+using config::Value;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// One of two words, or nothing.
-void read_choice(Reader& reader, const Value& map, std::string_view key, const std::array<std::string, 2>& words,
-                 std::string& result) {
+void read_choice(config::Reader& reader, const config::Value& map, std::string_view key,
+                 const std::array<std::string, 2>& words, std::string& result) {
   if (map.find(key) == nullptr)
     reader.take(key);
   else
     result = reader.choice(key, words);
 }
 
-void add_source(const Value& name, const core::Camera* camera, std::vector<std::string>& sources,
-                Diagnostics& diagnostics) {
+void add_source(const config::Value& name, const io::Camera* camera, std::vector<std::string>& sources,
+                config::Diagnostics& diagnostics) {
   std::vector<std::string> names;
   for (std::uint64_t i = 0; camera != nullptr && i < camera->view().light_count; ++i)
     names.emplace_back(camera->view().lights[i].name);
   if (!name.is_scalar() || (camera != nullptr && std::ranges::find(names, name.text) == names.end())) {
     diagnostics.error(name.at, fmt::format("'sources' names {}, which the camera does not have", name.described()),
-                      core::suggestion(name.text, names, "sources of the camera") + " (or both: all of them)");
+                      config::suggestion(name.text, names, "sources of the camera") + " (or both: all of them)");
   } else if (std::ranges::find(sources, name.text) != sources.end()) {
     diagnostics.error(name.at, fmt::format("'sources' names '{}' twice", name.text));
   } else {
@@ -39,14 +39,14 @@ void add_source(const Value& name, const core::Camera* camera, std::vector<std::
   }
 }
 
-void read_sources(const Value& value, const core::Camera* camera, std::vector<std::string>& sources,
-                  Diagnostics& diagnostics) {
+void read_sources(const config::Value& value, const io::Camera* camera, std::vector<std::string>& sources,
+                  config::Diagnostics& diagnostics) {
   sources.clear();
   if (value.is_scalar() && value.text == "both") return;
   if (!value.is_list()) return add_source(value, camera, sources, diagnostics);
   if (value.items.empty())
     diagnostics.error(value.at, "'sources' is an empty list: at least one source must be on", "example: sources: both");
-  for (const Value& item : value.items) add_source(item, camera, sources, diagnostics);
+  for (const config::Value& item : value.items) add_source(item, camera, sources, diagnostics);
 }
 
 }  // namespace
@@ -58,12 +58,12 @@ const std::vector<std::string>& setting_keys() {
   return keys;
 }
 
-void read_settings(Reader& reader, const Value& map, const core::Camera* camera, Condition& condition,
-                   Diagnostics& diagnostics) {
+void read_settings(config::Reader& reader, const config::Value& map, const io::Camera* camera, Condition& condition,
+                   config::Diagnostics& diagnostics) {
   condition.target = reader.word("target", condition.target);
   condition.integration_time =
       reader.number_within("integration_time", "s", "1 ms", condition.integration_time, 1e-9, 1e3);
-  if (const core::Entry* sources = reader.take("sources"))
+  if (const config::Entry* sources = reader.take("sources"))
     read_sources(sources->value, camera, condition.sources, diagnostics);
   condition.ambient = reader.word("ambient", condition.ambient);
   condition.time_since_power_on =

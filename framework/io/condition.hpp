@@ -3,22 +3,17 @@
 /// @file One condition of a measurement or a simulation: what stood before the camera, and how it was looked at.
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/document.hpp"
+#include "config/document.hpp"
+#include "io/camera.hpp"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-namespace tofgraph::simulation {
-struct Objects;
-}
 
 namespace tofgraph::io {
 
@@ -41,17 +36,16 @@ struct Measured {
 /// One condition. SI; angles in rad, temperatures in K; NaN is "not known".
 struct Condition {
   std::string id;
-  core::Position at;  ///< where it is written; for messages
+  config::Position at;  ///< where it is written; for messages
 
   // What stood there.
-  double board_distance = unknown;                     ///< m, sensor plane to board on the axis; NaN: there is no board
-  double board_tilt_x = unknown;                       ///< rad, R = R_y(tilt_y) R_x(tilt_x)
-  double board_tilt_y = unknown;                       ///< rad
-  std::optional<std::array<double, 2>> board_size;     ///< m; none: it fills the view
-  std::string target;                                  ///< label; conditions with one label share one reflectivity
-  double reflectivity = unknown;                       ///< 0..1
-  std::filesystem::path scene;                         ///< a scene file for anything but a board; empty: none
-  std::shared_ptr<const simulation::Objects> objects;  ///< of a scene; null: the board above is all there is
+  double board_distance = unknown;                  ///< m, sensor plane to board on the axis; NaN: there is no board
+  double board_tilt_x = unknown;                    ///< rad, R = R_y(tilt_y) R_x(tilt_x)
+  double board_tilt_y = unknown;                    ///< rad
+  std::optional<std::array<double, 2>> board_size;  ///< m; none: it fills the view
+  std::string target;                               ///< label; conditions with one label share one reflectivity
+  double reflectivity = unknown;                    ///< 0..1
+  std::filesystem::path scene;                      ///< a scene file for anything but a board; empty: none
 
   // How it was looked at.
   double integration_time = unknown;     ///< s
@@ -80,7 +74,7 @@ const std::vector<std::string>& setting_keys();
 
 /// Reads the keys of "how it was looked at", and `target`, which are the same in campaigns and scenes.
 /// @param camera knows the sources' names; null: they are not checked
-void read_settings(core::Reader& reader, const core::Value& map, const core::Camera* camera, Condition& condition,
-                   core::Diagnostics& diagnostics);
+void read_settings(config::Reader& reader, const config::Value& map, const io::Camera* camera, Condition& condition,
+                   config::Diagnostics& diagnostics);
 
 }  // namespace tofgraph::io

@@ -190,14 +190,14 @@ fs::path OutputPattern::existing() const {
   return found.empty() ? fs::path() : found.front();
 }
 
-std::string why_not_writable(const fs::path& path) {
+std::string write_error(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return fmt::format("{} is a folder", path.string());
   fs::path folder = path.parent_path();
   while (!folder.empty() && !fs::exists(folder, error)) folder = folder.parent_path();
   if (folder.empty()) folder = ".";
   if (!fs::is_directory(folder, error))
-    return fmt::format("{} cannot be written: {} is no folder", path.string(), folder.string());
+    return fmt::format("{} cannot be written: {} is not a folder", path.string(), folder.string());
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
     const int why = errno;
     return fmt::format("{} cannot be written: the folder {} cannot be written to: {}", path.string(), folder.string(),
@@ -215,14 +215,14 @@ std::string existing_problem(const fs::path& existing) {
 }  // namespace
 
 std::string output_problem(const OutputPattern& pattern, bool overwrite) {
-  std::string problem = why_not_writable(pattern.path(0));
+  std::string problem = write_error(pattern.path(0));
   if (!problem.empty() || overwrite) return problem;
   const fs::path existing = pattern.existing();
   return existing.empty() ? std::string() : existing_problem(existing);
 }
 
 std::string output_problem(const fs::path& file, bool overwrite) {
-  std::string problem = why_not_writable(file);
+  std::string problem = write_error(file);
   if (!problem.empty() || overwrite) return problem;
   std::error_code error;
   return fs::exists(file, error) ? existing_problem(file) : std::string();

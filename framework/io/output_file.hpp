@@ -97,7 +97,7 @@ class OutputPattern {
 
 /// Why a file cannot be made at this path, or nothing: the folder, or the nearest that exists, cannot be written to, or
 /// the path is a folder. Touches nothing.
-std::string why_not_writable(const std::filesystem::path& path);
+std::string write_error(const std::filesystem::path& path);
 
 /// What a sink checks before the first frame. @returns why the output cannot be, or nothing.
 /// @param overwrite existing files may be replaced

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/profile.hpp"
 
-#include "core/paths.hpp"
-#include "core/quantity.hpp"
+#include "config/paths.hpp"
+#include "config/quantity.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,31 +17,31 @@
 namespace tofgraph::io {
 namespace {
 
-using core::Diagnostics;
-using core::Entry;
-using core::Reader;
-using core::Value;
+using config::Diagnostics;
+using config::Entry;
+using config::Reader;
+using config::Value;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Where a key's value stands; the document when it is not there.
-core::Position place_of(const Value& document, std::string_view key) {
-  const Entry* entry = document.find(key);
+config::Position place_of(const config::Value& document, std::string_view key) {
+  const config::Entry* entry = document.find(key);
   return entry != nullptr ? entry->value.at : document.at;
 }
 
 /// A number that may be left out.
-double optional_number(Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
+double optional_number(config::Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
   return reader.number(key, unit, example, unknown);
 }
 
 /// One value for both axes, or [x, y].
-void read_pair(const Entry& entry, std::string_view unit, std::string_view example, double* pair,
-               Diagnostics& diagnostics) {
+void read_pair(const config::Entry& entry, std::string_view unit, std::string_view example, double* pair,
+               config::Diagnostics& diagnostics) {
   const bool both = entry.value.is_list() && entry.value.items.size() == 2;
   for (std::size_t i = 0; i < 2; ++i) {
-    const Value& value = both ? entry.value.items[i] : entry.value;
-    const auto parsed = core::parse_quantity(value.text, unit);
+    const config::Value& value = both ? entry.value.items[i] : entry.value;
+    const auto parsed = config::parse_quantity(value.text, unit);
     pair[i] = parsed.value;
     if (value.is_scalar() && parsed.ok() && parsed.value > 0) continue;
     const std::string problem = parsed.ok() ? "must be positive" : parsed.problem;
@@ -51,12 +51,12 @@ void read_pair(const Entry& entry, std::string_view unit, std::string_view examp
   }
 }
 
-void read_sources(const Value& list, std::vector<tofgraph_light>& lights, std::vector<std::string>& names,
-                  Diagnostics& diagnostics) {
+void read_sources(const config::Value& list, std::vector<tofgraph_light>& lights, std::vector<std::string>& names,
+                  config::Diagnostics& diagnostics) {
   constexpr std::string_view example = "{name: left, position: [-50 mm, 0 mm, 0 mm], amplitude: 1}";
   names.reserve(list.items.size());
-  for (const Value& item : list.items) {
-    Reader reader(item, diagnostics, "the source");
+  for (const config::Value& item : list.items) {
+    config::Reader reader(item, diagnostics, "the source");
     tofgraph_light light{};
     light.name = names.emplace_back(reader.word("name", fmt::format("source{}", names.size()))).c_str();
     light.amplitude = reader.number("amplitude", "", "1", 1.0);
@@ -73,7 +73,7 @@ void read_sources(const Value& list, std::vector<tofgraph_light>& lights, std::v
 }
 
 /// The raw images of a frame.
-std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& diagnostics) {
+std::vector<tofgraph_exposure> read_exposures(const config::Value& list, config::Diagnostics& diagnostics) {
   constexpr std::string_view example = "example: exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]";
   const std::size_t before = diagnostics.errors();
   if (!list.is_list()) {
@@ -82,8 +82,8 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
     return {};
   }
   std::vector<tofgraph_exposure> exposures;
-  for (const Value& item : list.items) {
-    Reader reader(item, diagnostics, "the exposure");
+  for (const config::Value& item : list.items) {
+    config::Reader reader(item, diagnostics, "the exposure");
     tofgraph_exposure exposure{};
     const std::size_t errors = diagnostics.errors();
     exposure.phase = reader.number("phase", "rad", "90 deg", std::nullopt);
@@ -94,7 +94,7 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
                         "example: phase: 120 deg");
     exposure.frequency = reader.number("frequency", "Hz", "20 MHz", 0.0);
     if (diagnostics.errors() != errors) continue;
-    if (const Entry* given = item.is_map() ? item.find("frequency") : nullptr;
+    if (const config::Entry* given = item.is_map() ? item.find("frequency") : nullptr;
         given != nullptr && exposure.frequency <= 0)
       diagnostics.error(given->value.at,
                         fmt::format("'frequency' is {}, expected more than 0", given->value.described()),
@@ -109,8 +109,8 @@ std::vector<tofgraph_exposure> read_exposures(const Value& list, Diagnostics& di
 }
 
 /// The camera's own frequency is that of one of its exposures.
-void settle_frequency(const Value& document, const std::vector<tofgraph_exposure>& exposures, tofgraph_camera& camera,
-                      Diagnostics& diagnostics) {
+void settle_frequency(const config::Value& document, const std::vector<tofgraph_exposure>& exposures,
+                      tofgraph_camera& camera, config::Diagnostics& diagnostics) {
   if (exposures.empty() || exposures[0].frequency == 0) return;
   const double first = exposures[0].frequency;
   if (std::isnan(camera.modulation_frequency)) camera.modulation_frequency = first;
@@ -123,10 +123,12 @@ void settle_frequency(const Value& document, const std::vector<tofgraph_exposure
         "leave it out, or write that of one of them");
 }
 
-void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, Diagnostics& diagnostics) {
+void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Value& document,
+               config::Diagnostics& diagnostics) {
   camera.focal_length = camera.pitch[0] = camera.pitch[1] = unknown;
-  if (const Entry* pitch = reader.take("pixel_pitch")) read_pair(*pitch, "m", "40 um", camera.pitch, diagnostics);
-  if (const Entry* focal = reader.need("focal_length", "12.8 mm")) {
+  if (const config::Entry* pitch = reader.take("pixel_pitch"))
+    read_pair(*pitch, "m", "40 um", camera.pitch, diagnostics);
+  if (const config::Entry* focal = reader.need("focal_length", "12.8 mm")) {
     if (focal->value.is_list()) {
       read_pair(*focal, "px", "[175.37 px, 175.48 px]", camera.focal_px, diagnostics);
       camera.focal_length = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
@@ -153,11 +155,11 @@ void read_lens(Reader& reader, tofgraph_camera& camera, const Value& document, D
     std::ranges::copy(distortion, camera.distortion);
 }
 
-std::uint32_t read_size(Reader& reader, std::string_view key, Diagnostics& diagnostics) {
+std::uint32_t read_size(config::Reader& reader, std::string_view key, config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
   if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
-  const Entry* entry = reader.take(key);  // none where the whole is no map, which is told already
+  const config::Entry* entry = reader.take(key);  // none where the whole is not a map, which is told already
   if (diagnostics.errors() == errors && entry != nullptr) {
     diagnostics.error(entry->value.at,
                       fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
@@ -170,7 +172,7 @@ std::uint32_t read_size(Reader& reader, std::string_view key, Diagnostics& diagn
 std::vector<std::string> profile_names() {
   std::vector<std::string> names;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(core::profile_folder(), error)) {
+  for (const auto& entry : std::filesystem::directory_iterator(config::profile_folder(), error)) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   }
   std::ranges::sort(names);
@@ -179,14 +181,14 @@ std::vector<std::string> profile_names() {
 
 std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base) {
   if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return (base / name).lexically_normal();
-  std::filesystem::path file = core::profile_folder() / (name + ".yaml");
+  std::filesystem::path file = config::profile_folder() / (name + ".yaml");
   return std::filesystem::exists(file) ? file : std::filesystem::path{};
 }
 
-core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
+io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.errors();
-  core::check_version(document, "profile", 1, diagnostics);
-  Reader reader(document, diagnostics, "the profile");
+  config::check_version(document, "profile", 1, diagnostics);
+  config::Reader reader(document, diagnostics, "the profile");
   reader.take("profile");
   tofgraph_camera camera{};
   camera.size = sizeof camera;
@@ -199,13 +201,14 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   read_lens(reader, camera, document, diagnostics);
   camera.modulation_frequency = optional_number(reader, "modulation_frequency", "Hz", "20 MHz");
   std::vector<tofgraph_exposure> exposures;
-  if (const Entry* entry = reader.take("exposures")) exposures = read_exposures(entry->value, diagnostics);
+  if (const config::Entry* entry = reader.take("exposures")) exposures = read_exposures(entry->value, diagnostics);
   camera.exposures = exposures.data();
   camera.exposure_count = exposures.size();
   settle_frequency(document, exposures, camera, diagnostics);
   std::vector<tofgraph_light> lights;
   std::vector<std::string> light_names;
-  if (const Entry* sources = reader.take("sources")) read_sources(sources->value, lights, light_names, diagnostics);
+  if (const config::Entry* sources = reader.take("sources"))
+    read_sources(sources->value, lights, light_names, diagnostics);
   camera.lights = lights.data();
   camera.light_count = lights.size();
   const std::vector<double> times = reader.numbers("integration_time", "s", "[0.5 ms, 50 ms]");
@@ -218,29 +221,29 @@ core::CameraPtr read_profile(const Value& document, Diagnostics& diagnostics) {
   camera.shot_noise = optional_number(reader, "shot_noise", "counts", "0.012 counts");
   camera.full_well = optional_number(reader, "full_well", "counts", "30000 counts");
   std::vector<std::string> measured;
-  if (const Entry* entry = reader.take("measured")) {
-    for (const Value& item : entry->value.items) measured.push_back(item.text);
+  if (const config::Entry* entry = reader.take("measured")) {
+    for (const config::Value& item : entry->value.items) measured.push_back(item.text);
   }
   reader.word("source", "");
   reader.finish();
   if (diagnostics.errors() != before) return nullptr;
   camera.profile = document.at.source ? document.at.source->text.c_str() : "";
-  auto result = std::make_shared<core::Camera>(camera);
+  auto result = std::make_shared<io::Camera>(camera);
   result->measured = std::move(measured);
   return result;
 }
 
-core::CameraPtr find_camera(const Value& name, Diagnostics& diagnostics) {
+io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics) {
   const auto base = name.at.source ? name.at.source->base : std::filesystem::path{};
   const auto file = find_profile(name.text, base);
   if (file.empty()) {
     diagnostics.error(name.at, fmt::format("there is no camera profile '{}'", name.text),
-                      core::suggestion(name.text, profile_names(), "profiles") + " (or a path to a .yaml file)");
+                      config::suggestion(name.text, profile_names(), "profiles") + " (or a path to a .yaml file)");
     return nullptr;
   }
   try {
     return load_profile(file);
-  } catch (const core::ConfigurationError& error) {
+  } catch (const config::ConfigurationError& error) {
     diagnostics.error(name.at, fmt::format("the camera profile cannot be used:\n{}", error.what()));
     return nullptr;
   }
@@ -291,12 +294,12 @@ std::string profile_text(const tofgraph_camera& camera) {
   return text;
 }
 
-core::CameraPtr load_profile(const std::filesystem::path& file) {
-  Diagnostics diagnostics;
-  const Value document = core::load_document(file);
+io::CameraPtr load_profile(const std::filesystem::path& file) {
+  config::Diagnostics diagnostics;
+  const config::Value document = config::load_document(file);
   auto camera = read_profile(document, diagnostics);
-  if (!camera) throw core::ConfigurationError(diagnostics);
-  std::const_pointer_cast<core::Camera>(camera)->file = file;
+  if (!camera) throw config::ConfigurationError(diagnostics);
+  std::const_pointer_cast<io::Camera>(camera)->file = file;
   return camera;
 }
 

@@ -3,8 +3,8 @@
 /// @file Camera profiles: what is known of a camera before anything is measured.
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/document.hpp"
+#include "config/document.hpp"
+#include "io/camera.hpp"
 
 #include <filesystem>
 #include <string>
@@ -20,13 +20,13 @@ std::vector<std::string> profile_names();
 std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base);
 
 /// Reads a profile. Mistakes go to the diagnostics; null when there are any.
-core::CameraPtr read_profile(const core::Value& document, core::Diagnostics& diagnostics);
+io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics);
 
 /// The profile that a document names, by name or path. Mistakes go to the diagnostics; null when there are any.
-core::CameraPtr find_camera(const core::Value& name, core::Diagnostics& diagnostics);
+io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics);
 
-/// Reads a profile by name or path. @throws core::ConfigurationError with every mistake.
-core::CameraPtr load_profile(const std::filesystem::path& file);
+/// Reads a profile by name or path. @throws config::ConfigurationError with every mistake.
+io::CameraPtr load_profile(const std::filesystem::path& file);
 
 /// A profile's text that reads as this camera: every value but its rays, which are those of the lens model.
 std::string profile_text(const tofgraph_camera& camera);

@@ -17,7 +17,7 @@
 namespace tofgraph::physics {
 
 /// No distance beyond this is solved: its squares leave the range of single precision.
-inline constexpr float farthest_distance = 1e9F;  // m
+inline constexpr float max_distance = 1e9F;  // m
 
 /// A source's constants.
 struct BistaticSource {
@@ -85,7 +85,7 @@ class BistaticTables {
       sensor = std::max(sensor, double{sensor_path_[i]});
     }
     double distance = farthest + sensor;
-    for (; distance < farthest_distance; distance *= 1.02) {
+    for (; distance < max_distance; distance *= 1.02) {
       const double nearest = distance - (farthest + sensor) / 2 - farthest;  // of all D_i, and of D_ref + u.b
       if (nearest <= 0) continue;
       const double width = (2 * distance * across + most.square - least.square) / (2 * nearest);  // of the paths

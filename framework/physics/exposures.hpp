@@ -20,7 +20,7 @@
 namespace tofgraph::physics {
 
 using Exposures = std::vector<tofgraph_exposure>;
-inline constexpr std::size_t most_exposures = 32, fewest_exposures = 3;
+inline constexpr std::size_t max_exposures = 32, min_exposures = 3;
 
 /// 0, 90, 180, 270 degrees at the frame's own frequency.
 inline const std::array<tofgraph_exposure, 4> four_exposures = {
@@ -158,7 +158,7 @@ inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
   }
   const double cc = dot(free[0], free[0]), cs = dot(free[0], free[1]), ss = dot(free[1], free[1]);
   const double determinant = cc * ss - cs * cs;
-  if (n < fewest_exposures || !(determinant > 1e-8)) return fit;
+  if (n < min_exposures || !(determinant > 1e-8)) return fit;
   fit.xx = ss / determinant;
   fit.xy = -cs / determinant;
   fit.yy = cc / determinant;
@@ -199,7 +199,7 @@ inline std::string not_the_four(const Exposures& exposures) {
 
 /// Why no phase can be told from these exposures, as a sentence; empty when it can.
 inline std::string exposures_problem(const Exposures& exposures) {
-  if (exposures.size() < fewest_exposures || exposures.size() > most_exposures)
+  if (exposures.size() < min_exposures || exposures.size() > max_exposures)
     return "a frame has " + std::to_string(exposures.size()) + " exposures, expected 3 to 32";
   const bool own = exposures[0].frequency == 0;
   for (std::size_t k = 0; k < exposures.size(); ++k) {
@@ -223,7 +223,7 @@ inline std::string exposures_problem(const Exposures& exposures) {
                       [&](auto k) { return std::abs(std::remainder(exposures[k].phase - phase, two_pi)) < 1e-9; });
       if (!again) ++different;
     }
-    if (different < fewest_exposures)
+    if (different < min_exposures)
       return "the steps " + steps + " deg" + at + " are only " + std::to_string(different) +
              " different ones, expected three at least of each frequency";
     if (fit.cosine.empty() || fit.loss() > 1e4)

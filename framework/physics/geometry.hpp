@@ -80,13 +80,13 @@ inline double reflected_path(const Geometry& geometry, Vector3 ray, double depth
 }
 
 /// Depth from the sensor plane of a point of the ray; the inverse of the above.
-inline double depth_of(const Geometry& geometry, Vector3 ray, double reflected) {
-  return geometry.focal_length + reflected * ray.z;
+inline double depth_of(const Geometry& geometry, Vector3 ray, double return_path) {
+  return geometry.focal_length + return_path * ray.z;
 }
 
 /// The point of the ray at this distance from the lens centre.
-inline Vector3 point_on_ray(const Geometry& geometry, Vector3 ray, double reflected) {
-  return geometry.lens_centre() + reflected * ray;
+inline Vector3 point_on_ray(const Geometry& geometry, Vector3 ray, double return_path) {
+  return geometry.lens_centre() + return_path * ray;
 }
 
 /// D_i, source to point.
@@ -100,9 +100,9 @@ inline double mean_source_path(const Geometry& geometry, Vector3 point) {
 }
 
 /// The imaging model: D, half of the mean travelled path to the ray's point at D_ref, equations (5.86), (6.1).
-inline double distance_at(const Geometry& geometry, Vector3 ray, double reflected) {
-  const Vector3 point = point_on_ray(geometry, ray, reflected);
-  return (mean_source_path(geometry, point) + reflected + sensor_path(geometry, ray)) / 2;
+inline double distance_at(const Geometry& geometry, Vector3 ray, double return_path) {
+  const Vector3 point = point_on_ray(geometry, ray, return_path);
+  return (mean_source_path(geometry, point) + return_path + sensor_path(geometry, ray)) / 2;
 }
 
 /// The imaging model for a perpendicular board at `depth` from the sensor plane.
@@ -125,8 +125,8 @@ inline Plane board(double distance, double tilt_x = 0, double tilt_y = 0) {
 
 /// D_ref of the point in which the ray meets the plane; NaN when it does not in front of the lens.
 inline double reflected_path(const Geometry& geometry, Vector3 ray, const Plane& plane) {
-  const double reflected = (plane.offset - dot(plane.normal, geometry.lens_centre())) / dot(plane.normal, ray);
-  return reflected > 0 && std::isfinite(reflected) ? reflected : std::numeric_limits<double>::quiet_NaN();
+  const double return_path = (plane.offset - dot(plane.normal, geometry.lens_centre())) / dot(plane.normal, ray);
+  return return_path > 0 && std::isfinite(return_path) ? return_path : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace tofgraph::physics

@@ -51,8 +51,8 @@ class Lens {
   std::optional<ImagePoint> undistort(ImagePoint distorted) const {
     ImagePoint p{};
     double left = residual(p, distorted);
-    constexpr int most_steps = 60;  // a solution on the border of the domain converges linearly only
-    for (int i = 0; i < most_steps && left > tolerance; ++i) {
+    constexpr int max_steps = 60;  // a solution on the border of the domain converges linearly only
+    for (int i = 0; i < max_steps && left > tolerance; ++i) {
       const Jacobian j = jacobian(p);
       const ImagePoint q = distort(p);
       const ImagePoint miss{distorted.x - q.x, distorted.y - q.y};

@@ -13,13 +13,13 @@
 namespace tofgraph::physics {
 
 /// The least distance that the pixel can measure: of a surface at the lens centre. Anything less has no solution.
-inline double least_distance(const Geometry& geometry, Vector3 ray) { return distance_at(geometry, ray, 0); }
+inline double min_distance(const Geometry& geometry, Vector3 ray) { return distance_at(geometry, ray, 0); }
 
 /// Optimized bistatic model (5.111), (5.125) by bisection: D_ref with distance_at(D_ref) = D, any sources anywhere.
 /// The left side rises strictly with D_ref, so the solution is unique. To the last bit of a double; slow.
 /// @returns NaN below least_distance() and for a distance or ray that is not finite
 inline double optimized_bistatic_bisection(const Geometry& geometry, Vector3 ray, double distance) {
-  if (!(distance > least_distance(geometry, ray)) || !std::isfinite(distance)) {
+  if (!(distance > min_distance(geometry, ray)) || !std::isfinite(distance)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   double low = 0;
@@ -36,7 +36,7 @@ inline double optimized_bistatic_bisection(const Geometry& geometry, Vector3 ray
 /// |b + D_ref u| = K - D_ref gives D_ref = (K^2 - |b|^2) / (2 (K + u.b)).
 /// @returns as the bisection
 inline double optimized_bistatic_closed_form(const Geometry& geometry, Vector3 ray, double distance) {
-  if (!(distance > least_distance(geometry, ray)) || !std::isfinite(distance)) {
+  if (!(distance > min_distance(geometry, ray)) || !std::isfinite(distance)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   const Vector3 b = geometry.lens_centre() - geometry.sources.front().position;
@@ -69,8 +69,8 @@ inline LinearDepth simple_bistatic(const Geometry& geometry, Vector3 ray, double
 }
 
 /// dz/dD of the optimized bistatic model: what a small error of the distance becomes in the depth.
-inline double optimized_bistatic_slope(const Geometry& geometry, Vector3 ray, double reflected) {
-  const Vector3 point = point_on_ray(geometry, ray, reflected);
+inline double optimized_bistatic_slope(const Geometry& geometry, Vector3 ray, double return_path) {
+  const Vector3 point = point_on_ray(geometry, ray, return_path);
   double rise = 1;  // d (2 D) / d D_ref
   for (const WeightedSource& source : geometry.sources) {
     rise += source.weight * dot(ray, point - source.position) / source_path(source, point);

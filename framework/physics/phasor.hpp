@@ -29,10 +29,10 @@ struct Exposure {
 /// The light of all sources from the ray's point at D_ref on a surface of this reflectivity, with the reference
 /// light: every source gives its weight's share of G rho t_int / D_t^2, D_t = mean path + D_ref + D_sen (5.92), no
 /// dependence on angles; the phasors are summed, Psi_i = (w/c)(D_i + D_ref + D_sen), equations (5.9)-(5.13).
-inline Light reference_light(const Geometry& geometry, Vector3 ray, double reflected, double reflectivity,
+inline Light reference_light(const Geometry& geometry, Vector3 ray, double return_path, double reflectivity,
                              const Exposure& exposure) {
-  const Vector3 point = point_on_ray(geometry, ray, reflected);
-  const double common = reflected + sensor_path(geometry, ray);
+  const Vector3 point = point_on_ray(geometry, ray, return_path);
+  const double common = return_path + sensor_path(geometry, ray);
   const double travelled = mean_source_path(geometry, point) + common;
   const double amplitude = exposure.gain * reflectivity * exposure.integration_time / (travelled * travelled);
   const double radians_per_metre = two_pi * exposure.modulation_frequency / speed_of_light;

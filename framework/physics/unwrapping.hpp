@@ -113,7 +113,7 @@ class PhaseDecoding {
     double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
-    std::array<double, most_exposures / fewest_exposures> distances{}, weights{};
+    std::array<double, max_exposures / min_exposures> distances{}, weights{};
     double amplitude = 0;
     for (std::size_t b = 0; b < fits_.size(); ++b) {
       const PhaseFit& fit = fits_[b];

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report/effect_gallery.hpp"
 
-#include "core/document.hpp"
-#include "core/parameters.hpp"
-#include "core/quantity.hpp"
+#include "config/document.hpp"
+#include "config/quantity.hpp"
+#include "graph/parameters.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
 #include "simulation/board.hpp"
@@ -26,11 +26,12 @@ struct Seen {
   double distance, log_amplitude, log_intensity, null1, null2;
 };
 
-std::vector<Seen> seen_by(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels) {
-  Expectation expectation = model.expect(tracer, shot, pixels);
-  if (model.has_readout()) model.read_out(shot, pixels, expectation.taps);
+std::vector<Seen> seen_by(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition,
+                          const Pixels& pixels) {
+  Expectation expectation = model.expect(tracer, acquisition, pixels);
+  if (model.has_readout()) model.read_out(acquisition, pixels, expectation.taps);
   const std::size_t n = pixels.size();
-  const double scale = physics::metres_per_radian(shot.condition.modulation_frequency);
+  const double scale = physics::metres_per_radian(acquisition.condition.modulation_frequency);
   std::vector<Seen> result;
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, 4> c{};
@@ -57,7 +58,7 @@ Tracer wall_and_board(double focal_length) {
     near_board(change, rays, before);
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const Vector3 p = before[i].point;
-      if (!(std::isfinite(before[i].reflected) && p.x > 0.02 && p.x < 0.26 && std::abs(p.y) < 0.2)) continue;
+      if (!(std::isfinite(before[i].return_path) && p.x > 0.02 && p.x < 0.26 && std::abs(p.y) < 0.2)) continue;
       hits[i] = before[i];
       hits[i].object = 1;
     }
@@ -69,21 +70,21 @@ struct Typical {
   EffectPtr effect;
   std::string parameters;
 };
-Typical typical(const core::Plugin& descriptor, const tofgraph_camera& camera) {
-  std::vector<core::Entry> entries;
+Typical typical(const graph::Plugin& descriptor, const tofgraph_camera& camera) {
+  std::vector<config::Entry> entries;
   std::string text;
   for (std::uint64_t i = 0; i < descriptor.parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor.parameters[i];
     if (std::isnan(p.typical)) continue;
     const std::string value = fmt::format("{:.6g}{}{}", p.typical, *p.unit != 0 ? " " : "", p.unit);
-    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", p.name, core::format_quantity(p.typical, p.unit));
-    entries.push_back({p.name, {}, core::parse_value(value, {})});
+    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", p.name, config::format_quantity(p.typical, p.unit));
+    entries.push_back({p.name, {}, config::parse_value(value, {})});
   }
-  std::vector<const core::Entry*> written;
-  for (const core::Entry& entry : entries) written.push_back(&entry);
-  core::Diagnostics diagnostics;
-  const core::ParameterValues values(descriptor, written, {}, diagnostics);
-  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  std::vector<const config::Entry*> written;
+  for (const config::Entry& entry : entries) written.push_back(&entry);
+  config::Diagnostics diagnostics;
+  const graph::ParameterValues values(descriptor, written, {}, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   return {std::make_shared<const Effect>(descriptor, values.data(), camera), text};
 }
 
@@ -95,20 +96,20 @@ class Gallery {
         image_(whole_image(camera)),
         coarse_(superpixels(camera, 12, 12)),
         scene_(wall_and_board(camera.focal_length)),
-        shot_(shot_of(camera, 2e-3)),
+        acquisition_(acquisition_of(camera, 2e-3)),
         ideal_(camera, physical, {}),
-        plain_(seen_by(ideal_, scene_, shot_, image_)) {
+        plain_(seen_by(ideal_, scene_, acquisition_, image_)) {
     // Everything that effects may depend on happens: ambient light, half way through the warm-up.
-    shot_.condition.ambient = "lamp";
-    shot_.condition.time_since_power_on = 600;
+    acquisition_.condition.ambient = "lamp";
+    acquisition_.condition.time_since_power_on = 600;
     for (double z = 0.5; z <= 7.01; z += 0.1) distances_.push_back(z);
   }
 
-  void add(Page& page, const core::Plugin& descriptor) const {
+  void add(Page& page, const graph::Plugin& descriptor) const {
     const tofgraph_effect& border = *descriptor.effect;
     page.heading(descriptor.name);
     page.paragraph(
-        fmt::format("{}. Level: {}. Touches: {}.{}{}", descriptor.summary, core::level_name(border), border.touches,
+        fmt::format("{}. Level: {}. Touches: {}.{}{}", descriptor.summary, graph::level_name(border), border.touches,
                     *border.confused_with != 0 ? fmt::format(" Confused with: {}.", border.confused_with) : "",
                     *border.experiment != 0 ? fmt::format(" Separated by: {}.", border.experiment) : ""));
     try {
@@ -124,7 +125,7 @@ class Gallery {
 
  private:
   std::vector<std::string> maps(const ForwardModel& model) const {
-    const std::vector<Seen> seen = seen_by(model, scene_, shot_, image_);
+    const std::vector<Seen> seen = seen_by(model, scene_, acquisition_, image_);
     const auto draw = [&](const std::string& title, const std::string& unit, auto value) {
       HeatMap map{.title = title, .unit = unit, .rows = image_.rows, .columns = image_.columns};
       double most = 0;
@@ -153,7 +154,8 @@ class Gallery {
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
     for (const double z : distances_) {
       const Tracer board = board_tracer(camera_.focal_length, {z, 0, 0, 0.85});
-      const auto with = seen_by(model, board, shot_, coarse_), without = seen_by(ideal_, board, shot_, coarse_);
+      const auto with = seen_by(model, board, acquisition_, coarse_),
+                 without = seen_by(ideal_, board, acquisition_, coarse_);
       std::array<double, 4> mean{};
       for (std::size_t i = 0; i < with.size(); ++i) {
         mean[0] += 1e3 * std::remainder(with[i].distance - without[i].distance, range);
@@ -181,7 +183,7 @@ class Gallery {
   bool physical_;
   Pixels image_, coarse_;
   Tracer scene_;
-  Shot shot_;
+  Acquisition acquisition_;
   ForwardModel ideal_;
   std::vector<Seen> plain_;
   std::vector<double> distances_;
@@ -189,13 +191,13 @@ class Gallery {
 
 }  // namespace
 
-void write_effect_gallery(const core::Catalogue& catalogue, const tofgraph_camera& camera,
+void write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
                           const std::filesystem::path& file, const GalleryOptions& options) {
-  std::vector<core::PluginFile> effects;
-  for (const core::PluginFile& plugin : catalogue.files()) {
+  std::vector<graph::PluginFile> effects;
+  for (const graph::PluginFile& plugin : registry.files()) {
     if (plugin.kind == "effect") effects.push_back(plugin);
   }
-  static_cast<void>(catalogue.describe(effects));  // all at once in one other process
+  static_cast<void>(registry.describe(effects));  // all at once in one other process
   const Gallery gallery(camera, options.physical);
   Page page(fmt::format("Effects of a time-of-flight camera: {}", camera.name));
   page.paragraph(
@@ -205,7 +207,7 @@ void write_effect_gallery(const core::Catalogue& catalogue, const tofgraph_camer
       "The room is lit and the camera has been on for ten minutes.");
   page.contents();
   for (std::size_t i = 0; i < effects.size(); ++i) {
-    gallery.add(page, catalogue.load(effects[i]));
+    gallery.add(page, registry.load(effects[i]));
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(effects.size()));
   }
   page.write(file);

@@ -3,7 +3,7 @@
 /// @file What every effect does to distance, amplitude and the null channels at its typical size, to look at.
 #pragma once
 
-#include "core/plugin.hpp"
+#include "graph/plugin.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -18,7 +18,7 @@ struct GalleryOptions {
 
 /// Writes a page (HTML, self-contained) with all effects of a catalogue for a camera.
 /// @throws std::runtime_error
-void write_effect_gallery(const core::Catalogue& catalogue, const tofgraph_camera& camera,
+void write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
                           const std::filesystem::path& file, const GalleryOptions& options);
 
 }  // namespace tofgraph::report

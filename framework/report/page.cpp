@@ -50,8 +50,8 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-void Page::verdict(std::string_view text, std::string_view mood) {
-  body_ += fmt::format("<p class=\"verdict {}\">{}</p>\n", mood, escaped(text));
+void Page::verdict(std::string_view text, std::string_view severity) {
+  body_ += fmt::format("<p class=\"verdict {}\">{}</p>\n", severity, escaped(text));
 }
 
 void Page::heading(std::string_view text) {

@@ -19,7 +19,7 @@ class Page {
   explicit Page(std::string title) : title_(std::move(title)) {}
 
   /// The sentence at the top that says what came out. @param mood good, warn, bad or plain: its colour
-  void verdict(std::string_view text, std::string_view mood = "plain");
+  void verdict(std::string_view text, std::string_view severity = "plain");
   void heading(std::string_view text);
   void paragraph(std::string_view text);
   void table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows);

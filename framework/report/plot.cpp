@@ -117,7 +117,7 @@ std::string quoted(const std::string& text) {
   return result + "'";
 }
 
-double usual_limit(std::span<const double> values) {
+double percentile_98(std::span<const double> values) {
   std::vector<double> sizes;
   for (const double v : values) {
     if (std::isfinite(v)) sizes.push_back(std::abs(v));
@@ -155,7 +155,7 @@ std::string gnuplot_png(const std::string& script, int width, int height) {
 }
 
 std::string heat_map(const HeatMap& map, int width, int height) {
-  double limit = map.limit.value_or(usual_limit(map.values));
+  double limit = map.limit.value_or(percentile_98(map.values));
   if (!(limit > 0)) limit = 1;
   std::string script = fmt::format("set title {}\nset cblabel {}\nunset key\n", quoted(map.title), quoted(map.unit));
   script += map.signed_values ? signed_palette : rising_palette;

@@ -24,7 +24,7 @@ extern const char* const rising_palette;
 std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
                          std::span<const double> values);
 /// The magnitude below which 98 % of the values are; what is not finite does not count.
-double usual_limit(std::span<const double> values);
+double percentile_98(std::span<const double> values);
 
 /// An image as colours with a scale. NaN is left grey.
 struct HeatMap {

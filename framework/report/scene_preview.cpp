@@ -23,7 +23,7 @@ std::string panel(const PreviewFrame& frame, std::span<const float> image, const
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) values.push_back(image[r * stride * frame.columns + c * stride]);
   }
-  const double usual = usual_limit(values), limit = usual > 0 ? usual : 1;  // a dark image has a scale too
+  const double usual = percentile_98(values), limit = usual > 0 ? usual : 1;  // a dark image has a scale too
   const std::string range = around_zero ? fmt::format("set cbrange [{}:{}]\n", -limit, limit) : "set cbrange [*:*]\n";
   return fmt::format(
              "set title {}\nset cblabel {}\nset size ratio -1\n{}{}set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n",

@@ -3,8 +3,8 @@
 /// @file A board that fills the view: what rails and gap searches look at.
 #pragma once
 
+#include "simulation/files/pose.hpp"
 #include "simulation/hit.hpp"
-#include "simulation/pose.hpp"
 
 namespace tofgraph::simulation {
 
@@ -27,10 +27,10 @@ inline Tracer board_tracer(double focal_length, const BoardPose& board) {
     plane.offset = distance * plane.normal.z;
     if (board.roll != 0) plane.normal = rotation(0, 0, -board.roll) * plane.normal;  // seen by the rolled camera
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      const double reflected = physics::reflected_path(geometry, rays[i], plane);
-      if (!(reflected > 0)) continue;
+      const double return_path = physics::reflected_path(geometry, rays[i], plane);
+      if (!(return_path > 0)) continue;
       const Vector3 normal = physics::dot(plane.normal, rays[i]) > 0 ? -1.0 * plane.normal : plane.normal;
-      hits[i] = {reflected, physics::point_on_ray(geometry, rays[i], reflected), normal, board.reflectivity, 0,
+      hits[i] = {return_path, physics::point_on_ray(geometry, rays[i], return_path), normal, board.reflectivity, 0,
                  nullptr};
     }
   };

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/effect_check.hpp"
 
-#include "core/parameters.hpp"
-#include "core/validation.hpp"
+#include "graph/parameters.hpp"
+#include "graph/validation.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
 
@@ -17,16 +17,16 @@ namespace {
 
 std::vector<double> taps_with(const tofgraph_camera& camera, std::vector<EffectPtr> effects) {
   const ForwardModel model(camera, false, std::move(effects));
-  Shot shot = shot_of(camera, 1e-3);
-  shot.condition.ambient = "lamp";  // whatever an effect may depend on happens
-  shot.condition.time_since_power_on = 600;
-  shot.condition.velocity = 0.1;
+  Acquisition acquisition = acquisition_of(camera, 1e-3);
+  acquisition.condition.ambient = "lamp";  // whatever an effect may depend on happens
+  acquisition.condition.time_since_power_on = 600;
+  acquisition.condition.velocity = 0.1;
   const Tracer board = board_tracer(camera.focal_length, {1.3, 0.1, 0.05, 0.85});
-  return model.expect(board, shot, superpixels(camera, 8, 8)).taps;
+  return model.expect(board, acquisition, superpixels(camera, 8, 8)).taps;
 }
 
 /// The defaults, with the parameters that have such a value at it.
-std::vector<tofgraph_value> values_at(const core::Plugin& effect, const core::ParameterValues& defaults,
+std::vector<tofgraph_value> values_at(const graph::Plugin& effect, const graph::ParameterValues& defaults,
                                       double tofgraph_parameter::*which) {
   std::vector<tofgraph_value> values(defaults.data(), defaults.data() + effect.parameter_count);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -38,11 +38,11 @@ std::vector<tofgraph_value> values_at(const core::Plugin& effect, const core::Pa
 
 }  // namespace
 
-std::string defect_of(const core::Plugin& effect, const tofgraph_camera& camera) {
+std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera) {
   const auto has_off = [](const tofgraph_parameter& p) { return std::isfinite(p.off); };
   if (std::ranges::none_of(effect.own_parameters, has_off)) return {};
-  core::Diagnostics unused;
-  const core::ParameterValues defaults(effect, {}, {}, unused);
+  config::Diagnostics unused;
+  const graph::ParameterValues defaults(effect, {}, {}, unused);
   const auto seen_at = [&](double tofgraph_parameter::*which) {
     const auto values = values_at(effect, defaults, which);
     return taps_with(camera, {std::make_shared<const Effect>(effect, values.data(), camera)});
@@ -53,7 +53,7 @@ std::string defect_of(const core::Plugin& effect, const tofgraph_camera& camera)
     const std::vector<double> typical = seen_at(&tofgraph_parameter::typical);
     for (std::size_t i = 0; i < ideal.size(); ++i) {
       if (std::isfinite(ideal[i]) && !std::isfinite(typical[i]))
-        return "makes what is no number out of finite light at its typical values";
+        return "makes what is not a number out of finite light at its typical values";
     }
   } catch (const EffectError&) {
     return {};  // it says itself what it needs
@@ -63,8 +63,8 @@ std::string defect_of(const core::Plugin& effect, const tofgraph_camera& camera)
   return {};
 }
 
-void look_closely(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics) {
-  if (!core::validating() || !diagnostics.ok()) return;
+void look_closely(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics) {
+  if (!graph::validating() || !diagnostics.ok()) return;
   for (const ModelEffect& effect : model.effects) {
     const std::string defect = defect_of(*effect.descriptor, camera);
     if (defect.empty()) continue;

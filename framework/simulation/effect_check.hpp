@@ -3,7 +3,7 @@
 /// @file Whether an effect keeps its promises: off is off, and finite light stays finite.
 #pragma once
 
-#include "simulation/model.hpp"
+#include "simulation/files/model.hpp"
 
 #include <string>
 
@@ -12,10 +12,10 @@ namespace tofgraph::simulation {
 /// Looks at a board with the effect at its off values, which must change no bit, and at its typical ones, which must
 /// leave every tap a number. @returns what is wrong with the plugin, or nothing, also where it cannot be asked: it
 /// refuses these values, or has no size
-std::string defect_of(const core::Plugin& effect, const tofgraph_camera& camera);
+std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera);
 
-/// Where plugins are looked at closely (core::validating), every effect of a model; what is wrong goes to the
+/// Where plugins are looked at closely (graph::validating), every effect of a model; what is wrong goes to the
 /// diagnostics.
-void look_closely(const Model& model, const tofgraph_camera& camera, core::Diagnostics& diagnostics);
+void look_closely(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics);
 
 }  // namespace tofgraph::simulation

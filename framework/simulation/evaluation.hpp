@@ -16,14 +16,14 @@ namespace tofgraph::simulation {
 class Evaluation : public tofgraph_light_state {
  public:
   /// @param modulation Hz, that of the light; the exposures' own where it is not told
-  Evaluation(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
+  Evaluation(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels,
              const BoardChange& moved, double modulation = 0);
 
   /// Geometry and phasor level: light_ and strength_ of each pixel.
-  void shine();
+  void illuminate();
 
   /// Samples and taps, up to the noise.
-  Expectation develop();
+  Expectation integrate();
 
   /// Only what effects on the taps need.
   void use_taps(std::span<double> values);
@@ -61,7 +61,7 @@ class Evaluation : public tofgraph_light_state {
 
   const ForwardModel& model_;
   const Tracer& tracer_;
-  const Shot& shot_;
+  const Acquisition& acquisition_;
   const Pixels& pixels_;
   const BoardChange moved_;
   std::vector<tofgraph_source_light> borders_;
@@ -75,14 +75,14 @@ class Evaluation : public tofgraph_light_state {
   std::vector<Complex> light_, exposures_;
 
   /// The light as it is before the exposures' own effects.
-  struct Shine {
+  struct Illumination {
     std::vector<Complex> light;
     std::vector<double> strength;
   };
-  std::map<double, Shine> by_frequency_;  ///< Hz
-  std::vector<double> frequencies_;       ///< of each exposure, Hz
-  std::vector<Shine> clean_;              ///< of each exposure that was made anew
-  std::vector<BoardChange> changes_;      ///< of each exposure
+  std::map<double, Illumination> by_frequency_;  ///< Hz
+  std::vector<double> frequencies_;              ///< of each exposure, Hz
+  std::vector<Illumination> clean_;              ///< of each exposure that was made anew
+  std::vector<BoardChange> changes_;             ///< of each exposure
 };
 
 }  // namespace tofgraph::simulation

@@ -16,13 +16,18 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
-                       const BoardChange& moved, double modulation)
-    : tofgraph_light_state{}, model_(model), tracer_(tracer), shot_(shot), pixels_(pixels), moved_(moved) {
+Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition,
+                       const Pixels& pixels, const BoardChange& moved, double modulation)
+    : tofgraph_light_state{},
+      model_(model),
+      tracer_(tracer),
+      acquisition_(acquisition),
+      pixels_(pixels),
+      moved_(moved) {
   size = sizeof(tofgraph_light_state);
   source_size = sizeof(tofgraph_source_light);
   camera = &model.camera();
-  condition = &shot.condition;
+  condition = &acquisition.condition;
   physical = model.physical() ? 1 : 0;
   rows = pixels.rows;
   columns = pixels.columns;
@@ -37,7 +42,7 @@ Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Sh
   exposure_count = steps_.size();
 }
 
-void Evaluation::shine() {
+void Evaluation::illuminate() {
   place_sources();
   apply_level(TOFGRAPH_LEVEL_GEOMETRY);
   trace();
@@ -68,7 +73,7 @@ void Evaluation::place_sources() {
   const std::size_t n = camera->light_count;
   for (const tofgraph_light& light : lights_of(*camera)) {
     const std::size_t s = borders_.size();
-    const bool on = shot_.on.empty() || shot_.on[s];
+    const bool on = acquisition_.on.empty() || acquisition_.on[s];
     borders_.push_back({light.name,
                         {light.position[0], light.position[1], light.position[2]},
                         on ? 1.0 : 0.0,
@@ -118,8 +123,8 @@ void Evaluation::trace() {
   ray = points_.ray.data();
   position = points_.position.data();
   normal = points_.normal.data();
-  reflected = points_.reflected.data();
-  inside = points_.inside.data();
+  return_path = points_.return_path.data();
+  sensor_path = points_.sensor_path.data();
   reflectivity = points_.reflectivity.data();
 }
 
@@ -154,7 +159,7 @@ void Evaluation::emit() {
   }
   double all = 0;
   for (std::size_t s = 0; s < lights; ++s) all += camera->lights[s].amplitude;
-  const bool dark = (shot_.condition.flags & TOFGRAPH_CONDITION_LENS_CAPPED) != 0;
+  const bool dark = (acquisition_.condition.flags & TOFGRAPH_CONDITION_LENS_CAPPED) != 0;
   for (std::size_t s = 0; s < lights; ++s) {
     arrays_[s].path.resize(n);
     const Vector3 place{borders_[s].position[0], borders_[s].position[1], borders_[s].position[2]};
@@ -162,7 +167,7 @@ void Evaluation::emit() {
   }
   if (!dark) {
     for (std::size_t i = 0; i < n; ++i) {
-      if (points_.reflected[i] > 0) emit_at(i, all);
+      if (points_.return_path[i] > 0) emit_at(i, all);
     }
   }
   for (std::size_t s = 0; s <= lights; ++s) {
@@ -172,13 +177,13 @@ void Evaluation::emit() {
   }
   source_count = lights + 1;
   turns_.assign(n, 0);
-  turn = turns_.data();
+  phase_offset = turns_.data();
 }
 
 void Evaluation::emit_at(std::size_t i, double all) {
   const std::size_t lights = camera->light_count;
-  const double common = points_.reflected[i] + points_.inside[i];
-  const double amount = camera->gain * points_.reflectivity[i] * shot_.condition.integration_time;
+  const double common = points_.return_path[i] + points_.sensor_path[i];
+  const double amount = camera->gain * points_.reflectivity[i] * acquisition_.condition.integration_time;
   const double radians_per_metre = physics::two_pi * frequency / physics::speed_of_light;
   double mean = 0, weights = 0;
   for (std::size_t s = 0; s < lights; ++s) {
@@ -257,7 +262,7 @@ void Evaluation::sum() {
       light_[i] += a.phasor[i];
       strength_[i] += a.strength[i];
       if (s == camera->light_count) continue;
-      const double half_path = (a.path[i] + points_.reflected[i] + points_.inside[i]) / 2;
+      const double half_path = (a.path[i] + points_.return_path[i] + points_.sensor_path[i]) / 2;
       distances_[i] += a.strength[i] * half_path;
       weights[i] += a.strength[i];
     }

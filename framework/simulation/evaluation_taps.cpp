@@ -22,13 +22,13 @@ Complex turn_of(double angle) {
 
 }  // namespace
 
-Expectation Evaluation::develop() {
+Expectation Evaluation::integrate() {
   const std::size_t n = pixels_.size(), count = steps_.size();
   for (const double each : frequencies_) shine_at(each);
   for (const double each : frequencies_) {
-    const Shine& shine = by_frequency_.at(each);
-    exposures_.insert(exposures_.end(), shine.light.begin(), shine.light.end());
-    intensities_.insert(intensities_.end(), shine.strength.begin(), shine.strength.end());
+    const Illumination& illuminate = by_frequency_.at(each);
+    exposures_.insert(exposures_.end(), illuminate.light.begin(), illuminate.light.end());
+    intensities_.insert(intensities_.end(), illuminate.strength.begin(), illuminate.strength.end());
   }
   clean_.resize(count);
   changes_.assign(count, moved_);
@@ -39,7 +39,7 @@ Expectation Evaluation::develop() {
   displace = [](tofgraph_light_state* state, std::uint32_t k, double displacement) {
     return static_cast<Evaluation*>(state)->move_exposure(k, displacement);
   };
-  if (shot_.moving) {
+  if (acquisition_.moving) {
     for (std::size_t k = 1; k < count; ++k) {
       changes_[k].time = static_cast<double>(k) / (static_cast<double>(count) * camera->frame_rate);
       shine_again(k);
@@ -64,16 +64,16 @@ void Evaluation::shine_at(double other_frequency) {
     by_frequency_[frequency] = {light_, strength_};
     return;
   }
-  Evaluation other(model_, tracer_, shot_, pixels_, moved_, other_frequency);
-  other.shine();
+  Evaluation other(model_, tracer_, acquisition_, pixels_, moved_, other_frequency);
+  other.illuminate();
   by_frequency_[other_frequency] = {std::move(other.light_), std::move(other.strength_)};
 }
 
 void Evaluation::shine_again(std::size_t k) {
-  Evaluation other(model_, tracer_, shot_, pixels_, changes_[k], frequencies_[k]);
-  other.shine();
+  Evaluation other(model_, tracer_, acquisition_, pixels_, changes_[k], frequencies_[k]);
+  other.illuminate();
   const std::size_t n = pixels_.size();
-  Shine& clean = clean_[k];
+  Illumination& clean = clean_[k];
   if (clean.light.empty()) clean = by_frequency_.at(frequencies_[k]);
   for (std::size_t i = 0; i < n; ++i) {
     Complex& now = exposures_[k * n + i];

@@ -46,11 +46,11 @@ Pixels strip_of(const Pixels& pixels, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-Expectation ForwardModel::expect(const Tracer& tracer, const Shot& shot, const Pixels& pixels) const {
+Expectation ForwardModel::expect(const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels) const {
   const auto evaluate = [&](const Pixels& some) {
-    Evaluation evaluation(*this, tracer, shot, some, {});
-    evaluation.shine();
-    return evaluation.develop();
+    Evaluation evaluation(*this, tracer, acquisition, some, {});
+    evaluation.illuminate();
+    return evaluation.integrate();
   };
   // A strip stays in the processor's cache; effects that look at neighbours need the whole image.
   constexpr std::size_t rows = 10;
@@ -77,9 +77,9 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Shot& shot, const P
   return result;
 }
 
-void ForwardModel::read_out(const Shot& shot, const Pixels& pixels, std::span<double> taps) const {
+void ForwardModel::read_out(const Acquisition& acquisition, const Pixels& pixels, std::span<double> taps) const {
   static const Tracer nothing;
-  Evaluation evaluation(*this, nothing, shot, pixels, {});
+  Evaluation evaluation(*this, nothing, acquisition, pixels, {});
   evaluation.use_taps(taps);
   for (std::size_t e = first_readout_; e < effects_.size(); ++e) effects_[e]->apply(evaluation);
 }

@@ -6,7 +6,7 @@
 /// coarse grid of pixels, what a search for effects evaluates thousands of times.
 #pragma once
 
-#include "simulation/effect.hpp"
+#include "simulation/files/effect.hpp"
 #include "simulation/hit.hpp"
 
 #include <complex>
@@ -28,13 +28,13 @@ Pixels whole_image(const tofgraph_camera& camera);
 Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t columns);
 
 /// One condition, and which of the camera's sources are on (empty: all).
-struct Shot {
+struct Acquisition {
   tofgraph_condition condition{};
   std::vector<bool> on;
   bool moving = false;  ///< the scene is not the same in all exposures, even without effects
 };
 /// Nothing known but the times, everything on.
-Shot shot_of(const tofgraph_camera& camera, double integration_time);
+Acquisition acquisition_of(const tofgraph_camera& camera, double integration_time);
 
 /// What the taps hold before noise and readout.
 struct Expectation {
@@ -52,12 +52,12 @@ class ForwardModel {
                std::size_t edge_samples = 4);
 
   /// @throws EffectError
-  Expectation expect(const Tracer& tracer, const Shot& shot, const Pixels& pixels) const;
+  Expectation expect(const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels) const;
 
   /// True when an effect acts on the taps with their noise.
   bool has_readout() const { return first_readout_ < effects_.size(); }
   /// Applies these effects. @param taps P x (A, B) x pixels, counts
-  void read_out(const Shot& shot, const Pixels& pixels, std::span<double> taps) const;
+  void read_out(const Acquisition& acquisition, const Pixels& pixels, std::span<double> taps) const;
 
   const tofgraph_camera& camera() const { return camera_; }
   const std::vector<EffectPtr>& effects() const { return effects_; }

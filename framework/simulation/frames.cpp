@@ -8,16 +8,16 @@
 
 namespace tofgraph::simulation {
 
-Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
+Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels,
                const physics::TapNoise& noise, NoiseSeed seed, bool with_taps)
     : model_(model),
       pixels_(pixels),
-      shot_(shot),
+      acquisition_(acquisition),
       seed_(seed),
       noisy_(noise.known()),
       from_taps_(with_taps || model.has_readout()),
       exposures_(physics::exposures_of(model.camera())) {
-  Expectation expectation = model.expect(tracer, shot, pixels);
+  Expectation expectation = model.expect(tracer, acquisition, pixels);
   hits_ = std::move(expectation.hits);
   const std::size_t n = pixels.size();
   mean_.assign(expectation.taps.begin(), expectation.taps.end());
@@ -70,7 +70,7 @@ std::vector<float> Frames::read_out(std::uint64_t frame) const {
   }
   if (!model_.has_readout()) return taps;
   std::vector<double> exact(taps.begin(), taps.end());
-  model_.read_out(shot_, pixels_, exact);
+  model_.read_out(acquisition_, pixels_, exact);
   std::ranges::copy(exact, taps.begin());
   return taps;
 }
@@ -104,7 +104,7 @@ void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) co
   phases(frame, samples.data());
   if (!physics::are_the_four(exposures_)) return decode_any(samples, distance, amplitude);
   const double own = exposures_[0].frequency;
-  const double scale = physics::metres_per_radian(own > 0 ? own : shot_.condition.modulation_frequency);
+  const double scale = physics::metres_per_radian(own > 0 ? own : acquisition_.condition.modulation_frequency);
   for (std::size_t i = 0; i < n; ++i) {
     const physics::Decoded decoded =
         physics::decode({samples[i], samples[n + i], samples[2 * n + i], samples[3 * n + i]});
@@ -115,7 +115,7 @@ void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) co
 
 void Frames::decode_any(const std::vector<float>& samples, float* distance, float* amplitude) const {
   const std::size_t n = pixels_.size();
-  const physics::PhaseDecoding decoding(exposures_, shot_.condition.modulation_frequency);
+  const physics::PhaseDecoding decoding(exposures_, acquisition_.condition.modulation_frequency);
   std::vector<double> pixel(exposures());
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < exposures(); ++k) pixel[k] = samples[k * n + i];

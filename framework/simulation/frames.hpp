@@ -24,7 +24,7 @@ class Frames {
   /// @param noise not known(): none
   /// @param with_taps the frames' taps are given out too, and phases and distance are those of the taps; otherwise the
   ///        samples' noise is drawn at once, which is faster and has the same distribution
-  Frames(const ForwardModel& model, const Tracer& tracer, const Shot& shot, const Pixels& pixels,
+  Frames(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels,
          const physics::TapNoise& noise, NoiseSeed seed, bool with_taps = false);
 
   /// P x (A, B) x pixels, whole counts within 0 .. 65535. Pixels outside the lens model are 0.
@@ -50,7 +50,7 @@ class Frames {
 
   const ForwardModel& model_;
   const Pixels& pixels_;
-  Shot shot_;
+  Acquisition acquisition_;
   NoiseSeed seed_;
   bool noisy_, from_taps_;
   physics::Exposures exposures_;

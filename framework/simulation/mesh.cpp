@@ -31,9 +31,9 @@ class MeshShape final : public Shape {
     const Vector3 from = (1 / unit_) * axes_.inverse(lens - position_);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Mesh::Meeting meeting = mesh_->nearest(from, axes_.inverse(rays[i]));
-      const double reflected = meeting.distance * unit_;
-      if (!(reflected > 0 && reflected < hits[i].reflected)) continue;
-      hits[i] = {reflected, {}, axes_ * meeting.normal, reflectivity_, object()};
+      const double return_path = meeting.distance * unit_;
+      if (!(return_path > 0 && return_path < hits[i].return_path)) continue;
+      hits[i] = {return_path, {}, axes_ * meeting.normal, reflectivity_, object()};
     }
   }
 

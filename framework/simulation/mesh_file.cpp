@@ -24,15 +24,15 @@ namespace {
 }
 
 void refuse_too_many(const std::filesystem::path& file, std::size_t faces) {
-  if (faces > most_triangles)
-    fail(file, fmt::format("it has {} faces, and at most {} are read: simplify the mesh", faces, most_triangles));
+  if (faces > max_triangles)
+    fail(file, fmt::format("it has {} faces, and at most {} are read: simplify the mesh", faces, max_triangles));
 }
 
 /// What a PLY header says of one kind of element.
 struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
-  std::uint64_t least_bytes = 0;  ///< that one of them takes in a binary file; polygons have at least three corners
+  std::uint64_t min_bytes = 0;  ///< that one of them takes in a binary file; polygons have at least three corners
 };
 
 struct PlyHeader {
@@ -49,7 +49,7 @@ std::uint64_t bytes_of(const std::string& type) {
   return found != sizes.end() ? found->second : 1;
 }
 
-/// Reads up to the end of the header; what is no header gives no elements.
+/// Reads up to the end of the header; what is not a header gives no elements.
 PlyHeader read_ply_header(const std::filesystem::path& file, std::istream& in) {
   PlyHeader header;
   std::string line;
@@ -69,9 +69,9 @@ PlyHeader read_ply_header(const std::filesystem::path& file, std::istream& in) {
     if (words[0] != "property" || header.elements.empty()) continue;
     PlyElement& element = header.elements.back();
     const bool corners = element.name == "face" && words.back().starts_with("vertex_ind");
-    element.least_bytes += words[1] != "list" ? bytes_of(words[1])
-                           : words.size() < 5 ? 0
-                                              : bytes_of(words[2]) + (corners ? 3 * bytes_of(words[3]) : 0);
+    element.min_bytes += words[1] != "list" ? bytes_of(words[1])
+                         : words.size() < 5 ? 0
+                                            : bytes_of(words[2]) + (corners ? 3 * bytes_of(words[3]) : 0);
   }
   return header;
 }
@@ -95,7 +95,7 @@ void check_ply(const std::filesystem::path& file, std::istream& in) {
   double announced = 0;  // lines or bytes; in floating point, as no count is too large for it
   for (const PlyElement& element : header.elements) {
     if (element.name == "face") refuse_too_many(file, element.count);
-    announced += static_cast<double>(element.count) * (header.ascii ? 1.0 : static_cast<double>(element.least_bytes));
+    announced += static_cast<double>(element.count) * (header.ascii ? 1.0 : static_cast<double>(element.min_bytes));
   }
   const std::uint64_t there = header.ascii ? lines_left(in) : bytes_left(in);
   if (announced <= static_cast<double>(there)) return;
@@ -134,8 +134,8 @@ bool degenerate(const Vertex& a, const Vertex& b, const Vertex& c) {
   const auto u = edge(a, b), v = edge(a, c), w = edge(b, c);
   const std::array<double, 3> normal = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
                                         u[0] * v[1] - u[1] * v[0]};
-  const double longest = std::max({square(u), square(v), square(w)});
-  return !(std::sqrt(square(normal)) > 1e-6 * longest);
+  const double max_length = std::max({square(u), square(v), square(w)});
+  return !(std::sqrt(square(normal)) > 1e-6 * max_length);
 }
 
 void append(const std::filesystem::path& file, const aiMesh& mesh, Triangles& result) {
@@ -143,7 +143,7 @@ void append(const std::filesystem::path& file, const aiMesh& mesh, Triangles& re
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D& v = mesh.mVertices[i];
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
-      fail(file, fmt::format("its vertex {} is no finite point", i));
+      fail(file, fmt::format("its vertex {} is not a finite point", i));
     result.vertices.push_back({v.x, v.y, v.z});
   }
   for (unsigned i = 0; i < mesh.mNumFaces; ++i) {

@@ -11,7 +11,7 @@
 namespace tofgraph::simulation {
 
 /// More are refused: with their search tree they would fill the memory.
-inline constexpr std::size_t most_triangles = 10'000'000;
+inline constexpr std::size_t max_triangles = 10'000'000;
 
 struct Triangles {
   std::vector<std::array<float, 3>> vertices;           ///< in the file's unit

@@ -9,11 +9,11 @@ namespace {
 
 /// A pixel and a neighbour see different things: another object, another reflectivity, a crease or a step.
 bool differ(const Hit& a, const Hit& b) {
-  const bool there = std::isfinite(a.reflected);
-  if (there != std::isfinite(b.reflected)) return true;
+  const bool there = std::isfinite(a.return_path);
+  if (there != std::isfinite(b.return_path)) return true;
   if (!there) return false;
   return a.object != b.object || a.reflectivity != b.reflectivity || physics::dot(a.normal, b.normal) < 0.95 ||
-         std::abs(a.reflected - b.reflected) > 0.03 * std::min(a.reflected, b.reflected);
+         std::abs(a.return_path - b.return_path) > 0.03 * std::min(a.return_path, b.return_path);
 }
 
 }  // namespace

@@ -17,29 +17,29 @@ namespace tofgraph::simulation {
 using Complex = std::complex<double>;
 
 /// Memory that is written before it is read need not be cleared first: there is much of it.
-template <class T> struct Uncleared : std::allocator<T> {
-  template <class U> struct rebind { using other = Uncleared<U>; };
+template <class T> struct DefaultInitAllocator : std::allocator<T> {
+  template <class U> struct rebind { using other = DefaultInitAllocator<U>; };
   template <class U> void construct(U* place) { ::new (static_cast<void*>(place)) U; }
   template <class U, class... Arguments> void construct(U* place, Arguments&&... arguments) {
     ::new (static_cast<void*>(place)) U(std::forward<Arguments>(arguments)...);
   }
 };
-using Doubles = std::vector<double, Uncleared<double>>;
+using Doubles = std::vector<double, DefaultInitAllocator<double>>;
 
 /// The points of a shot: the pixels' centres, then the rays of those pixels that lie on an edge.
 struct Points {
-  Doubles pixel, ray, position, normal, reflected, inside, reflectivity;
-  std::vector<const Surface*, Uncleared<const Surface*>> surface;
-  std::size_t size() const { return reflected.size(); }
+  Doubles pixel, ray, position, normal, return_path, sensor_path, reflectivity;
+  std::vector<const Surface*, DefaultInitAllocator<const Surface*>> surface;
+  std::size_t size() const { return return_path.size(); }
 
   void resize(std::size_t n) {
     pixel.resize(2 * n);
     for (Doubles* triple : {&ray, &position, &normal}) triple->resize(3 * n);
-    for (Doubles* single : {&reflected, &inside, &reflectivity}) single->resize(n);
+    for (Doubles* single : {&return_path, &sensor_path, &reflectivity}) single->resize(n);
     surface.resize(n);
   }
   void set(std::size_t i, double u, double v, Vector3 along, const Hit& hit, double focal_length) {
-    const bool there = std::isfinite(hit.reflected);
+    const bool there = std::isfinite(hit.return_path);
     pixel[2 * i] = u;
     pixel[2 * i + 1] = v;
     const auto put = [i](Doubles& to, Vector3 value) {
@@ -50,8 +50,8 @@ struct Points {
     put(ray, along);
     put(position, there ? hit.point : Vector3{});
     put(normal, hit.normal);
-    reflected[i] = there ? hit.reflected : 0;
-    inside[i] = focal_length / along.z;
+    return_path[i] = there ? hit.return_path : 0;
+    sensor_path[i] = focal_length / along.z;
     // Black is never quite black: a gloss, which does not depend on the reflectivity, is made from what a surface
     // gives.
     reflectivity[i] = there ? std::max(hit.reflectivity, 1e-9) : 0;

@@ -3,7 +3,7 @@
 #include "simulation/recording.hpp"
 
 #include "io/campaign.hpp"
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
 #include "simulation/scene_text.hpp"
 
@@ -76,7 +76,7 @@ class Images {
     float* points = floats(first + 1);
     float* reflectivity = floats(first + 2);
     for (const Hit& hit : hits) {
-      const bool there = std::isfinite(hit.reflected);
+      const bool there = std::isfinite(hit.return_path);
       const double z = hit.point.z - simulation_.camera().focal_length;
       for (const double x : {hit.point.x, hit.point.y, z}) *points++ = there ? static_cast<float>(x) : NAN;
       *reflectivity++ = there ? static_cast<float>(hit.reflectivity) : NAN;
@@ -105,7 +105,7 @@ class Images {
 };
 
 /// What a campaign can say by its own keys: a board that stands still and has no surface of its own.
-bool is_plain_board(const Condition& condition) {
+bool is_plain_board(const SceneCondition& condition) {
   const Object& object = condition.objects->all.front();
   return condition.objects->all.size() == 1 && object.type == "board" && !object.surface.given &&
          physics::norm(object.velocity) == 0;
@@ -149,11 +149,11 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
   campaign.camera = simulation.scene().camera;
   campaign.camera_name = camera_name_in(simulation.scene(), folder);
   campaign.pattern = pattern_of(simulation.scene());
-  campaign.conditions = simulation.conditions();
+  campaign.conditions.assign(simulation.conditions().begin(), simulation.conditions().end());
   for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
     io::Condition& condition = campaign.conditions[i];
     condition.capture = folder / "captures" / (condition.id + ".h5");
-    if (is_plain_board(condition)) continue;
+    if (is_plain_board(simulation.conditions()[i])) continue;
     condition.scene = folder / "scenes" / (condition.id + ".yaml");
     io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
   }

@@ -22,7 +22,7 @@ void record(const Simulation& simulation, std::size_t condition, const std::file
             const RecordingOptions& options);
 
 /// Records every condition, several at a time, into a folder: captures/, campaign.yaml, which comes last, and for
-/// conditions that are no single board their scenes. @throws std::exception
+/// conditions that are not a single board their scenes. @throws std::exception
 void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
                      const RecordingOptions& options);
 

@@ -13,8 +13,8 @@ namespace {
 
 /// Reads a file unless it was read before; a file that was wrong is told once.
 template <class Content, class Load>
-void load_once(const std::filesystem::path& file, const core::Position& at,
-               std::map<std::filesystem::path, std::shared_ptr<const Content>>& known, core::Diagnostics& diagnostics,
+void load_once(const std::filesystem::path& file, const config::Position& at,
+               std::map<std::filesystem::path, std::shared_ptr<const Content>>& known, config::Diagnostics& diagnostics,
                Load&& load) {
   const auto [entry, fresh] = known.try_emplace(file);
   if (!fresh) return;
@@ -26,7 +26,7 @@ void load_once(const std::filesystem::path& file, const core::Position& at,
 }
 
 std::shared_ptr<const Mesh> load_mesh(const Object& object, const std::filesystem::path& file,
-                                      core::Diagnostics& diagnostics) {
+                                      config::Diagnostics& diagnostics) {
   auto mesh = std::make_shared<const Mesh>(load_triangles(file));
   if (mesh->dropped() > 0)
     diagnostics.warning(object.file_at,
@@ -34,7 +34,7 @@ std::shared_ptr<const Mesh> load_mesh(const Object& object, const std::filesyste
   return mesh;
 }
 
-void load(const Object& object, Assets& assets, core::Diagnostics& diagnostics) {
+void load(const Object& object, Assets& assets, config::Diagnostics& diagnostics) {
   if (const auto* mesh = std::get_if<MeshObject>(&object.form))
     load_once(mesh->file, object.file_at, assets.meshes, diagnostics,
               [&] { return load_mesh(object, mesh->file, diagnostics); });
@@ -107,9 +107,9 @@ void add_object(const Object& object, std::uint32_t index, Vector3 lens, const R
 
 }  // namespace
 
-void load_assets(SceneFile& scene, core::Diagnostics& diagnostics) {
+void load_assets(SceneFile& scene, config::Diagnostics& diagnostics) {
   auto assets = std::make_shared<Assets>();
-  for (const Condition& condition : expand(scene)) {
+  for (const SceneCondition& condition : expand(scene)) {
     for (const Object& object : condition.objects->all) load(object, *assets, diagnostics);
   }
   scene.assets = std::move(assets);
@@ -121,14 +121,14 @@ void World::trace(std::span<const Vector3> rays, std::span<Hit> hits) const {
   for (const auto& shape : shapes_) shape->trace(lens_centre_, rays, hits);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     Hit& hit = hits[i];
-    if (!std::isfinite(hit.reflected)) continue;
-    hit.point = lens_centre_ + hit.reflected * rays[i];
+    if (!std::isfinite(hit.return_path)) continue;
+    hit.point = lens_centre_ + hit.return_path * rays[i];
     if (dot(hit.normal, rays[i]) > 0) hit.normal = -1 * hit.normal;
     hit.surface = surfaces_[hit.object];
   }
 }
 
-World make_world(const SceneFile& scene, const Condition& condition, const BoardChange& change) {
+World make_world(const SceneFile& scene, const SceneCondition& condition, const BoardChange& change) {
   const Vector3 lens{0, 0, scene.camera->view().focal_length};
   const Objects own = condition.objects ? Objects{} : board_of(condition);
   const Objects& objects = condition.objects ? *condition.objects : own;

@@ -3,8 +3,8 @@
 /// @file A scene ready to be looked at.
 #pragma once
 
+#include "simulation/files/scene_file.hpp"
 #include "simulation/mesh.hpp"
-#include "simulation/scene_file.hpp"
 #include "simulation/shapes.hpp"
 
 #include <map>
@@ -19,7 +19,7 @@ struct Assets {
 };
 
 /// Reads the meshes and images of a scene without mistakes. Mistakes and warnings go to the diagnostics.
-void load_assets(SceneFile& scene, core::Diagnostics& diagnostics);
+void load_assets(SceneFile& scene, config::Diagnostics& diagnostics);
 
 /// The objects as the camera sees them in one condition. Immutable; several threads may trace at the same time.
 class World {
@@ -54,6 +54,6 @@ class World {
 /// cards, along z.
 /// @throws std::runtime_error when the camera cannot look at an object, when there is no board, and when load_assets
 /// was not called for a scene that needs it
-World make_world(const SceneFile& scene, const Condition& condition, const BoardChange& change = {});
+World make_world(const SceneFile& scene, const SceneCondition& condition, const BoardChange& change = {});
 
 }  // namespace tofgraph::simulation

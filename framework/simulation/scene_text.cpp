@@ -7,8 +7,8 @@
 namespace tofgraph::simulation {
 namespace {
 
-using core::Entry;
-using core::Value;
+using config::Entry;
+using config::Value;
 
 /// Keys whose words are files; a camera may be one.
 bool names_file(const Entry& entry) {
@@ -22,7 +22,7 @@ void make_paths_absolute(Value& value) {
   for (Value& item : value.items) make_paths_absolute(item);
   for (Entry& entry : value.entries) {
     if (entry.value.kind == Value::Kind::scalar && names_file(entry))
-      entry.value.text = std::filesystem::absolute(core::path_at(entry.value.text, entry.value.at)).string();
+      entry.value.text = std::filesystem::absolute(config::path_at(entry.value.text, entry.value.at)).string();
     else
       make_paths_absolute(entry.value);
   }
@@ -37,11 +37,11 @@ std::string scene_text(const Value& document) {
   for (const Entry& entry : scene.entries) {
     text += fmt::format("{}:", entry.key);
     if (!entry.value.is_list() || entry.key == "output") {
-      text += fmt::format(" {}\n", core::yaml_text(entry.value));
+      text += fmt::format(" {}\n", config::yaml_text(entry.value));
       continue;
     }
     text += "\n";
-    for (const Value& item : entry.value.items) text += fmt::format("  - {}\n", core::yaml_text(item));
+    for (const Value& item : entry.value.items) text += fmt::format("  - {}\n", config::yaml_text(item));
   }
   return text;
 }

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "core/document.hpp"
+#include "config/document.hpp"
 
 #include <string>
 
 namespace tofgraph::simulation {
 
 /// A scene's document as YAML; the files that it names become absolute paths.
-std::string scene_text(const core::Value& document);
+std::string scene_text(const config::Value& document);
 
 }  // namespace tofgraph::simulation

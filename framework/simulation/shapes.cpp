@@ -12,7 +12,7 @@ namespace {
 struct Patch {
   Vector3 anchor;
   Rotation axes;  ///< x and y span the patch, z is its normal
-  double least_a = -endless, most_a = endless, least_b = -endless, most_b = endless;
+  double min_a = -endless, max_a = endless, min_b = -endless, max_b = endless;
 };
 
 Patch patch_of(const Target& target, const Rotation& frame, double width, double height) {
@@ -62,12 +62,12 @@ template <class Texture> class Flat final : public Shape {
     const Vector3 normal = patch_.axes.z, to_anchor = patch_.anchor - lens;
     const double height = dot(normal, to_anchor);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      const double reflected = height / dot(normal, rays[i]);
-      if (!(reflected > 0 && reflected < hits[i].reflected)) continue;
-      const Vector3 from_anchor = reflected * rays[i] - to_anchor;
+      const double return_path = height / dot(normal, rays[i]);
+      if (!(return_path > 0 && return_path < hits[i].return_path)) continue;
+      const Vector3 from_anchor = return_path * rays[i] - to_anchor;
       const double a = dot(patch_.axes.x, from_anchor), b = dot(patch_.axes.y, from_anchor);
-      if (a < patch_.least_a || a > patch_.most_a || b < patch_.least_b || b > patch_.most_b) continue;
-      hits[i] = {reflected, {}, normal, texture_(a, b), object()};
+      if (a < patch_.min_a || a > patch_.max_a || b < patch_.min_b || b > patch_.max_b) continue;
+      hits[i] = {return_path, {}, normal, texture_(a, b), object()};
     }
   }
 
@@ -97,7 +97,7 @@ class BoxShape final : public Shape {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Vector3 own = axes_.inverse(rays[i]);
       const double direction[] = {own.x, own.y, own.z};
-      double enter = 0, leave = hits[i].reflected;
+      double enter = 0, leave = hits[i].return_path;
       std::size_t axis = 3;
       for (std::size_t k = 0; k < 3 && enter < leave; ++k) {
         const double near = (-std::copysign(half_[k], direction[k]) - start[k]) / direction[k];
@@ -134,10 +134,10 @@ class SphereShape final : public Shape {
       // From the point of the ray nearest to the centre, so that no large squares are subtracted.
       const double along = dot(rays[i], to_centre);
       const Vector3 aside = along * rays[i] - to_centre;
-      const double reflected = along - std::sqrt(radius_ * radius_ - dot(aside, aside));
-      if (!(reflected > 0 && reflected < hits[i].reflected)) continue;
-      const Vector3 normal = (1 / radius_) * (reflected * rays[i] - to_centre);
-      hits[i] = {reflected, {}, normal, reflectivity_, object()};
+      const double return_path = along - std::sqrt(radius_ * radius_ - dot(aside, aside));
+      if (!(return_path > 0 && return_path < hits[i].return_path)) continue;
+      const Vector3 normal = (1 / radius_) * (return_path * rays[i] - to_centre);
+      hits[i] = {return_path, {}, normal, reflectivity_, object()};
     }
   }
 

@@ -3,8 +3,9 @@
 /// @file What rays from the lens meet.
 #pragma once
 
+#include "simulation/files/objects.hpp"
+#include "simulation/hit.hpp"
 #include "simulation/image.hpp"
-#include "simulation/objects.hpp"
 
 #include <memory>
 #include <span>

@@ -26,8 +26,7 @@ physics::TapNoise noise_of(const SceneFile& scene) {
   }
 }
 
-bool moves(const Condition& condition) {
-  if (std::isfinite(condition.velocity) && condition.velocity != 0) return true;
+bool has_moving_object(const SceneCondition& condition) {
   return condition.objects && std::ranges::any_of(condition.objects->all, [](const Object& object) {
            return physics::norm(object.velocity) > 0;
          });
@@ -35,9 +34,9 @@ bool moves(const Condition& condition) {
 
 }  // namespace
 
-Shot shot_of(const tofgraph_camera& camera, const Condition& condition) {
-  Shot shot = shot_of(camera, condition.integration_time);
-  tofgraph_condition& c = shot.condition;
+Acquisition acquisition_of(const tofgraph_camera& camera, const Condition& condition) {
+  Acquisition acquisition = acquisition_of(camera, condition.integration_time);
+  tofgraph_condition& c = acquisition.condition;
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   c.flags = flag(condition.reference == "laser", TOFGRAPH_CONDITION_LASER) |
             flag(condition.lens == "capped", TOFGRAPH_CONDITION_LENS_CAPPED) |
@@ -52,27 +51,27 @@ Shot shot_of(const tofgraph_camera& camera, const Condition& condition) {
   c.roll = condition.roll;
   c.velocity = condition.velocity;
   for (std::uint64_t s = 0; s < camera.light_count && !condition.sources.empty(); ++s)
-    shot.on.push_back(std::ranges::find(condition.sources, camera.lights[s].name) != condition.sources.end());
-  shot.moving = moves(condition);
-  return shot;
+    acquisition.on.push_back(std::ranges::find(condition.sources, camera.lights[s].name) != condition.sources.end());
+  acquisition.moving = std::isfinite(condition.velocity) && condition.velocity != 0;
+  return acquisition;
 }
 
 std::vector<float> true_depth(const std::vector<Hit>& hits) {
   std::vector<float> depth;
-  for (const Hit& hit : hits) depth.push_back(std::isfinite(hit.reflected) ? static_cast<float>(hit.point.z) : NAN);
+  for (const Hit& hit : hits) depth.push_back(std::isfinite(hit.return_path) ? static_cast<float>(hit.point.z) : NAN);
   return depth;
 }
 
-std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, const core::Catalogue& catalogue,
-                                             const SimulationChanges& changes, core::Diagnostics& diagnostics) {
+std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, const graph::PluginRegistry& registry,
+                                             const SimulationChanges& changes, config::Diagnostics& diagnostics) {
   SceneFile scene = read_scene(file, diagnostics);
   if (!diagnostics.ok()) return nullptr;
   if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
   if (changes.frames) scene.frames = *changes.frames;
-  Model model = changes.model.empty() ? model_of_scene(scene.model, catalogue, diagnostics)
-                                      : load_model(changes.model, catalogue, diagnostics);
+  Model model = changes.model.empty() ? model_of_scene(scene.model, registry, diagnostics)
+                                      : load_model(changes.model, registry, diagnostics);
   const tofgraph_camera& camera = scene.camera->view();
-  const core::Value& document = scene.document;
+  const config::Value& document = scene.document;
   if (!model.camera.empty() && model.camera != camera.name)
     diagnostics.warning(document.at,
                         fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
@@ -109,15 +108,16 @@ bool Simulation::has_output(std::string_view name) const {
 }
 
 std::unique_ptr<const ConditionFrames> Simulation::prepare(std::size_t index) const {
-  const Condition& condition = conditions_.at(index);
+  const SceneCondition& condition = conditions_.at(index);
   const Tracer tracer = [&](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
     make_world(scene_, condition, change).trace(rays, hits);
   };
-  const Shot shot = shot_of(camera(), condition);
+  Acquisition acquisition = acquisition_of(camera(), condition);
+  acquisition.moving = acquisition.moving || has_moving_object(condition);
   return std::unique_ptr<const ConditionFrames>(
-      new ConditionFrames{condition, shot,
-                          Frames(forward_, tracer, shot, pixels_, noise_, {seed(), static_cast<std::uint32_t>(index)},
-                                 has_output("taps"))});
+      new ConditionFrames{condition, acquisition,
+                          Frames(forward_, tracer, acquisition, pixels_, noise_,
+                                 {seed(), static_cast<std::uint32_t>(index)}, has_output("taps"))});
 }
 
 tofgraph_metadata Simulation::metadata(const Condition& condition, std::uint64_t frame) const {

@@ -3,8 +3,8 @@
 /// @file A scene with a model: its conditions, and the frames of each.
 #pragma once
 
+#include "simulation/files/model.hpp"
 #include "simulation/frames.hpp"
-#include "simulation/model.hpp"
 #include "simulation/scene.hpp"
 
 #include <optional>
@@ -16,13 +16,13 @@ struct SimulationChanges {
   std::filesystem::path model;
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> frames;
-  std::shared_ptr<core::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
+  std::shared_ptr<graph::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
 };
 
 /// One condition, ready to give frames; frames of different numbers may be made at the same time.
 struct ConditionFrames {
-  Condition condition;
-  Shot shot;
+  SceneCondition condition;
+  Acquisition acquisition;
   Frames frames;
 };
 
@@ -30,8 +30,8 @@ struct ConditionFrames {
 class Simulation {
  public:
   /// Reads a scene, its model and its assets. Mistakes go to the diagnostics; null when there are any.
-  static std::unique_ptr<Simulation> read(const std::filesystem::path& scene, const core::Catalogue& catalogue,
-                                          const SimulationChanges& changes, core::Diagnostics& diagnostics);
+  static std::unique_ptr<Simulation> read(const std::filesystem::path& scene, const graph::PluginRegistry& registry,
+                                          const SimulationChanges& changes, config::Diagnostics& diagnostics);
 
   const SceneFile& scene() const { return scene_; }
   const tofgraph_camera& camera() const { return scene_.camera->view(); }
@@ -40,7 +40,7 @@ class Simulation {
   const Pixels& pixels() const { return pixels_; }
   std::uint64_t frames() const { return static_cast<std::uint64_t>(scene_.frames); }
   std::uint64_t seed() const { return static_cast<std::uint64_t>(scene_.seed); }
-  const std::vector<Condition>& conditions() const { return conditions_; }
+  const std::vector<SceneCondition>& conditions() const { return conditions_; }
   bool has_output(std::string_view name) const;
 
   /// @throws std::exception what the scene or an effect cannot do in this condition
@@ -57,11 +57,11 @@ class Simulation {
   Pixels pixels_;
   ForwardModel forward_;
   physics::TapNoise noise_;
-  std::vector<Condition> conditions_;
+  std::vector<SceneCondition> conditions_;
 };
 
 /// A condition of a scene or campaign as the forward model takes it.
-Shot shot_of(const tofgraph_camera& camera, const Condition& condition);
+Acquisition acquisition_of(const tofgraph_camera& camera, const Condition& condition);
 
 /// Depth without error: z of each pixel's point, m; NaN where nothing is.
 std::vector<float> true_depth(const std::vector<Hit>& hits);

@@ -14,9 +14,11 @@ struct AdcNonlinearity final : Effect {
   Param<double> quadratic{
       this,
       "quadratic",
-      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "k2 at full scale", .off = 0, .typical = 0.03}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "k2 at full scale", .off = 0, .typical = 0.03}};
   Param<double> cubic{
-      this, "cubic", {.fallback = "0", .min = -0.5, .max = 0.5, .text = "k3 at full scale", .off = 0, .typical = 0.02}};
+      this,
+      "cubic",
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "k3 at full scale", .off = 0, .typical = 0.02}};
   Param<double> full_scale{
       this, "full_scale", {.unit = "counts", .min = 1, .max = 1e9, .text = "default: the profile's full_well"}};
 

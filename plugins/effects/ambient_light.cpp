@@ -17,7 +17,7 @@ struct AmbientLight final : Effect {
   Param<double> rate{this,
                      "rate",
                      {.unit = "counts/s",
-                      .fallback = "0 counts/s",
+                      .default_value = "0 counts/s",
                       .min = 0,
                       .max = 1e12,
                       .text = "of both taps together",
@@ -27,7 +27,7 @@ struct AmbientLight final : Effect {
   Param<double> suppression{this,
                             "suppression",
                             {.unit = "counts",
-                             .fallback = "none",
+                             .default_value = "none",
                              .min = 0,
                              .max = 1e9,
                              .choices = "none",
@@ -40,7 +40,7 @@ struct AmbientLight final : Effect {
     if (!lit || *rate == 0) return;
     const double added = *rate * light.condition().integration_time / 2;
     for (double& tap : light.all()) tap += added;
-    if (suppression.word() == "none") return;
+    if (suppression.keyword() == "none") return;
     for (std::size_t k = 0; k < light.exposures(); ++k) {
       for (std::size_t i = 0; i < light.points(); ++i) {
         const double excess = std::max(0.0, (light.a(k, i) + light.b(k, i)) / 2 - *suppression);

@@ -14,7 +14,7 @@ struct AmplitudeWalk final : Effect {
   Param<double> logarithmic{this,
                             "logarithmic",
                             {.unit = "rad",
-                             .fallback = "0 rad",
+                             .default_value = "0 rad",
                              .min = -1,
                              .max = 1,
                              .text = "a1, for a factor e of amplitude",
@@ -23,7 +23,7 @@ struct AmplitudeWalk final : Effect {
   Param<double> inverse{this,
                         "inverse",
                         {.unit = "rad",
-                         .fallback = "0 rad",
+                         .default_value = "0 rad",
                          .min = -1,
                          .max = 1,
                          .text = "a2, at the reference amplitude",
@@ -32,13 +32,13 @@ struct AmplitudeWalk final : Effect {
   Param<double> reference_amplitude{
       this,
       "reference_amplitude",
-      {.unit = "counts", .fallback = "1000 counts", .min = 1e-3, .max = 1e6, .text = "a0, not fitted"}};
+      {.unit = "counts", .default_value = "1000 counts", .min = 1e-3, .max = 1e6, .text = "a0, not fitted"}};
 
   void apply(PhaseLevel& light) const {
     if (*logarithmic == 0 && *inverse == 0) return;
     for (std::size_t i = 0; i < light.points(); ++i) {
       const double ratio = light.amplitude(i) / *reference_amplitude;
-      if (ratio > 0) light.turn(i) += *logarithmic * std::log(ratio) + *inverse / ratio;
+      if (ratio > 0) light.phase_offset(i) += *logarithmic * std::log(ratio) + *inverse / ratio;
     }
   }
 };

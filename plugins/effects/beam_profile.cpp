@@ -11,9 +11,9 @@ struct BeamProfile final : Effect {
                                    .confused_with = "vignetting pixel_response surface_reflectance",
                                    .experiment = "short distances, tilts, one source at a time"};
   Param<double> exponent{
-      this, "exponent", {.fallback = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 2}};
+      this, "exponent", {.default_value = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 2}};
   Param<double> toe{
-      this, "toe", {.unit = "rad", .fallback = "0 rad", .min = -1, .max = 1, .text = "of each axis, outwards"}};
+      this, "toe", {.unit = "rad", .default_value = "0 rad", .min = -1, .max = 1, .text = "of each axis, outwards"}};
 
   void apply(PhasorLevel& light) const {
     if (*exponent == 0) return;

@@ -15,11 +15,11 @@ struct BoardTilt final : Effect {
   Param<double> x{
       this,
       "x",
-      {.unit = "rad", .fallback = "0 rad", .min = -1, .max = 1, .text = "about x", .off = 0, .typical = 5e-3}};
+      {.unit = "rad", .default_value = "0 rad", .min = -1, .max = 1, .text = "about x", .off = 0, .typical = 5e-3}};
   Param<double> y{
       this,
       "y",
-      {.unit = "rad", .fallback = "0 rad", .min = -1, .max = 1, .text = "about y", .off = 0, .typical = 5e-3}};
+      {.unit = "rad", .default_value = "0 rad", .min = -1, .max = 1, .text = "about y", .off = 0, .typical = 5e-3}};
 
   void apply(GeometryLevel& light) const {
     light.state.tilt[0] += *x;

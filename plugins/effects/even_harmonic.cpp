@@ -12,7 +12,7 @@ struct EvenHarmonic final : Effect {
   Param<double> ratio{
       this,
       "ratio",
-      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "m2, of the amplitude", .off = 0, .typical = 0.02}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "m2, of the amplitude", .off = 0, .typical = 0.02}};
 
   void apply(SamplesLevel& light) const {
     if (*ratio == 0) return;

@@ -12,7 +12,7 @@ struct FixedPattern final : Effect {
       .confused_with = "lens_distortion principal_point board_tilt source_phase source_position stray_light",
       .experiment = "three distances or more of a flat wall; roll of the camera by 90 or 180 deg"};
   Param<double> scale{
-      this, "scale", {.fallback = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
+      this, "scale", {.default_value = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
   Param<Image> map{this, "map", {.unit = "m", .text = "offsets: {file, dataset, unit}, height x width"}};
   Param<Image> slope_map{this, "slope_map", {.text = "m per m: {file, dataset}, height x width"}};
 
@@ -27,7 +27,7 @@ struct FixedPattern final : Effect {
     for (std::size_t i = 0; i < light.points(); ++i) {
       const double u = light.state.pixel[2 * i], v = light.state.pixel[2 * i + 1];
       const double error = at(*map, u, v) + at(*slope_map, u, v) * (light.distance(i) - 2);
-      light.turn(i) += *scale * error * light.radians_per_metre();
+      light.phase_offset(i) += *scale * error * light.radians_per_metre();
     }
   }
 };

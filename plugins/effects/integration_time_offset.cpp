@@ -17,21 +17,26 @@ struct IntegrationTimeOffset final : Effect {
       .touches = "distance",
       .confused_with = "amplitude_walk warm_up adc_nonlinearity",
       .experiment = "integration time against reflectivity: this follows the time at the same amplitude"};
-  Param<double> slope{
-      this,
-      "slope",
-      {.unit = "m", .fallback = "0 mm", .min = -1, .max = 1, .text = "b, for a factor e", .off = 0, .typical = 8e-3}};
+  Param<double> slope{this,
+                      "slope",
+                      {.unit = "m",
+                       .default_value = "0 mm",
+                       .min = -1,
+                       .max = 1,
+                       .text = "b, for a factor e",
+                       .off = 0,
+                       .typical = 8e-3}};
   Param<double> linear{this,
                        "linear",
                        {.unit = "m/s",
-                        .fallback = "0 mm/s",
+                        .default_value = "0 mm/s",
                         .min = -100,
                         .max = 100,
                         .text = "more for each second; 1 m/s is 1 mm for each ms",
                         .off = 0,
                         .typical = 1}};
   Param<double> reference_time{
-      this, "reference_time", {.unit = "s", .fallback = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
+      this, "reference_time", {.unit = "s", .default_value = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{
       this, "table", {.text = "lines of integration time in ms, comma, offset in mm; in place of both"}};
 
@@ -43,7 +48,7 @@ struct IntegrationTimeOffset final : Effect {
     const double offset = offset_at(light.condition().integration_time);
     if (offset == 0) return;
     const double turn = offset * light.radians_per_metre();
-    for (std::size_t i = 0; i < light.points(); ++i) light.turn(i) += turn;
+    for (std::size_t i = 0; i < light.points(); ++i) light.phase_offset(i) += turn;
   }
 
  private:

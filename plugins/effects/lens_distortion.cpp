@@ -11,7 +11,7 @@ struct LensDistortion final : Effect {
                                    .confused_with = "stray_light fixed_pattern",
                                    .experiment = "corners of a chessboard; a tilted board"};
   static constexpr ParamSpec length(const char* text, double typical = ParamSpec::none) {
-    return {.fallback = "0",
+    return {.default_value = "0",
             .min = -2,
             .max = 2,
             .text = text,

@@ -13,10 +13,15 @@ struct MixedPixels final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity variance",
                                    .confused_with = "stray_light",
                                    .experiment = "edges alone; the scene shifted by half a pixel"};
-  Param<double> blur{
-      this,
-      "blur",
-      {.unit = "px", .fallback = "0 px", .min = 0, .max = 50, .text = "standard deviation", .off = 0, .typical = 0.7}};
+  Param<double> blur{this,
+                     "blur",
+                     {.unit = "px",
+                      .default_value = "0 px",
+                      .min = 0,
+                      .max = 50,
+                      .text = "standard deviation",
+                      .off = 0,
+                      .typical = 0.7}};
 
   void apply(PhasorImage& light) const {
     if (*blur == 0) return;

@@ -11,15 +11,19 @@ struct ModulationFrequency final : Effect {
       .touches = "distance",
       .confused_with = "rail_scale amplitude_walk",
       .experiment = "a frequency counter; an interferometer or laser tracker as a standard of length"};
-  Param<double> error{
-      this,
-      "error",
-      {.fallback = "0", .min = -0.1, .max = 0.1, .text = "of the frequency, relative", .off = 0, .typical = 300e-6}};
+  Param<double> error{this,
+                      "error",
+                      {.default_value = "0",
+                       .min = -0.1,
+                       .max = 0.1,
+                       .text = "of the frequency, relative",
+                       .off = 0,
+                       .typical = 300e-6}};
 
   void apply(PhaseLevel& light) const {
     if (*error == 0) return;
     const double scale = *error * light.radians_per_metre();
-    for (std::size_t i = 0; i < light.points(); ++i) light.turn(i) += scale * light.distance(i);
+    for (std::size_t i = 0; i < light.points(); ++i) light.phase_offset(i) += scale * light.distance(i);
   }
 };
 

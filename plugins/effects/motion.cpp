@@ -15,7 +15,7 @@ struct Motion final : Effect {
   Param<double> displacement{this,
                              "displacement",
                              {.unit = "m",
-                              .fallback = "0 mm",
+                              .default_value = "0 mm",
                               .min = -0.1,
                               .max = 0.1,
                               .text = "from one phase image to the next, away positive",

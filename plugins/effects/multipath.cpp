@@ -11,14 +11,18 @@ struct Multipath final : Effect {
                                    .confused_with = "stray_light rail_offset",
                                    .experiment = "an open against a closed corner; one wall blackened",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
-  Param<double> strength{
-      this,
-      "strength",
-      {.fallback = "0", .min = 0, .max = 1, .text = "of the light that comes straight", .off = 0, .typical = 0.03}};
+  Param<double> strength{this,
+                         "strength",
+                         {.default_value = "0",
+                          .min = 0,
+                          .max = 1,
+                          .text = "of the light that comes straight",
+                          .off = 0,
+                          .typical = 0.03}};
   Param<double> extra_path{this,
                            "extra_path",
                            {.unit = "m",
-                            .fallback = "0.5 m",
+                            .default_value = "0.5 m",
                             .min = 0,
                             .max = 20,
                             .text = "how much longer the whole way is",

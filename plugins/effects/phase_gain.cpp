@@ -13,15 +13,15 @@ struct PhaseGain final : Effect {
   Param<double> gain1{
       this,
       "gain1",
-      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "image 1 gets more light", .off = 0, .typical = 5e-3}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "image 1 gets more light", .off = 0, .typical = 5e-3}};
   Param<double> gain2{
       this,
       "gain2",
-      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "image 2 gets more light", .off = 0, .typical = 5e-3}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "image 2 gets more light", .off = 0, .typical = 5e-3}};
   Param<double> gain3{
       this,
       "gain3",
-      {.fallback = "0", .min = -0.5, .max = 0.5, .text = "image 3 gets more light", .off = 0, .typical = 5e-3}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "image 3 gets more light", .off = 0, .typical = 5e-3}};
 
   Param<std::vector<double>> further{
       this, "further", {.min = -0.5, .max = 0.5, .text = "the same of the images from 4 on"}};

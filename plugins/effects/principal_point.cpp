@@ -11,14 +11,19 @@ struct PrincipalPoint final : Effect {
       .touches = "distance amplitude",
       .confused_with = "board_tilt",
       .experiment = "roll of the camera by 180 deg: a tilt turns, this does not; corners of a chessboard"};
-  Param<double> x{
-      this,
-      "x",
-      {.unit = "px", .fallback = "0 px", .min = -100, .max = 100, .text = "to the right", .off = 0, .typical = 1.2}};
+  Param<double> x{this,
+                  "x",
+                  {.unit = "px",
+                   .default_value = "0 px",
+                   .min = -100,
+                   .max = 100,
+                   .text = "to the right",
+                   .off = 0,
+                   .typical = 1.2}};
   Param<double> y{
       this,
       "y",
-      {.unit = "px", .fallback = "0 px", .min = -100, .max = 100, .text = "downwards", .off = 0, .typical = 1.2}};
+      {.unit = "px", .default_value = "0 px", .min = -100, .max = 100, .text = "downwards", .off = 0, .typical = 1.2}};
 
   void apply(GeometryLevel& light) const {
     light.state.principal_point[0] += *x;

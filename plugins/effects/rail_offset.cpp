@@ -11,10 +11,15 @@ struct RailOffset final : Effect {
                                    .confused_with = "fixed_pattern source_position warm_up",
                                    .experiment = "a standard of length; the amplitude over the distance",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
-  Param<double> offset{
-      this,
-      "offset",
-      {.unit = "m", .fallback = "0 mm", .min = -1, .max = 1, .text = "of the distances", .off = 0, .typical = 5e-3}};
+  Param<double> offset{this,
+                       "offset",
+                       {.unit = "m",
+                        .default_value = "0 mm",
+                        .min = -1,
+                        .max = 1,
+                        .text = "of the distances",
+                        .off = 0,
+                        .typical = 5e-3}};
 
   void apply(GeometryLevel& light) const {
     if ((light.condition().flags & TOFGRAPH_CONDITION_LASER) == 0) light.state.offset += *offset;

@@ -15,11 +15,11 @@ struct RailReflection final : Effect {
   Param<double> strength{
       this,
       "strength",
-      {.fallback = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
+      {.default_value = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
   Param<double> height{this,
                        "height",
                        {.unit = "m",
-                        .fallback = "0.4 m",
+                        .default_value = "0.4 m",
                         .min = 0.01,
                         .max = 10,
                         .text = "h, of the axis above the rail",

@@ -14,7 +14,7 @@ struct RailScale final : Effect {
   Param<double> scale{
       this,
       "scale",
-      {.fallback = "0", .min = -0.1, .max = 0.1, .text = "of the distances, relative", .off = 0, .typical = 1e-3}};
+      {.default_value = "0", .min = -0.1, .max = 0.1, .text = "of the distances, relative", .off = 0, .typical = 1e-3}};
 
   void apply(GeometryLevel& light) const {
     if ((light.condition().flags & TOFGRAPH_CONDITION_LASER) == 0) light.state.scale += *scale;

@@ -15,10 +15,10 @@ struct Saturation final : Effect {
   Param<double> full_well{
       this,
       "full_well",
-      {.unit = "counts", .fallback = "none", .min = 1, .max = 1e9, .choices = "none", .text = "of a tap"}};
+      {.unit = "counts", .default_value = "none", .min = 1, .max = 1e9, .choices = "none", .text = "of a tap"}};
 
   void apply(ReadoutLevel& light) const {
-    if (full_well.word() == "none") return;
+    if (full_well.keyword() == "none") return;
     for (double& tap : light.all()) tap = std::min(tap, *full_well);
   }
 };

@@ -12,7 +12,7 @@ struct SourceAmplitude final : Effect {
                                    .experiment = "frames with one source at a time"};
   Param<double> ratio{this,
                       "ratio",
-                      {.fallback = "0",
+                      {.default_value = "0",
                        .min = -1.9,
                        .max = 1.9,
                        .text = "how much brighter the right one is",

@@ -13,7 +13,7 @@ struct SourcePhase final : Effect {
   Param<double> difference{this,
                            "difference",
                            {.unit = "rad",
-                            .fallback = "0 rad",
+                            .default_value = "0 rad",
                             .min = -M_PI,
                             .max = M_PI,
                             .text = "right minus left",

@@ -12,7 +12,7 @@ struct SourcePosition final : Effect {
       .confused_with = "rail_offset source_amplitude",
       .experiment = "distances below 0.7 m; frames with one source at a time; the amplitude over 1/Z^2"};
   static constexpr ParamSpec length(const char* text) {
-    return {.unit = "m", .fallback = "0 mm", .min = -0.1, .max = 0.1, .text = text, .off = 0, .typical = 4e-3};
+    return {.unit = "m", .default_value = "0 mm", .min = -0.1, .max = 0.1, .text = text, .off = 0, .typical = 4e-3};
   }
   Param<double> separation{this, "separation", length("each source farther out along x")};
   Param<double> shift{this, "shift", length("all sources along x")};

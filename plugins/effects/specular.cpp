@@ -16,8 +16,8 @@ struct Specular final : Effect {
   Param<double> strength{
       this,
       "strength",
-      {.fallback = "0", .min = 0, .max = 100, .text = "k_s, against a white surface", .off = 0, .typical = 0.3}};
-  Param<double> exponent{this, "exponent", {.fallback = "60", .min = 1, .max = 2000, .text = "m", .typical = 60}};
+      {.default_value = "0", .min = 0, .max = 100, .text = "k_s, against a white surface", .off = 0, .typical = 0.3}};
+  Param<double> exponent{this, "exponent", {.default_value = "60", .min = 1, .max = 2000, .text = "m", .typical = 60}};
 
   void apply(PhasorLevel& light) const {
     if (*strength == 0) return;

@@ -18,15 +18,15 @@ struct StrayLight final : Effect {
   Param<double> fraction{
       this,
       "fraction",
-      {.fallback = "0", .min = 0, .max = 1, .text = "of the light that is scattered", .off = 0, .typical = 0.03}};
+      {.default_value = "0", .min = 0, .max = 1, .text = "of the light that is scattered", .off = 0, .typical = 0.03}};
   Param<double> width{
       this,
       "width",
-      {.unit = "px", .fallback = "35 px", .min = 0.5, .max = 2000, .text = "standard deviation", .typical = 35}};
+      {.unit = "px", .default_value = "35 px", .min = 0.5, .max = 2000, .text = "standard deviation", .typical = 35}};
   Param<double> uniform{
       this,
       "uniform",
-      {.fallback = "0.5", .min = 0, .max = 1, .text = "share that goes everywhere alike", .typical = 0.5}};
+      {.default_value = "0.5", .min = 0, .max = 1, .text = "share that goes everywhere alike", .typical = 0.5}};
 
   void apply(PhasorImage& light) const {
     if (*fraction == 0) return;

@@ -15,11 +15,11 @@ struct SurfaceReflectance final : Effect {
                                    .experiment = "a series of tilts of +-30 deg",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> lambert{
-      this, "lambert", {.fallback = "0", .min = 0, .max = 1, .text = "l, 1: Lambert", .off = 0, .typical = 1}};
+      this, "lambert", {.default_value = "0", .min = 0, .max = 1, .text = "l, 1: Lambert", .off = 0, .typical = 1}};
   Param<double> roughness{this,
                           "roughness",
                           {.unit = "rad",
-                           .fallback = "0 rad",
+                           .default_value = "0 rad",
                            .min = 0,
                            .max = 1.5,
                            .text = "of Oren and Nayar; 0: f_on = 1",

@@ -13,7 +13,7 @@ struct TemporalNoise final : Effect {
   Param<double> factor{
       this,
       "factor",
-      {.fallback = "1", .min = 0, .max = 1000, .text = "of the standard deviation", .off = 1, .typical = 2}};
+      {.default_value = "1", .min = 0, .max = 1000, .text = "of the standard deviation", .off = 1, .typical = 2}};
 
   void apply(TapsLevel& light) const { light.state.noise_factor *= *factor; }
 };

@@ -12,7 +12,7 @@ struct Vignetting final : Effect {
       .confused_with = "pixel_response beam_profile",
       .experiment = "an integrating sphere or a passive image; otherwise its smooth shape alone"};
   Param<double> exponent{
-      this, "exponent", {.fallback = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 4}};
+      this, "exponent", {.default_value = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 4}};
 
   void apply(PhasorLevel& light) const {
     if (*exponent == 0) return;

@@ -15,24 +15,30 @@ struct WarmUp final : Effect {
   Param<double> drift{this,
                       "drift",
                       {.unit = "m",
-                       .fallback = "0 mm",
+                       .default_value = "0 mm",
                        .min = -1,
                        .max = 1,
                        .text = "of the distance until it is warm",
                        .off = 0,
                        .typical = 10e-3}};
   Param<double> time_constant{
-      this, "time_constant", {.unit = "s", .fallback = "720 s", .min = 1, .max = 36000, .text = "tau", .typical = 720}};
-  Param<double> droop{
       this,
-      "droop",
-      {.fallback = "0", .min = -0.9, .max = 0.9, .text = "of the light until it is warm", .off = 0, .typical = 0.03}};
+      "time_constant",
+      {.unit = "s", .default_value = "720 s", .min = 1, .max = 36000, .text = "tau", .typical = 720}};
+  Param<double> droop{this,
+                      "droop",
+                      {.default_value = "0",
+                       .min = -0.9,
+                       .max = 0.9,
+                       .text = "of the light until it is warm",
+                       .off = 0,
+                       .typical = 0.03}};
 
   void apply(PhasorLevel& light) const {
     const double time = light.condition().time_since_power_on;
     const double warm = std::isnan(time) ? 1 : -std::expm1(-time / *time_constant);
     const double turn = *drift * warm * light.radians_per_metre(), factor = 1 - *droop * warm;
-    for (std::size_t i = 0; i < light.points(); ++i) light.turn(i) += turn;
+    for (std::size_t i = 0; i < light.points(); ++i) light.phase_offset(i) += turn;
     for (std::size_t s = 0; s < light.size(); ++s) {
       if (light[s].from_inside()) continue;
       for (std::size_t i = 0; i < light.points(); ++i) light[s].scale(i, factor);

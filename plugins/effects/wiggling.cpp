@@ -14,16 +14,16 @@ struct Wiggling final : Effect {
       .experiment =
           "a rail span of more than 1.9 m, or an electronic delay; series of reflectivity and integration time"};
   static constexpr ParamSpec size(const char* text) {
-    return {.unit = "m", .fallback = "0 mm", .min = -0.5, .max = 0.5, .text = text, .off = 0, .typical = 5e-3};
+    return {.unit = "m", .default_value = "0 mm", .min = -0.5, .max = 0.5, .text = text, .off = 0, .typical = 5e-3};
   }
   static constexpr ParamSpec angle(const char* text) {
-    return {.unit = "rad", .fallback = "0 rad", .min = -M_PI, .max = M_PI, .text = text, .typical = 1};
+    return {.unit = "rad", .default_value = "0 rad", .min = -M_PI, .max = M_PI, .text = text, .typical = 1};
   }
   static constexpr ParamSpec higher(const char* text) {
-    return {.unit = "m", .fallback = "0 mm", .min = -0.5, .max = 0.5, .text = text};
+    return {.unit = "m", .default_value = "0 mm", .min = -0.5, .max = 0.5, .text = text};
   }
   static constexpr ParamSpec fixed_angle(const char* text) {
-    return {.unit = "rad", .fallback = "0 rad", .min = -M_PI, .max = M_PI, .text = text};
+    return {.unit = "rad", .default_value = "0 rad", .min = -M_PI, .max = M_PI, .text = text};
   }
   Param<double> amplitude{this, "amplitude", size("of the error by the third harmonic, as a length")};
   Param<double> phase{this, "phase", angle("psi3")};

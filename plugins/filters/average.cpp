@@ -141,12 +141,12 @@ struct Average final : Filter {
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "made, or replaced: of the mean"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "joined over the frames"}};
   Param<std::int64_t> frames{
-      this, "frames", {.fallback = "10", .min = 1, .max = 1e6, .text = "how many frames make one"}};
+      this, "frames", {.default_value = "10", .min = 1, .max = 1e6, .text = "how many frames make one"}};
   Param<bool> running{
-      this, "running", {.fallback = "false", .text = "one for each frame that comes in, over the last `frames`"}};
+      this, "running", {.default_value = "false", .text = "one for each frame that comes in, over the last `frames`"}};
   Param<Choice> channel{this,
                         "channel",
-                        {.fallback = "auto",
+                        {.default_value = "auto",
                          .choices = "auto depth range distance",
                          .text = "what is averaged; auto: the first of them that is there"}};
 
@@ -301,7 +301,7 @@ struct Average final : Filter {
   std::vector<std::int32_t> valid_, lit_;
   std::vector<Taken> window_;          // running only
   std::vector<std::uint16_t> joined_;  // otherwise
-  std::int64_t taken_ = 0;             // frames so far; of a mean that is no running one
+  std::int64_t taken_ = 0;             // frames so far; of a mean that is not a running one
   OtherLengths lengths_;
 };
 

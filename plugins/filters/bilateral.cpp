@@ -26,11 +26,11 @@ HWY_EXPORT(FilterPixels);
 /// pixel in the middle and r its distance from it in pixels. The window is clipped at the image's border.
 struct Bilateral final : WindowFilter {
   Param<std::int64_t> window{
-      this, "window", {.fallback = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+      this, "window", {.default_value = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
   Param<double> rho{this,
                     "rho",
                     {.unit = "px",
-                     .fallback = "5 px",
+                     .default_value = "5 px",
                      .min = 0.1,
                      .max = 1e6,
                      .text = "the distance in the image at which a weight is 1/e of that nearby"}};

@@ -68,7 +68,7 @@ struct Channels final : Filter {
     for (const std::string& word : words(*rename)) {
       const auto equals = word.find('=');
       if (equals == 0 || equals == std::string::npos || equals + 1 == word.size())
-        throw ConfigError("rename", "'" + word + "' is no old=new, e.g. [distance=distance_short]");
+        throw ConfigError("rename", "'" + word + "' is not an old=new, e.g. [distance=distance_short]");
       const std::string before = word.substr(0, equals), after = word.substr(equals + 1);
       check(setup, "rename", before);
       if (is_in(dropped_, before)) throw ConfigError("rename", "'" + before + "' is taken out");

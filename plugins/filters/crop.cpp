@@ -13,7 +13,7 @@
 namespace tofgraph {
 
 /// Cuts the images, and the camera with them, to a region of columns and rows; marks pixels outside a range of lengths
-/// or below an amplitude as invalid. Channels that are no images of the frame's size pass as they are.
+/// or below an amplitude as invalid. Channels that are not images of the frame's size pass as they are.
 struct Crop final : Filter {
   InOut<void> every{this, "*", {.text = "images are cut to the region"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made where pixels are marked"}};
@@ -26,7 +26,7 @@ struct Crop final : Filter {
       this, "minimum_amplitude", {.unit = "counts", .min = 0, .text = "pixels with less are marked invalid"}};
   Param<Choice> channel{this,
                         "channel",
-                        {.fallback = "auto",
+                        {.default_value = "auto",
                          .choices = "auto depth range distance",
                          .text = "the length that minimum and maximum are of; auto: the first of them that is there"}};
 

@@ -59,15 +59,15 @@ struct Decoder : Filter {
   Param<double> min_amplitude{
       this,
       "min_amplitude",
-      {.unit = "counts", .fallback = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
+      {.unit = "counts", .default_value = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
   Param<bool> invalidate_low_signal{
-      this, "invalidate_low_signal", {.fallback = "false", .text = "pixels of low signal become invalid"}};
+      this, "invalidate_low_signal", {.default_value = "false", .text = "pixels of low signal become invalid"}};
   Param<bool> invalidate_saturated{
-      this, "invalidate_saturated", {.fallback = "true", .text = "saturated pixels become invalid"}};
+      this, "invalidate_saturated", {.default_value = "true", .text = "saturated pixels become invalid"}};
   Param<bool> invalidate_inconsistent{
       this,
       "invalidate_inconsistent",
-      {.fallback = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
+      {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
   Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
   Param<double> shot_noise{
       this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};

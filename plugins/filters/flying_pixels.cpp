@@ -22,25 +22,27 @@ struct FlyingPixels final : Filter {
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "invalidated with the pixel"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<double> threshold{
-      this, "threshold", {.unit = "m", .fallback = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side"}};
+      this,
+      "threshold",
+      {.unit = "m", .default_value = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side"}};
   Param<double> deviations{this,
                            "deviations",
-                           {.fallback = "5",
+                           {.default_value = "5",
                             .min = 0,
                             .max = 1e3,
                             .text = "least step to each side in units of the pixel's sigma, where that is known"}};
   Param<double> grazing{this,
                         "grazing",
                         {.unit = "rad",
-                         .fallback = "80 deg",
+                         .default_value = "80 deg",
                          .min = 0,
                          .max = 1.56,
                          .text = "surfaces seen less grazingly than this are never marked; 0 deg: no such limit"}};
   Param<bool> invalidate{
-      this, "invalidate", {.fallback = "false", .text = "marked pixels become invalid, in all lengths"}};
+      this, "invalidate", {.default_value = "false", .text = "marked pixels become invalid, in all lengths"}};
   Param<Choice> channel{this,
                         "channel",
-                        {.fallback = "auto",
+                        {.default_value = "auto",
                          .choices = "auto depth range distance",
                          .text = "in which edges are looked for; auto: the first of them that is there"}};
 

@@ -59,7 +59,7 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
       LoadFlags(d, images.flags + i),
       physics::HWY_NAMESPACE::WrappedDistance(d, sine, cosine, hn::Set(d, s.metres_per_radian), hn::Set(d, s.range)),
       amplitude, intensity,
-      // Without light, or with samples that are no numbers, there is no phase.
+      // Without light, or with samples that are not numbers, there is no phase.
       hn::And(hn::Gt(amplitude, hn::Zero(d)), hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>())))};
   Raise(d, pixels.flags, hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
   const auto valid = StorePixels<Taps>(d, s.counts, images, i, sums, pixels);
@@ -105,7 +105,7 @@ struct FourPhaseDecoder final : Decoder {
   Param<double> inconsistent_above{this,
                                    "inconsistent_above",
                                    {.unit = "counts",
-                                    .fallback = "auto",
+                                    .default_value = "auto",
                                     .min = 0,
                                     .choices = "auto off",
                                     .text = "flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent; "
@@ -135,14 +135,14 @@ struct FourPhaseDecoder final : Decoder {
   /// All that does not depend on the frame.
   void set_constants(const std::vector<std::size_t>& order) {
     constexpr double never = std::numeric_limits<float>::infinity();
-    const bool automatic = inconsistent_above.word() == "auto" && counts_.noise_known;
-    settings_ = {
-        .counts = counts_,
-        .null2_square = static_cast<float>(inconsistent_above.word().empty() ? *inconsistent_above * *inconsistent_above
-                                           : automatic                       ? 0
+    const bool automatic = inconsistent_above.keyword() == "auto" && counts_.noise_known;
+    settings_ = {.counts = counts_,
+                 .null2_square =
+                     static_cast<float>(inconsistent_above.keyword().empty() ? *inconsistent_above * *inconsistent_above
+                                        : automatic                          ? 0
                                                                              : never),
-        // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
-        .null2_per_variance = automatic ? 25.0F / 2 : 0.0F};
+                 // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
+                 .null2_per_variance = automatic ? 25.0F / 2 : 0.0F};
     std::ranges::copy(order, settings_.order.begin());
   }
 

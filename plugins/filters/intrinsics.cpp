@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/calibration.hpp"
+#include "io/calibration.hpp"
 #include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {
@@ -37,7 +37,9 @@ struct Intrinsics final : Filter {
   Param<double> p2{this, "p2", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> k3{this, "k3", {.text = "radial distortion, OpenCV's model"}};
   Param<bool> rectify{
-      this, "rectify", {.fallback = "false", .text = "resamples the images: the camera that leaves has no distortion"}};
+      this,
+      "rectify",
+      {.default_value = "false", .text = "resamples the images: the camera that leaves has no distortion"}};
 
   void prepare(Setup& setup) {
     tofgraph_camera camera = setup.camera();
@@ -75,7 +77,7 @@ struct Intrinsics final : Filter {
  private:
   void use_calibration(tofgraph_camera& camera) const {
     try {
-      core::CalibrationReader file(std::string(*calibration), "intrinsics", camera.name);
+      io::CalibrationReader file(std::string(*calibration), "intrinsics", camera.name);
       const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
         std::ranges::copy(file.need(key, unit, to.size(), example).value, to.begin());
       };
@@ -83,7 +85,7 @@ struct Intrinsics final : Filter {
       set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
       set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
       file.finish();
-    } catch (const core::ConfigurationError& error) {
+    } catch (const config::ConfigurationError& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }
     for (const double focal : camera.focal_px) {
@@ -118,7 +120,7 @@ struct Intrinsics final : Filter {
     if (const tofgraph_channel* points = setup.find("points"))
       throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
                                        ? "comes too late: there are points already; put the node before point_cloud"
-                                       : "the points that were recorded are no image: read the recording without "
+                                       : "the points that were recorded are not an image: read the recording without "
                                          "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);
     const std::size_t inside = rectification_.inside(), pixels = rectification_.pixels();
@@ -140,7 +142,7 @@ struct Intrinsics final : Filter {
     if (name == "rays") return;
     if (rank < 2 || channel.extent[rank - 2] != rectification_.rows() ||
         channel.extent[rank - 1] != rectification_.columns()) {
-      throw ConfigError("rectify", "'" + std::string(name) + "' is no image of the camera's size");
+      throw ConfigError("rectify", "'" + std::string(name) + "' is not an image of the camera's size");
     }
     const bool counts =
         std::string_view(channel.unit) == "counts" &&

@@ -22,10 +22,10 @@ namespace tofgraph {
 /// q = pi / 2 and s^2 the mean of their variances: exact for one value and for many, within 2 % between.
 struct Median final : LengthFilter {
   Param<std::int64_t> window{
-      this, "window", {.fallback = "3", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+      this, "window", {.default_value = "3", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
   Param<bool> fill{this,
                    "fill",
-                   {.fallback = "false",
+                   {.default_value = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
                             "of the window is valid, and is flagged as filled"}};
 

@@ -39,24 +39,24 @@ HWY_EXPORT(FilterPatches);
 struct NonLocalMeans final : WindowFilter {
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "for guide: amplitude"}};
   Param<std::int64_t> search{
-      this, "search", {.fallback = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+      this, "search", {.default_value = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
   Param<std::int64_t> patch{
       this,
       "patch",
-      {.fallback = "3", .min = 1, .max = 21, .text = "side of the patches in pixels, odd, at most `search`"}};
+      {.default_value = "3", .min = 1, .max = 21, .text = "side of the patches in pixels, odd, at most `search`"}};
   Param<Choice> patch_weights{this,
                               "patch_weights",
-                              {.fallback = "gaussian",
+                              {.default_value = "gaussian",
                                .choices = "gaussian uniform robust",
                                .text = "of a patch's pixels; robust: those across an edge count less, at a time that "
                                        "goes with the square of the side"}};
   Param<double> patch_sigma{
       this,
       "patch_sigma",
-      {.unit = "px", .fallback = "1 px", .min = 0.1, .max = 1e3, .text = "a, the width of the patch's Gaussian"}};
+      {.unit = "px", .default_value = "1 px", .min = 0.1, .max = 1e3, .text = "a, the width of the patch's Gaussian"}};
   Param<Choice> guide{this,
                       "guide",
-                      {.fallback = "none",
+                      {.default_value = "none",
                        .choices = "none amplitude",
                        .text = "amplitude: patches have to agree in amplitude, too, as far as its noise allows"}};
 
@@ -124,11 +124,11 @@ struct NonLocalMeans final : WindowFilter {
     pad(f, f.guide, all, 0, value);
     pad(f, f.guide_variance, all, 1, [&](std::size_t i) {
       const float deviation = value(i) * f.sigma[i] * per_metre;
-      return deviation > least_deviation ? deviation * deviation : least_deviation * least_deviation;
+      return deviation > min_deviation ? deviation * deviation : min_deviation * min_deviation;
     });
   }
 
-  static constexpr float least_deviation = 1e-3F;  // counts; also where there is no light or no sigma
+  static constexpr float min_deviation = 1e-3F;  // counts; also where there is no light or no sigma
   std::vector<float> factors_;
 };
 

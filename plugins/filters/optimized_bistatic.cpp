@@ -70,8 +70,8 @@ HWY_INLINE Solution<D> Estimate(D d, const Inputs& in, std::size_t i) {
   const V constant = hn::Mul(half, hn::MulSub(sensor, sensor, hn::Set(d, in.camera.mean_square)));
   V e = hn::Mul(hn::NegMulAdd(distance, hn::Add(sensor, mean_along), constant), inverse);
   if constexpr (!OneSource) {
-    const V reflected = hn::Add(distance, e);
-    const V twice = hn::Add(reflected, reflected), square = hn::Mul(reflected, reflected);
+    const V return_path = hn::Add(distance, e);
+    const V twice = hn::Add(return_path, return_path), square = hn::Mul(return_path, return_path);
     V first = hn::Zero(d), mean = first, mean_square = first;
     for (std::size_t s = 0; s < in.count; ++s) {
       const V along = hn::LoadU(d, in.sources[s].along + i);
@@ -96,19 +96,19 @@ template <class D, class V = hn::Vec<D>>
 HWY_INLINE void Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, Solution<D>& solution) {
   const V distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
   auto pending = hn::AndNot(solution.settled, valid);
-  constexpr int most_steps = 30;
-  for (int step = 0; step < most_steps && !hn::AllFalse(d, pending); ++step) {
-    const V reflected = hn::Add(distance, solution.e);
+  constexpr int max_steps = 30;
+  for (int step = 0; step < max_steps && !hn::AllFalse(d, pending); ++step) {
+    const V return_path = hn::Add(distance, solution.e);
     V rest = hn::Add(hn::Add(solution.e, solution.e), sensor), rise = hn::Set(d, 1.0F);
     V nearest = hn::Set(d, hwy::HighestValue<float>());
     for (std::size_t s = 0; s < in.count; ++s) {
       const V along = hn::LoadU(d, in.sources[s].along + i), weight = hn::Set(d, in.sources[s].weight);
-      const V n = hn::MulAdd(hn::Add(reflected, reflected), along, hn::Set(d, in.sources[s].square));
-      const V path = hn::Sqrt(hn::MulAdd(reflected, reflected, n));  // D_i
-      const V both = hn::Add(path, reflected);
+      const V n = hn::MulAdd(hn::Add(return_path, return_path), along, hn::Set(d, in.sources[s].square));
+      const V path = hn::Sqrt(hn::MulAdd(return_path, return_path, n));  // D_i
+      const V both = hn::Add(path, return_path);
       const V q = hn::Div(weight, hn::Mul(path, both));
       rest = hn::MulAdd(hn::Mul(n, path), q, rest);
-      rise = hn::MulAdd(hn::Mul(hn::Add(reflected, along), both), q, rise);
+      rise = hn::MulAdd(hn::Mul(hn::Add(return_path, along), both), q, rise);
       nearest = hn::Min(nearest, path);
     }
     const V slope = hn::Div(hn::Set(d, 1.0F), rise), change = hn::Mul(rest, slope);
@@ -125,7 +125,7 @@ template <class D> HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::s
   const hn::RebindToSigned<D> di;
   const auto distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
   const auto far = hn::Gt(hn::Sub(hn::Add(distance, distance), sensor), hn::Set(d, in.camera.closest));
-  const auto finite = hn::Lt(distance, hn::Set(d, physics::farthest_distance));
+  const auto finite = hn::Lt(distance, hn::Set(d, physics::max_distance));
   const auto flags = hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint16_t, D>(), in.images.flags + i));
   const auto good = hn::Eq(hn::And(flags, hn::Set(di, flag::invalid)), hn::Zero(di));
   return hn::And(hn::And(far, finite), hn::RebindMask(d, good));
@@ -204,7 +204,7 @@ struct OptimizedBistatic final : Filter {
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<Choice> solver{this,
                        "solver",
-                       {.fallback = "newton",
+                       {.default_value = "newton",
                         .choices = "newton closed_form bisection",
                         .text = "newton: any number of sources, its steps only where a corrected closed form would not "
                                 "do; closed_form: exact, for one source only; "
@@ -257,12 +257,12 @@ struct OptimizedBistatic final : Filter {
   void bisect(const BistaticImages& images) const {
     for (std::size_t i = 0; i < images.pixels; ++i) {
       const double measured = (images.flags[i] & flag::invalid) == 0 ? images.distance[i] : std::nan("");
-      const double reflected = physics::optimized_bistatic_bisection(geometry_, rays_[i], measured);
-      images.depth[i] = static_cast<float>(physics::depth_of(geometry_, rays_[i], reflected));
+      const double return_path = physics::optimized_bistatic_bisection(geometry_, rays_[i], measured);
+      images.depth[i] = static_cast<float>(physics::depth_of(geometry_, rays_[i], return_path));
       if (images.sigma != nullptr) {
-        images.sigma[i] *= static_cast<float>(physics::optimized_bistatic_slope(geometry_, rays_[i], reflected));
+        images.sigma[i] *= static_cast<float>(physics::optimized_bistatic_slope(geometry_, rays_[i], return_path));
       }
-      if (std::isnan(reflected)) images.flags[i] |= flag::invalid;
+      if (std::isnan(return_path)) images.flags[i] |= flag::invalid;
     }
   }
 

@@ -86,7 +86,7 @@ template <bool Adaptive> class PatchWeights {
     std::ptrdiff_t dy, dx, index;
     float share;  // 1 / the weight of a patch's rows that are in the image for both pixels
   };
-  static constexpr std::ptrdiff_t most_side = 21;
+  static constexpr std::ptrdiff_t max_side = 21;
 
   static std::vector<float>& Memory() {
     thread_local std::vector<float> memory;
@@ -165,7 +165,7 @@ template <bool Adaptive> class PatchWeights {
                                                                             float* to) {
     const std::ptrdiff_t radius = Radius != 0 ? Radius : radius_, side = 2 * radius + 1, stride = stride_;
     const std::ptrdiff_t begin = begin_, end = end_, lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-    float factor[most_side], *lines[most_side];
+    float factor[max_side], *lines[max_side];
     std::copy_n(f.patch.factors.data(), side, factor);
     for (std::ptrdiff_t k = 0; k < side; ++k) lines[k] = Kept(offset, slots_[k]);
     KeepRows<Complete>(d, f, r, offset, first);
@@ -287,7 +287,7 @@ template <bool Adaptive> class PatchWeights {
   }
 
   std::ptrdiff_t begin_, end_, radius_, side_, stride_, shares_;
-  std::ptrdiff_t slots_[most_side] = {};  // where the rows of the patches about the present row are kept
+  std::ptrdiff_t slots_[max_side] = {};  // where the rows of the patches about the present row are kept
   bool complete_;
   Closeness closeness_;
   std::vector<float>& memory_;

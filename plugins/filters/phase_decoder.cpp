@@ -16,7 +16,7 @@
 #define TOFGRAPH_PHASE_DECODER_ONCE
 namespace tofgraph {
 
-constexpr std::size_t most_bands = 3;
+constexpr std::size_t max_bands = 3;
 
 /// The exposures of one frequency; see physics::PhaseFit. The rows of what the fit leaves are one after the other.
 struct Band {
@@ -27,7 +27,7 @@ struct Band {
 
 /// What is the same for all pixels of a frame.
 struct PhaseSettings {
-  std::array<float, most_bands> metres_per_radian, range, inverse_range;  // of each band, lowest frequency first
+  std::array<float, max_bands> metres_per_radian, range, inverse_range;  // of each band, lowest frequency first
   DecoderCounts counts;
   float any_variance;                // of a sample, where the noise is not known: weights need a scale
   float phase_variance;              // rad^2, of systematic errors
@@ -92,7 +92,7 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& image
   for (std::size_t b = 0; b < Bands; ++b) {
     const Band& band = s.bands[b];
     const std::size_t count = band.image.size();
-    V c[physics::most_exposures];
+    V c[physics::max_exposures];
     x[b] = y[b] = hn::Zero(d);
     for (std::size_t j = 0; j < count; ++j) {
       if constexpr (Taps)
@@ -159,7 +159,7 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& image
     Raise(d, flags, hn::Gt(best.cost, hn::Set(d, s.disagree_above)), flag::inconsistent);
   }
   Raise(d, flags, hn::Gt(rest, hn::Mul(variance, hn::Set(d, s.rest_above))), flag::inconsistent);
-  // Without light, or with samples that are no numbers, there is no phase.
+  // Without light, or with samples that are not numbers, there is no phase.
   auto measured = hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>()));
   for (std::size_t b = 0; b < Bands; ++b) measured = hn::And(measured, hn::Gt(square[b], hn::Zero(d)));
   measured = hn::And(measured, hn::Lt(hn::Abs(distance), hn::Set(d, hwy::HighestValue<float>())));
@@ -215,7 +215,7 @@ struct PhaseDecoder final : Decoder {
   Param<double> inconsistent_above{
       this,
       "inconsistent_above",
-      {.fallback = "5",
+      {.default_value = "5",
        .min = 0,
        .choices = "off",
        .text = "standard deviations: samples or frequencies that fit each other less are flagged as inconsistent; "
@@ -223,16 +223,16 @@ struct PhaseDecoder final : Decoder {
   Param<double> wrap_confidence{
       this,
       "wrap_confidence",
-      {.fallback = "0.999",
+      {.default_value = "0.999",
        .min = 0.5,
        .max = 0.999999,
        .text = "of the best wraps against the second best ones; less is flagged as wrapped; where the noise is known"}};
   Param<bool> invalidate_wrapped{
-      this, "invalidate_wrapped", {.fallback = "true", .text = "pixels whose wraps are uncertain become invalid"}};
+      this, "invalidate_wrapped", {.default_value = "true", .text = "pixels whose wraps are uncertain become invalid"}};
   Param<double> phase_error{this,
                             "phase_error",
                             {.unit = "rad",
-                             .fallback = "0 rad",
+                             .default_value = "0 rad",
                              .min = 0,
                              .max = 1,
                              .text = "standard deviation of systematic errors of each frequency's phase, which the "
@@ -250,7 +250,7 @@ struct PhaseDecoder final : Decoder {
     if (const std::string problem = physics::exposures_problem(exposures_); !problem.empty())
       throw std::runtime_error("cannot decode what arrives: " + problem);
     fits_ = physics::phase_fits(exposures_);
-    if (fits_.size() > most_bands)
+    if (fits_.size() > max_bands)
       throw std::runtime_error("takes up to three modulation frequencies; what arrives has " +
                                physics::exposures_text(exposures_));
     if (fits_.size() > 1 && modulation_frequency.given())
@@ -316,7 +316,7 @@ struct PhaseDecoder final : Decoder {
     std::size_t freedom = 0;
     for (const physics::PhaseFit& fit : fits_) freedom += fit.rest.size();
     const bool known = counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0);
-    const bool judged = known && inconsistent_above.word().empty();
+    const bool judged = known && inconsistent_above.keyword().empty();
     counts_.invalid_flags |= *invalidate_wrapped ? flag::wrapped : 0;
     settings_ = {
         .counts = counts_,

@@ -92,7 +92,7 @@ struct PointCloud final : Filter {
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<Choice> channel{this,
                         "channel",
-                        {.fallback = "auto",
+                        {.default_value = "auto",
                          .choices = "auto depth range distance",
                          .text = "auto: the first that is there of depth, range, distance"}};
   Param<Choice> assume{this,

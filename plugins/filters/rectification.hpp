@@ -16,7 +16,7 @@ namespace tofgraph {
 
 /// For each pixel (u, v) of a pinhole with the camera's focal length and principal point: the place in the camera's
 /// image that sees the same ray, and the four pixels around it with their bilinear weights. Channels are mixed by what
-/// they are: lengths are NaN when any of the four is, other images leave those out that are no numbers, flags are
+/// they are: lengths are NaN when any of the four is, other images leave those out that are not numbers, flags are
 /// joined.
 class Rectification {
  public:
@@ -55,7 +55,7 @@ class Rectification {
     });
   }
 
-  /// What is no length: over those of the four pixels that are numbers.
+  /// What is not a length: over those of the four pixels that are numbers.
   void values(const float* in, float* out) const {
     each(out, nan, [in](const Source& s) {
       float sum = 0, weights = 0;

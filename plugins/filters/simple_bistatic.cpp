@@ -50,7 +50,7 @@ struct SimpleBistatic final : LinearModel {
   Param<double> plane_depth{this,
                             "plane_depth",
                             {.unit = "m",
-                             .fallback = "auto",
+                             .default_value = "auto",
                              .min = 0.02,
                              .max = 1000,
                              .choices = "auto",
@@ -84,7 +84,7 @@ struct SimpleBistatic final : LinearModel {
   }
 
  private:
-  bool estimates() const { return plane_depth.word() == "auto"; }
+  bool estimates() const { return plane_depth.keyword() == "auto"; }
 
   /// Mean depth of a thinned-out set of valid pixels; NaN when there is none.
   double estimate(const Array<const float>& measured) const {

@@ -17,11 +17,11 @@ struct StatisticalOutlierRemoval final : Filter {
   InOut<void> every{this, "*", {.text = "lengths of removed points become NaN"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or added to"}};
   Param<std::int64_t> neighbours{
-      this, "neighbours", {.fallback = "20", .min = 1, .max = 10000, .text = "whose mean distance is looked at"}};
+      this, "neighbours", {.default_value = "20", .min = 1, .max = 10000, .text = "whose mean distance is looked at"}};
   Param<double> deviations{
       this,
       "deviations",
-      {.fallback = "2", .min = 0, .max = 100, .text = "standard deviations above the mean that are still good"}};
+      {.default_value = "2", .min = 0, .max = 100, .text = "standard deviations above the mean that are still good"}};
 
   void prepare(Setup& setup) {
     flags.provide(setup);

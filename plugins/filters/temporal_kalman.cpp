@@ -28,13 +28,13 @@ struct TemporalKalman final : LengthFilter {
   Param<double> process_noise{this,
                               "process_noise",
                               {.unit = "m",
-                               .fallback = "0.5 mm",
+                               .default_value = "0.5 mm",
                                .min = 0,
                                .max = 1e3,
                                .text = "standard deviation of a pixel's change from frame to frame"}};
   Param<double> gate{this,
                      "gate",
-                     {.fallback = "4",
+                     {.default_value = "4",
                       .min = 1,
                       .max = 100,
                       .text = "standard deviations beyond which a pixel has moved and starts anew"}};

@@ -12,11 +12,13 @@ namespace tofgraph {
 struct Transform final : Filter {
   InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
   Param<std::vector<double>> rotation{
-      this, "rotation", {.fallback = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
+      this, "rotation", {.default_value = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
   Param<std::vector<double>> angles{
-      this, "angles", {.unit = "rad", .fallback = "[0 deg, 0 deg, 0 deg]", .text = "instead: about x, then y, then z"}};
+      this,
+      "angles",
+      {.unit = "rad", .default_value = "[0 deg, 0 deg, 0 deg]", .text = "instead: about x, then y, then z"}};
   Param<std::vector<double>> translation{
-      this, "translation", {.unit = "m", .fallback = "[0 mm, 0 mm, 0 mm]", .text = "t of T_world_camera"}};
+      this, "translation", {.unit = "m", .default_value = "[0 mm, 0 mm, 0 mm]", .text = "t of T_world_camera"}};
 
   void prepare(Setup&) {
     if (rotation->size() != 9)
@@ -77,7 +79,7 @@ struct Transform final : Filter {
       }
     }
     if (worst > 1e-4)
-      throw ConfigError("rotation", "is no rotation: its rows are not unit vectors at right angles (off by " +
+      throw ConfigError("rotation", "is not a rotation: its rows are not unit vectors at right angles (off by " +
                                         std::to_string(worst) + ")");
     const double determinant =
         r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);

@@ -30,7 +30,7 @@ struct WindowFilter : LengthFilter {
   Param<double> strength{this,
                          "strength",
                          {.unit = "m",
-                          .fallback = "auto",
+                          .default_value = "auto",
                           .max = 1e3,
                           .choices = "auto",
                           .text = "h, the difference at which a weight is 1/e, e.g. 20 mm; auto: sqrt(2) times the "
@@ -38,17 +38,17 @@ struct WindowFilter : LengthFilter {
   Param<bool> sigma_adaptive{
       this,
       "sigma_adaptive",
-      {.fallback = "false",
+      {.default_value = "false",
        .text = "h of each pixel in proportion to its sigma, `strength` at the median: the less light, the smoother"}};
   Param<bool> fill{this,
                    "fill",
-                   {.fallback = "false",
+                   {.default_value = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
                             "of the window is valid, and is flagged as filled"}};
 
  protected:
-  static constexpr double least_strength = 1e-6;   // m
-  static constexpr float least_sigma = 1.0F / 64;  // of the median, in sigma_adaptive
+  static constexpr double min_strength = 1e-6;   // m
+  static constexpr float min_sigma = 1.0F / 64;  // of the median, in sigma_adaptive
 
   /// @param name, side the parameter that says how wide the window is, and its value, px
   void prepare_window(Setup& setup, const std::string& name, std::int64_t side) {
@@ -81,7 +81,7 @@ struct WindowFilter : LengthFilter {
     std::unique_ptr<WindowFrame> f;
     if (!spare_.try_pop(f)) f = std::make_unique<WindowFrame>();
     const double middle = median_sigma(deviations);
-    const double h = strength.word() == "auto" ? std::numbers::sqrt2 * middle : *strength;
+    const double h = strength.keyword() == "auto" ? std::numbers::sqrt2 * middle : *strength;
     set_frame(*f, lengths, deviations, 3 * window_.radius + border, h, middle);
     extend(*f, h, middle);
     const std::vector<Tile> tiles = tiles_of(f->rows, f->columns, window_);
@@ -106,8 +106,8 @@ struct WindowFilter : LengthFilter {
 
  private:
   void check_strength(const Setup& setup) const {
-    const bool automatic = strength.word() == "auto";
-    if (!automatic && !(*strength >= least_strength))
+    const bool automatic = strength.keyword() == "auto";
+    if (!automatic && !(*strength >= min_strength))
       throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");
     if (sigma.present()) return;
     const std::string hint =
@@ -139,18 +139,18 @@ struct WindowFilter : LengthFilter {
     }
     if (f.adaptive) {
       pad(f, f.softness, border, 1, [&](std::size_t i) {
-        return typical / std::max(typical * least_sigma, deviations[i]);  // NaN: the least
+        return typical / std::max(typical * min_sigma, deviations[i]);  // NaN: the least
       });
     }
   }
 
   /// The median of the frame's sigma where that is needed, m.
   double median_sigma(const Array<float>& deviations) const {
-    if (strength.word() != "auto" && !*sigma_adaptive && !uses_noise_) return 0;
+    if (strength.keyword() != "auto" && !*sigma_adaptive && !uses_noise_) return 0;
     std::vector<float> known;
     std::ranges::copy_if(deviations, std::back_inserter(known), [](float s) { return std::isfinite(s); });
     const double middle = known.empty() ? 0 : static_cast<double>(median_of(known));
-    if (middle >= least_strength) return middle;
+    if (middle >= min_strength) return middle;
     throw std::runtime_error("the frame's sigma has no median above 1 um: write a length, e.g. strength: 20 mm");
   }
 

@@ -83,11 +83,11 @@ struct WindowFrame {
 
 /// Divides an image in tiles that a core's second-level cache holds with their weights.
 inline std::vector<Tile> tiles_of(std::ptrdiff_t rows, std::ptrdiff_t columns, const HalfWindow& window) {
-  constexpr std::ptrdiff_t most_rows = 128, floats_in_cache = 49152, least_columns = 64;
+  constexpr std::ptrdiff_t max_rows = 128, floats_in_cache = 49152, min_columns = 64;
   const std::ptrdiff_t row_of_weights = (window.radius + 1) * std::max<std::ptrdiff_t>(window.count(), 1);
-  const std::ptrdiff_t most_columns = std::max(floats_in_cache / row_of_weights, least_columns);
+  const std::ptrdiff_t max_columns = std::max(floats_in_cache / row_of_weights, min_columns);
   const auto parts = [](std::ptrdiff_t all, std::ptrdiff_t most) { return (all + most - 1) / most; };
-  const std::ptrdiff_t down = parts(rows, most_rows), across = parts(columns, most_columns);
+  const std::ptrdiff_t down = parts(rows, max_rows), across = parts(columns, max_columns);
   std::vector<Tile> tiles;
   for (std::ptrdiff_t i = 0; i < down; ++i) {
     for (std::ptrdiff_t j = 0; j < across; ++j)

@@ -26,7 +26,7 @@ HWY_EXPORT(FilterPixels);
 /// middle (the minus sign is missing in print). The window is clipped at the image's border.
 struct Yaroslavsky final : WindowFilter {
   Param<std::int64_t> window{
-      this, "window", {.fallback = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
+      this, "window", {.default_value = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
 
   void prepare(Setup& setup) { prepare_window(setup, "window", *window); }
   void process(Frame& frame) const {

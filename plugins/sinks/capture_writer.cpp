@@ -11,7 +11,7 @@
 #include <memory>
 #include <sstream>
 
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 
 namespace tofgraph {
 
@@ -22,7 +22,7 @@ struct CaptureWriter final : Sink {
   Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
   Param<std::string> channels{this, "channels", {.text = "which to record, e.g. [distance, amplitude]; default: all"}};
   Param<std::int64_t> compression{
-      this, "compression", {.fallback = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
+      this, "compression", {.default_value = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
 
   void prepare(Setup& setup) {
@@ -93,7 +93,7 @@ struct CaptureWriter final : Sink {
       throw ConfigError("channels",
                         fmt::format("'{}' is {}: a capture holds images that keep their size, name the others "
                                     "with channels: [...]",
-                                    channel.name, extent.size() < 2 ? "no image" : "of changing size"));
+                                    channel.name, extent.size() < 2 ? "not an image" : "of changing size"));
     }
     check_size(channel);
     chosen_.push_back({channel.name, channel.type, extent, channel.unit, channel.of, channel.applied, channel.from});

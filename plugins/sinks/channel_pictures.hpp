@@ -99,19 +99,21 @@ struct ChannelPictures : Sink {
   Param<double> minimum{this,
                         "minimum",
                         {.unit = "m|counts|1",
-                         .fallback = "auto",
+                         .default_value = "auto",
                          .choices = "auto",
                          .text = "of the colours; auto: 1 % of the frame's valid pixels are below"}};
-  Param<double> maximum{
-      this,
-      "maximum",
-      {.unit = "m|counts|1", .fallback = "auto", .choices = "auto", .text = "of the colours; auto: 1 % are above"}};
+  Param<double> maximum{this,
+                        "maximum",
+                        {.unit = "m|counts|1",
+                         .default_value = "auto",
+                         .choices = "auto",
+                         .text = "of the colours; auto: 1 % are above"}};
 
  protected:
   void prepare_pictures(Setup& setup) {
     choose_channel(setup);
     for (const Param<double>* parameter : {&minimum, &maximum}) check_unit(*parameter);
-    if (minimum.word() != "auto" && maximum.word() != "auto" && !(*minimum < *maximum))
+    if (minimum.keyword() != "auto" && maximum.keyword() != "auto" && !(*minimum < *maximum))
       throw ConfigError("minimum", "must be less than maximum");
   }
 
@@ -157,7 +159,7 @@ struct ChannelPictures : Sink {
   /// A limit has the unit of the channel.
   void check_unit(const Param<double>& parameter) const {
     const std::string expected = unit_.empty() ? "1" : unit_;
-    if (!parameter.given() || parameter.word() == "auto" || parameter.word() == expected) return;
+    if (!parameter.given() || parameter.keyword() == "auto" || parameter.keyword() == expected) return;
     throw ConfigError(parameter.parameter().name,
                       fmt::format("'{}' is in {}: write e.g. {}: {}", channel_, unit_.empty() ? "no unit" : unit_,
                                   parameter.parameter().name, unit_ == "m" ? "500 mm" : "100 " + unit_));
@@ -174,12 +176,12 @@ struct ChannelPictures : Sink {
 
   Range range(const cv::Mat& image) const {
     Range result = central_range(image);
-    if (minimum.word() != "auto") result.low = *minimum;
-    if (maximum.word() != "auto") result.high = *maximum;
+    if (minimum.keyword() != "auto") result.low = *minimum;
+    if (maximum.keyword() != "auto") result.high = *maximum;
     if (!(result.low < result.high)) {  // one value only, or a given end beyond all values
       const double step = std::max(1e-3 * std::abs(result.low), 1e-6);
-      (maximum.word() != "auto" ? result.low : result.high) =
-          maximum.word() != "auto" ? result.high - step : result.low + step;
+      (maximum.keyword() != "auto" ? result.low : result.high) =
+          maximum.keyword() != "auto" ? result.high - step : result.low + step;
     }
     return result;
   }

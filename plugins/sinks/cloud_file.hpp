@@ -32,13 +32,13 @@ struct CloudFile : Sink {
                           .choices = provenance_ending,
                           .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
                                   "them: out/cloud.provenance.json"}};
-  Param<bool> dense{this, "dense", {.fallback = "false", .text = "valid points only, without the image's rows"}};
-  Param<std::string> intensity{
-      this,
-      "intensity",
-      {.fallback = "amplitude", .text = "the channel of the field intensity, or none; amplitude where it is there"}};
-  Param<bool> sigma{this, "sigma", {.fallback = "false", .text = "with the field sigma"}};
-  Param<bool> flags{this, "flags", {.fallback = "false", .text = "with the field flags"}};
+  Param<bool> dense{this, "dense", {.default_value = "false", .text = "valid points only, without the image's rows"}};
+  Param<std::string> intensity{this,
+                               "intensity",
+                               {.default_value = "amplitude",
+                                .text = "the channel of the field intensity, or none; amplitude where it is there"}};
+  Param<bool> sigma{this, "sigma", {.default_value = "false", .text = "with the field sigma"}};
+  Param<bool> flags{this, "flags", {.default_value = "false", .text = "with the field flags"}};
 
   /// @param ending of the files' names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {

@@ -57,7 +57,7 @@ struct ImageWriter final : ChannelPictures {
   Param<Choice> format{
       this,
       "format",
-      {.fallback = "auto", .choices = "auto color uint16 float32", .text = "auto: .png color, .tif float32"}};
+      {.default_value = "auto", .choices = "auto color uint16 float32", .text = "auto: .png color, .tif float32"}};
   Param<double> scale{
       this,
       "scale",

@@ -12,11 +12,13 @@ namespace tofgraph {
 /// disk (ascii) or takes twice as long (binary).
 struct PcdWriter final : CloudFile {
   Param<Choice> encoding{
-      this, "encoding", {.fallback = "binary", .choices = "ascii binary binary_compressed", .text = "of the values"}};
+      this,
+      "encoding",
+      {.default_value = "binary", .choices = "ascii binary binary_compressed", .text = "of the values"}};
   Param<std::vector<double>> viewpoint{
       this,
       "viewpoint",
-      {.fallback = "[0, 0, 0, 1, 0, 0, 0]",
+      {.default_value = "[0, 0, 0, 1, 0, 0, 0]",
        .text = "of the camera in the frame of the points: x y z in metres, "
                "quaternion w x y z; default: the optical centre; needed after transform"}};
 
@@ -35,7 +37,7 @@ struct PcdWriter final : CloudFile {
     orientation_ = Eigen::Quaternionf(v(3), v(4), v(5), v(6));
     if (std::abs(orientation_.norm() - 1) > 1e-3F)
       throw ConfigError("viewpoint", "the quaternion w x y z must have length 1");
-    pcl::console::setVerbosityLevel(pcl::console::L_ERROR);  // an empty cloud is no reason for a warning
+    pcl::console::setVerbosityLevel(pcl::console::L_ERROR);  // an empty cloud is not a reason for a warning
   }
 
   void process(Frame& frame) const {

@@ -8,7 +8,8 @@ namespace tofgraph {
 /// Vertices with x y z, intensity, and on request sigma and flags; PLY has no organised clouds: NaN marks the invalid
 /// points unless the cloud is dense.
 struct PlyWriter final : CloudFile {
-  Param<Choice> encoding{this, "encoding", {.fallback = "binary", .choices = "ascii binary", .text = "of the values"}};
+  Param<Choice> encoding{
+      this, "encoding", {.default_value = "binary", .choices = "ascii binary", .text = "of the values"}};
 
   void prepare(Setup& setup) { prepare_files(setup, ".ply"); }
 

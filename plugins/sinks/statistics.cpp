@@ -19,7 +19,7 @@
 namespace tofgraph {
 /// rms is against `value` or `reference` where that is given (pixels without a reference do not count), else against
 /// the plane that fits the points of each frame best, by their distances to it; for that the camera's rays are needed,
-/// for `depth` its focal length in metres too, and a raw `distance` is no point: without, there is no rms. Over all
+/// for `depth` its focal length in metres too, and a raw `distance` is not a point: without, there is no rms. Over all
 /// frames, rms and sd are pooled over all pixels.
 struct Statistics final : Sink {
   In<float> image{this, "depth|range|distance", {.name = "image", .text = "the lengths"}};
@@ -33,16 +33,16 @@ struct Statistics final : Sink {
       this, "reference", {.text = "a channel that rms is against, pixel by pixel, e.g. true_depth of a simulation"}};
   Param<Choice> part{this,
                      "part",
-                     {.fallback = "all",
+                     {.default_value = "all",
                       .choices = "all flat edge each",
                       .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
                               "neighbours in the reference; flat, the others; each, all of them beside one another"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
   Param<bool> show{
-      this, "show", {.fallback = "false", .text = "the table on standard output, too, where path names a file"}};
+      this, "show", {.default_value = "false", .text = "the table on standard output, too, where path names a file"}};
   Param<Choice> format{this,
                        "format",
-                       {.fallback = "auto",
+                       {.default_value = "auto",
                         .choices = "auto table csv json",
                         .text = "auto: by the file's name; a table on standard output"}};
 
@@ -134,7 +134,7 @@ struct Statistics final : Sink {
       throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
         found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {
-      throw ConfigError("reference", fmt::format("'{}' is no image of lengths (float32, m) of the size of '{}'",
+      throw ConfigError("reference", fmt::format("'{}' is not an image of lengths (float32, m) of the size of '{}'",
                                                  *reference, image.name));
     }
   }

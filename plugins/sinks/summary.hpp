@@ -74,7 +74,7 @@ inline nlohmann::json as_json(const Summary& s) {
 }
 
 /// Sum of the squared distances of points to the plane that makes it least: the smallest eigenvalue of their scatter.
-/// @returns NaN when fewer than four points leave nothing over, or when one of them is no point
+/// @returns NaN when fewer than four points leave nothing over, or when one of them is not a point
 inline double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
   if (points.size() <= 3) return unknown;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();

@@ -205,17 +205,20 @@ struct SurfaceWriter final : ChannelPictures {
   Param<double> azimuth{this,
                         "azimuth",
                         {.unit = "rad",
-                         .fallback = "-35 deg",
+                         .default_value = "-35 deg",
                          .min = -std::numbers::pi,
                          .max = std::numbers::pi,
                          .text = "of the viewer about the viewing axis, from the middle of the last row; positive: "
                                  "to the right"}};
-  Param<double> elevation{
-      this,
-      "elevation",
-      {.unit = "rad", .fallback = "40 deg", .min = 0.05, .max = 1.5, .text = "of the viewer over the image plane"}};
+  Param<double> elevation{this,
+                          "elevation",
+                          {.unit = "rad",
+                           .default_value = "40 deg",
+                           .min = 0.05,
+                           .max = 1.5,
+                           .text = "of the viewer over the image plane"}};
   Param<std::int64_t> size{
-      this, "size", {.fallback = "720", .min = 300, .max = 8000, .text = "width of the picture in dots"}};
+      this, "size", {.default_value = "720", .min = 300, .max = 8000, .text = "width of the picture in dots"}};
 
   void prepare(Setup& setup) {
     prepare_pictures(setup);
@@ -244,8 +247,8 @@ struct SurfaceWriter final : ChannelPictures {
 
   cv::Mat picture(const cv::Mat& image, const Range& shown, std::uint64_t number) const {
     const cv::Size dots(static_cast<int>(*size), static_cast<int>(*size * 3 / 4));
-    const double longest = std::max(image.cols, image.rows);
-    const cv::Point3d box(image.cols / longest, image.rows / longest, relief);
+    const double max_length = std::max(image.cols, image.rows);
+    const cv::Point3d box(image.cols / max_length, image.rows / max_length, relief);
     const bool near_up = unit_ == "m";
     cv::Mat heights = (image - shown.low) / (shown.high - shown.low);
     for (float& height : cv::Mat_<float>(heights)) {

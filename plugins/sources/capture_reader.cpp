@@ -13,7 +13,7 @@
 #include <optional>
 #include <sstream>
 
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 
 namespace tofgraph {
 
@@ -31,7 +31,7 @@ struct CaptureReader final : Source {
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
   Param<Choice> exposures{this,
                           "exposures",
-                          {.fallback = "recording",
+                          {.default_value = "recording",
                            .choices = "recording camera",
                            .text = "whose count: the recording's where it has its own, or the camera's profile's"}};
 
@@ -49,7 +49,7 @@ struct CaptureReader final : Source {
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} frames are complete", *file, reader_->frames()));
-    for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is no channel", *file, name));
+    for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is not a channel", *file, name));
   }
 
   bool process(Frame& frame) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/paths.hpp"
+#include "config/paths.hpp"
 #include "simulation/board.hpp"
 #include "simulation/effect_check.hpp"
 #include "simulation/simulation.hpp"
@@ -30,31 +30,33 @@ struct Simulator final : Source {
   Param<double> distance{
       this,
       "distance",
-      {.unit = "m", .fallback = "500 mm", .min = 1e-3, .max = 1e3, .text = "of the board from the sensor plane"}};
-  Param<double> reflectivity{this, "reflectivity", {.fallback = "0.85", .min = 0, .max = 1, .text = "of the board"}};
+      {.unit = "m", .default_value = "500 mm", .min = 1e-3, .max = 1e3, .text = "of the board from the sensor plane"}};
+  Param<double> reflectivity{
+      this, "reflectivity", {.default_value = "0.85", .min = 0, .max = 1, .text = "of the board"}};
   Param<double> integration_time{
       this,
       "integration_time",
-      {.unit = "s", .fallback = "1 ms", .min = 1e-6, .max = 10, .text = "of each phase image"}};
+      {.unit = "s", .default_value = "1 ms", .min = 1e-6, .max = 10, .text = "of each phase image"}};
   Param<Choice> noise{
       this,
       "noise",
-      {.fallback = "profile", .choices = "profile none", .text = "profile: that of the camera's profile"}};
+      {.default_value = "profile", .choices = "profile none", .text = "profile: that of the camera's profile"}};
   Param<std::int64_t> frames{
       this,
       "frames",
-      {.fallback = "1", .min = 0, .text = "how many, of each condition; 0: endless; default: the scene's"}};
+      {.default_value = "1", .min = 0, .text = "how many, of each condition; 0: endless; default: the scene's"}};
   Param<double> frame_rate{
       this,
       "frame_rate",
       {.unit = "Hz", .min = 1e-3, .max = 1e6, .text = "for the time stamps; default: the camera's"}};
-  Param<std::int64_t> seed{this, "seed", {.fallback = "1", .min = 0, .text = "of the noise; default: the scene's"}};
+  Param<std::int64_t> seed{
+      this, "seed", {.default_value = "1", .min = 0, .text = "of the noise; default: the scene's"}};
   Param<Choice> output{
       this,
       "output",
       {.choices = "phases taps distance", .text = "what the camera hands out; default: the scene's, or phases"}};
   Param<bool> truth{
-      this, "truth", {.fallback = "false", .text = "adds true_depth and reflectivity, without any error"}};
+      this, "truth", {.default_value = "false", .text = "adds true_depth and reflectivity, without any error"}};
 
   void prepare(Setup& setup) {
     if (scene.given())
@@ -93,10 +95,10 @@ struct Simulator final : Source {
     simulation::SimulationChanges changes{std::string(*model), {}, {}, effects_host()};
     if (seed.given()) changes.seed = static_cast<std::uint64_t>(*seed);
     if (frames.given()) changes.frames = *frames;
-    core::Diagnostics diagnostics;
+    config::Diagnostics diagnostics;
     try {
       simulation_ = simulation::Simulation::read(std::string(*scene), catalogue(), changes, diagnostics);
-    } catch (const core::ConfigurationError& error) {
+    } catch (const config::ConfigurationError& error) {
       throw ConfigError("scene", error.what());
     }
     if (!simulation_) throw ConfigError("scene", diagnostics.text());
@@ -117,7 +119,7 @@ struct Simulator final : Source {
   }
 
   void prepare_board(Setup& setup) {
-    camera_ = std::make_unique<core::Camera>(setup.camera());
+    camera_ = std::make_unique<io::Camera>(setup.camera());
     const tofgraph_camera& camera = camera_->view();
     const physics::Geometry geometry = physics::geometry_of(camera);
     if (*distance <= geometry.focal_length) {
@@ -140,19 +142,19 @@ struct Simulator final : Source {
     count_ = static_cast<std::uint64_t>(*frames);
     pixels_ = simulation::whole_image(camera);
     const auto tracer = simulation::board_tracer(camera.focal_length, {*distance, 0, 0, *reflectivity});
-    auto shot = simulation::shot_of(camera, *integration_time);
-    shot.condition.distance = *distance;
-    shot.condition.tilt[0] = shot.condition.tilt[1] = shot.condition.roll = 0;
+    auto acquisition = simulation::acquisition_of(camera, *integration_time);
+    acquisition.condition.distance = *distance;
+    acquisition.condition.tilt[0] = acquisition.condition.tilt[1] = acquisition.condition.roll = 0;
     board_ = std::make_unique<simulation::Frames>(
-        *forward_, tracer, shot, pixels_, *noise == "none" ? physics::TapNoise{} : tap_noise,
+        *forward_, tracer, acquisition, pixels_, *noise == "none" ? physics::TapNoise{} : tap_noise,
         simulation::NoiseSeed{static_cast<std::uint64_t>(*seed), 0}, hands_out("taps"));
     now_ = board_.get();
-    metadata_ = shot.condition;
+    metadata_ = acquisition.condition;
   }
 
   std::vector<simulation::EffectPtr> effects_of(const Setup& setup, const tofgraph_camera& camera) {
     if (model->empty()) return {};
-    core::Diagnostics diagnostics;
+    config::Diagnostics diagnostics;
     try {
       const auto read = simulation::load_model(std::string(*model), catalogue(), diagnostics);
       physical_ = read.physical;
@@ -162,33 +164,35 @@ struct Simulator final : Source {
       use_files(setup, effects);
       pass_on(diagnostics);
       if (diagnostics.ok()) return effects;
-    } catch (const core::ConfigurationError& error) {
+    } catch (const config::ConfigurationError& error) {
       throw ConfigError("model", error.what());
     }
     throw ConfigError("model", diagnostics.text());
   }
 
   /// The plugins of the run that this stage is in.
-  core::Catalogue catalogue() const { return core::Catalogue(core::split_path(host->plugin_path(context))); }
+  graph::PluginRegistry catalogue() const {
+    return graph::PluginRegistry(config::split_path(host->plugin_path(context)));
+  }
 
   static void use_files(const Setup& setup, const std::vector<simulation::EffectPtr>& effects) {
     for (const simulation::EffectPtr& effect : effects) {
-      for (const core::UsedFile& file : effect->files()) setup.uses_file(file.path);
+      for (const graph::UsedFile& file : effect->files()) setup.uses_file(file.path);
     }
   }
 
   /// What effects remark is told as this stage's.
-  std::shared_ptr<core::Host> effects_host() const {
-    auto own = std::make_shared<core::Host>();
+  std::shared_ptr<graph::Host> effects_host() const {
+    auto own = std::make_shared<graph::Host>();
     own->plugin_path = host->plugin_path(context);
     own->message = [this](const std::string& name, const std::string& text, bool) {
       warn("effect " + name + ": " + text);
     };
     return own;
   }
-  void pass_on(const core::Diagnostics& diagnostics) const {
-    for (const core::Diagnostic& remark : diagnostics.all())
-      if (remark.severity == core::Severity::warning) warn(remark.message);
+  void pass_on(const config::Diagnostics& diagnostics) const {
+    for (const config::Diagnostic& remark : diagnostics.all())
+      if (remark.severity == config::Severity::warning) warn(remark.message);
   }
 
   void load_condition() {
@@ -243,7 +247,7 @@ struct Simulator final : Source {
     std::copy(depth.begin(), depth.end(), true_depth(frame, rows_, columns_).begin());
     float* white = true_reflectivity(frame, rows_, columns_).data();
     for (const simulation::Hit& hit : hits)
-      *white++ = std::isfinite(hit.reflected) ? static_cast<float>(hit.reflectivity) : NAN;
+      *white++ = std::isfinite(hit.return_path) ? static_cast<float>(hit.reflectivity) : NAN;
   }
 
   /// Four dimensions, which Out does not make.
@@ -280,7 +284,7 @@ struct Simulator final : Source {
   std::unique_ptr<const simulation::Simulation> simulation_;  // of a scene
   std::unique_ptr<const simulation::ConditionFrames> prepared_;
   simulation::Pixels pixels_;  // of the board
-  std::unique_ptr<const core::Camera> camera_;
+  std::unique_ptr<const io::Camera> camera_;
   std::unique_ptr<const simulation::ForwardModel> forward_;
   std::unique_ptr<const simulation::Frames> board_;
   tofgraph_condition metadata_{};

@@ -5,8 +5,8 @@
 
 #include "io/profile.hpp"
 #include "simulation/board.hpp"
+#include "simulation/files/model.hpp"
 #include "simulation/frames.hpp"
-#include "simulation/model.hpp"
 
 using namespace tofgraph;
 using namespace tofgraph::simulation;
@@ -27,11 +27,11 @@ std::vector<EffectPtr> five_effects(bool readout) {
           "  - {effect: source_position, separation: 4 mm}\n"
           "  - {effect: tap_mismatch, ratio: 2 %}\n") +
       (readout ? "  - {effect: adc_nonlinearity, quadratic: 3 %}\n" : "  - {effect: vignetting, exponent: 4}\n");
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   const Model model =
-      read_model(core::parse_document("model", text), core::Catalogue(core::plugin_path({})), diagnostics);
+      read_model(config::parse_document("model", text), graph::PluginRegistry(graph::plugin_path({})), diagnostics);
   auto effects = make_effects(model, camera(), diagnostics);
-  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   return effects;
 }
 
@@ -42,10 +42,10 @@ void OneFrame(benchmark::State& state, bool readout) {
   const ForwardModel model(camera(), false, five_effects(readout));
   const Pixels pixels = whole_image(camera());
   const Tracer tracer = board_tracer(camera().focal_length, board);
-  const Shot shot = shot_of(camera(), 1e-3);
+  const Acquisition acquisition = acquisition_of(camera(), 1e-3);
   std::vector<float> phases(4 * pixels.size());
   for (auto _ : state) {
-    const Frames frames(model, tracer, shot, pixels, {3, 0.012}, {1, 0});
+    const Frames frames(model, tracer, acquisition, pixels, {3, 0.012}, {1, 0});
     frames.phases(0, phases.data());
     benchmark::DoNotOptimize(phases.data());
   }
@@ -55,8 +55,8 @@ void OneFrame(benchmark::State& state, bool readout) {
 void FurtherFrame(benchmark::State& state, bool readout) {
   const ForwardModel model(camera(), false, five_effects(readout));
   const Pixels pixels = whole_image(camera());
-  const Frames frames(model, board_tracer(camera().focal_length, board), shot_of(camera(), 1e-3), pixels, {3, 0.012},
-                      {1, 0});
+  const Frames frames(model, board_tracer(camera().focal_length, board), acquisition_of(camera(), 1e-3), pixels,
+                      {3, 0.012}, {1, 0});
   std::vector<float> phases(4 * pixels.size());
   std::uint64_t number = 0;
   for (auto _ : state) {
@@ -69,12 +69,12 @@ void FurtherFrame(benchmark::State& state, bool readout) {
 void CoarseCondition(benchmark::State& state) {
   const Pixels pixels = superpixels(camera(), 12, 12);
   const Tracer tracer = board_tracer(camera().focal_length, board);
-  const Shot shot = shot_of(camera(), 1e-3);
+  const Acquisition acquisition = acquisition_of(camera(), 1e-3);
   const auto effects = five_effects(true);
   for (auto _ : state) {
     const ForwardModel model(camera(), false, effects);
-    Expectation expectation = model.expect(tracer, shot, pixels);
-    model.read_out(shot, pixels, expectation.taps);
+    Expectation expectation = model.expect(tracer, acquisition, pixels);
+    model.read_out(acquisition, pixels, expectation.taps);
     benchmark::DoNotOptimize(expectation.taps.data());
   }
 }

@@ -3,7 +3,7 @@
 #include "tests/hidden_effects/campaign.hpp"
 
 #include "io/campaign.hpp"
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/truth.hpp"
 

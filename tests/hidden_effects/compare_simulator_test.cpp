@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two implementations of the same formulas, the plain camera and `tofgraph simulate`, must see the same: pixel by
 // pixel, without noise, for every effect at its typical size.
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/program.hpp"
 

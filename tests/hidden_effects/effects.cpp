@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/hidden_effects/effects.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 
 #include <fmt/format.h>
 
@@ -155,9 +155,10 @@ void Effects::add_text(std::string_view text, double size, std::uint64_t seed) {
     rest.remove_prefix(std::min(comma + 1, rest.size()));
     const std::size_t equals = item.find('=');
     if (equals == std::string_view::npos)
-      throw std::invalid_argument(fmt::format("'{}' of {} is no parameter; write it like amplitude=5mm", item, name));
+      throw std::invalid_argument(
+          fmt::format("'{}' of {} is not a parameter; write it like amplitude=5mm", item, name));
     const Parameter& parameter = parameter_of(kind_of(name), item.substr(0, equals));
-    const core::Quantity quantity = core::parse_quantity(item.substr(equals + 1), parameter.unit);
+    const config::Quantity quantity = config::parse_quantity(item.substr(equals + 1), parameter.unit);
     if (!quantity.ok())
       throw std::invalid_argument(fmt::format("{} of {}: {}", parameter.name, name, quantity.problem));
     values[parameter.name] = quantity.value;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns with something hidden: files that the program accepts, drawn settings of the right size, nothing told.
 #include "io/campaign.hpp"
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/program.hpp"
@@ -32,7 +32,7 @@ CampaignOptions options_for(const fs::path& folder) {
 }
 
 io::Campaign campaign_in(const fs::path& folder) {
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   io::Campaign campaign = io::read_campaign(folder / "campaign.yaml", diagnostics);
   EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
   return campaign;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // hidden_effects_make: one campaign with something hidden in it.
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/designs.hpp"
 
@@ -29,12 +29,12 @@ void list() {
         parameters += fmt::format(" {}: drawn", parameter.name);
       else if (parameter.draw != Draw::unused)
         parameters += fmt::format(" {}: {}{}", parameter.name, parameter.draw == Draw::either_sign ? "+-" : "",
-                                  tofgraph::core::format_quantity(parameter.typical, parameter.unit));
+                                  tofgraph::config::format_quantity(parameter.typical, parameter.unit));
     fmt::print("  {:<24}{}\n", effect.name, parameters);
   }
   fmt::print("patterns that are in no catalogue\n");
   for (const PatternKind& kind : pattern_catalogue())
-    fmt::print("  {:<24} {}: {}\n", kind.name, tofgraph::core::format_quantity(kind.typical, kind.unit), kind.text);
+    fmt::print("  {:<24} {}: {}\n", kind.name, tofgraph::config::format_quantity(kind.typical, kind.unit), kind.text);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/hidden_effects/patterns.hpp"
 
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include <fmt/format.h>
@@ -38,7 +38,7 @@ Pattern parse_pattern(std::string_view text, double size) {
   for (const PatternKind& kind : pattern_catalogue()) {
     if (kind.name != name) continue;
     if (colon == std::string_view::npos) return {kind.name, kind.typical * size};
-    const core::Quantity quantity = core::parse_quantity(text.substr(colon + 1), kind.unit);
+    const config::Quantity quantity = config::parse_quantity(text.substr(colon + 1), kind.unit);
     if (!quantity.ok()) throw std::invalid_argument(fmt::format("size of {}: {}", name, quantity.problem));
     return {kind.name, quantity.value};
   }

@@ -146,7 +146,7 @@ Score parse_score(const std::string& line) {
     return parts;
   };
   const std::vector<std::string> c = split(line, ',');
-  if (c.size() != 21) throw std::invalid_argument("this is no line of scores: " + line);
+  if (c.size() != 21) throw std::invalid_argument("this is not a line of scores: " + line);
   Score s;
   s.what = {.suite = c[0],
             .design = c[1],

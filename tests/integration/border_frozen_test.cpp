@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Plugins built against the headers of version 2.0 alone do what they did then. Built twice: with this host, and with
 // one whose structs have grown.
-#include "core/border.hpp"
-#include "core/parameters.hpp"
-#include "core/plugin.hpp"
+#include "graph/parameters.hpp"
+#include "graph/plugin.hpp"
+#include "io/border.hpp"
 #include "io/profile.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
@@ -24,7 +24,7 @@ const std::string profile = TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml
 #ifdef TOFGRAPH_GROWN
 TEST(GrownHost, HasMoreFieldsThanThePlugins) {
   EXPECT_GT(sizeof(tofgraph_value), 56U);
-  EXPECT_GT(sizeof(tofgraph_light), core::first_size<tofgraph_light>);
+  EXPECT_GT(sizeof(tofgraph_light), io::first_size<tofgraph_light>);
 }
 #endif
 
@@ -73,25 +73,25 @@ TEST(FrozenPlainC, DoesWhatItDid) {
 
 class FrozenEffect : public testing::Test {
  protected:
-  core::CameraPtr camera = io::load_profile(profile);
-  Shot shot = shot_of(camera->view(), 2e-3);
+  io::CameraPtr camera = io::load_profile(profile);
+  Acquisition acquisition = acquisition_of(camera->view(), 2e-3);
   Pixels pixels = superpixels(camera->view(), 3, 4);
 
   /// @param written its parameters, as in a model file
   EffectPtr effect(const std::string& name, const std::string& written) const {
-    const core::Plugin& plugin = core::load_plugin(core::plugin_file(frozen + "/tofgraph_effect_" + name + ".so"));
-    core::Diagnostics diagnostics;
-    const core::Value document = core::parse_document("test", written);
-    std::vector<const core::Entry*> entries;
-    for (const core::Entry& entry : document.entries) entries.push_back(&entry);
-    const auto values = std::make_shared<const core::ParameterValues>(plugin, entries, document.at, diagnostics);
+    const graph::Plugin& plugin = graph::load_plugin(graph::plugin_file(frozen + "/tofgraph_effect_" + name + ".so"));
+    config::Diagnostics diagnostics;
+    const config::Value document = config::parse_document("test", written);
+    std::vector<const config::Entry*> entries;
+    for (const config::Entry& entry : document.entries) entries.push_back(&entry);
+    const auto values = std::make_shared<const graph::ParameterValues>(plugin, entries, document.at, diagnostics);
     EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
     return std::make_shared<const Effect>(plugin, values->data(), camera->view(), values);
   }
 
   std::vector<double> taps(const std::vector<EffectPtr>& effects) const {
     const ForwardModel model(camera->view(), true, effects);
-    return model.expect(board_tracer(camera->view().focal_length, {1.3, 0.1, -0.2, 0.6}), shot, pixels).taps;
+    return model.expect(board_tracer(camera->view().focal_length, {1.3, 0.1, -0.2, 0.6}), acquisition, pixels).taps;
   }
   double c(const std::vector<double>& taps, std::size_t k, std::size_t i) const {
     return taps[2 * k * pixels.size() + i] - taps[(2 * k + 1) * pixels.size() + i];
@@ -108,7 +108,7 @@ TEST_F(FrozenEffect, ScalesEachSourceByItsPlace) {
   const EffectPtr scales = effect("frozen_light", "{gain: 2, turn: 0.25 rad}");
   const double factors[] = {2, 3};
   for (std::size_t source = 0; source < 2; ++source) {
-    shot.on = {source == 0, source == 1};
+    acquisition.on = {source == 0, source == 1};
     const std::vector<double> before = taps({}), after = taps({scales});
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const std::complex<double> ratio = phasor(after, i) / phasor(before, i);

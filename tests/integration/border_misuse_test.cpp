@@ -61,7 +61,7 @@ const Case refused[] = {
     {"filter", "parameter_kind_unknown", "its parameter 'size' has the kind 99, which is none"},
     {"filter", "parameter_unit_unknown", "its parameter 'size' has the unit 'furlong', which is none"},
     {"filter", "parameter_flags_unknown", "its parameter 'size' has the flags 32, of which nobody knows some"},
-    {"filter", "default_no_number", "the default of a parameter cannot be used: 'size' is 'much': it is no number"},
+    {"filter", "default_no_number", "the default of a parameter cannot be used: 'size' is 'much': it is not a number"},
     {"filter", "default_wrong_unit", "the default of a parameter cannot be used: 'size' is"},
     {"filter", "default_out_of_range", "the default of a parameter cannot be used: 'size' is"},
     {"filter", "choices_none", "its parameter 'size' is a choice without choices"},

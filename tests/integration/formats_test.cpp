@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The examples of docs/formats are files that the program takes.
-#include "io/capture_map.hpp"
+#include "io/captures/capture_map.hpp"
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {

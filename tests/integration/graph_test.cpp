@@ -192,7 +192,7 @@ TEST(Statistics, ThatCannotBeWrittenAreToldBeforeTheFirstFrame) {
   };
   expect_refused("there.json", "--stats there.json: error: the file exists\n         --force replaces it\n");
   expect_refused("there.json/s.json",
-                 "--stats there.json/s.json: error: there.json/s.json cannot be written: there.json is no folder\n");
+                 "--stats there.json/s.json: error: there.json/s.json cannot be written: there.json is not a folder\n");
   expect_refused("'" + folder.path().string() + "' --force",
                  "--stats " + folder.path().string() + ": error: " + folder.path().string() + " is a folder\n");
   EXPECT_EQ(read_text(folder.path() / "there.json"), "precious");

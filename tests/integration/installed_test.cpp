@@ -93,8 +93,10 @@ TEST_F(Installed, WhatIsLoadedLiesInTheMovedPrefix) {
   const Outcome loaded =
       run("find $PREFIX -type f \\( -name '*.so*' -o -path '*/bin/*' -o -name tofgraph-scan \\) -exec ldd {} + | "
           "sed -n 's/^\\t\\(libtofgraph[^(]*\\).*/\\1/p' | sed 's/.* => //' | xargs realpath | sort -u");
-  const std::string library = (folder_.path() / "moved/lib/libtofgraph").string();
-  EXPECT_EQ(loaded.out, library + ".so." TOFGRAPH_VERSION "\n" + library + "_capture.so." TOFGRAPH_VERSION "\n");
+  std::string libraries;
+  for (const std::string room : {"", "_config", "_io", "_io_captures"})
+    libraries += (folder_.path() / ("moved/lib/libtofgraph" + room + ".so." TOFGRAPH_VERSION)).string() + "\n";
+  EXPECT_EQ(loaded.out, libraries);
   const Outcome paths =
       run("find $PREFIX -type f -exec readelf -d {} + 2>/dev/null | sed -n 's/.*R.*PATH.*\\[\\(.*\\)]/\\1/p' | "
           "tr ':' '\\n' | LC_ALL=C sort -u");
@@ -102,7 +104,7 @@ TEST_F(Installed, WhatIsLoadedLiesInTheMovedPrefix) {
 }
 
 TEST_F(Installed, ProgramCommandsAndModulesWork) {
-  // A profile, plugins with and without libtofgraph_capture, and the module that reads images.
+  // A profile, plugins with and without libtofgraph_io_captures, and the module that reads images.
   const std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (204, 204), }\n";
   std::string map("\x93NUMPY\x01\x00", 8);
   map += {static_cast<char>(header.size()), '\0'};

@@ -39,7 +39,7 @@ TEST_P(Message, IsAsWritten) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.txt")) << "an output was touched";
 }
 
-INSTANTIATE_TEST_SUITE_P(Catalogue, Message, testing::ValuesIn(cases()), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(PluginRegistry, Message, testing::ValuesIn(cases()), [](const auto& info) {
   std::string name = info.param;
   std::ranges::replace(name, '.', '_');
   return name;

@@ -56,9 +56,9 @@ TEST(BrokenPlugin, ThatThrowsWhileRunningEndsTheRunInOrder) {
   const Outcome run = shell(
       "\"$TOFGRAPH\" --plugin-path " + broken + " run 'ramp ! throws_in_process ! collect path=a.txt'", folder.path());
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(
-      run.err.find("node 'throws_in_process' (throws_in_process), frame 3: threw something that is no std::exception"),
-      std::string::npos)
+  EXPECT_NE(run.err.find(
+                "node 'throws_in_process' (throws_in_process), frame 3: threw something that is not a std::exception"),
+            std::string::npos)
       << run.err;
   EXPECT_EQ(read_text(folder.path() / "a.txt"),
             "0 throws_in_process=0\n1 throws_in_process=1\n2 throws_in_process=2\n");
@@ -107,7 +107,7 @@ TEST(PluginPath, ThatIsNoFolderIsAMistake) {
     for (const char* path : {"absent", "file"}) {
       const Outcome outcome = shell(std::string("\"$TOFGRAPH\" --plugin-path ") + path + " " + command, folder.path());
       EXPECT_EQ(outcome.exit_code, 2) << command;
-      EXPECT_EQ(outcome.err.find(std::string("plugin path ") + path + ": error: this is no folder\n"), 0U)
+      EXPECT_EQ(outcome.err.find(std::string("plugin path ") + path + ": error: this is not a folder\n"), 0U)
           << outcome.err;
     }
   }
@@ -133,7 +133,7 @@ TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
   const std::string command = "TOFGRAPH_PLUGIN_PATH=$TOFGRAPH_PLUGIN_PATH:absent \"$TOFGRAPH\" ";
   const Outcome outcome = shell(command + "run 'ramp ! null'", folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(outcome.err.find("warning: TOFGRAPH_PLUGIN_PATH: absent is no folder\n"), 0U) << outcome.err;
+  EXPECT_EQ(outcome.err.find("warning: TOFGRAPH_PLUGIN_PATH: absent is not a folder\n"), 0U) << outcome.err;
   EXPECT_EQ(shell(command + "--quiet run 'ramp ! null'", folder.path()).err, "");
 }
 

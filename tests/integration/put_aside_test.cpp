@@ -70,7 +70,7 @@ class PutAside : public testing::TestWithParam<const char*> {
   }
 
   static io::Campaign read(const fs::path& file) {
-    core::Diagnostics diagnostics;
+    config::Diagnostics diagnostics;
     io::Campaign campaign = io::read_campaign(file, diagnostics);
     EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
     return campaign;
@@ -81,7 +81,7 @@ class PutAside : public testing::TestWithParam<const char*> {
   }
 
   static inline std::unique_ptr<tests::TemporaryFolder> folder;
-  const core::Catalogue catalogue{core::plugin_path({})};
+  const graph::PluginRegistry catalogue{graph::plugin_path({})};
   const Candidate wiggling{catalogue.load(*catalogue.find("wiggling"))};
 };
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "io/campaign.hpp"
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "tests/program.hpp"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ TEST(Simulate, ASequenceMakesACampaignThatIsRight) {
   write_text(folder.path() / "s.yaml", sequence);
   const auto made = shell("$TOFGRAPH simulate s.yaml -o out && $TOFGRAPH check out/campaign.yaml", folder.path());
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   const io::Campaign campaign = io::read_campaign(folder.path() / "out/campaign.yaml", diagnostics);
   ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
   ASSERT_EQ(campaign.conditions.size(), 4U);

@@ -71,7 +71,7 @@ TEST(Validate, AnEffectThatIsNotOffIsTold) {
 TEST(Validate, AnEffectThatMakesNaNIsTold) {
   const Outcome outcome = with_effect("gives_nan", "--validate");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("the effect gives_nan makes what is no number out of finite light"), std::string::npos)
+  EXPECT_NE(outcome.err.find("the effect gives_nan makes what is not a number out of finite light"), std::string::npos)
       << outcome.err;
 }
 

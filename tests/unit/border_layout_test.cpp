@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The layout of the border, in numbers. A number that has been released never changes; a minor version adds lines at
 // the end of a struct, and its size.
-#include "core/border.hpp"
+#include "io/border.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <vector>
 
-namespace tofgraph::core {
+namespace tofgraph::graph {
 namespace {
 
 struct Field {
@@ -32,7 +32,7 @@ template <class S> void pinned(std::size_t bytes, const std::vector<Field>& fiel
   EXPECT_EQ(sizeof(S), end) << "a gap, or a field that is not pinned, at the end";
   EXPECT_EQ(sizeof(S), bytes);
   EXPECT_EQ(sizeof(S) % 8, 0U);
-  EXPECT_EQ(first_size<S>, first);
+  EXPECT_EQ(io::first_size<S>, first);
 }
 template <class S> void pinned(std::size_t bytes, const std::vector<Field>& fields) { pinned<S>(bytes, fields, bytes); }
 
@@ -123,7 +123,7 @@ TEST(BorderLayout, Port) {
 
 TEST(BorderLayout, Parameter) {
   using S = tofgraph_parameter;
-  pinned<S>(80, {PIN(name, 0, 8), PIN(kind, 8, 4), PIN(flags, 12, 4), PIN(unit, 16, 8), PIN(fallback, 24, 8),
+  pinned<S>(80, {PIN(name, 0, 8), PIN(kind, 8, 4), PIN(flags, 12, 4), PIN(unit, 16, 8), PIN(default_value, 24, 8),
                  PIN(minimum, 32, 8), PIN(maximum, 40, 8), PIN(choices, 48, 8), PIN(text, 56, 8), PIN(off, 64, 8),
                  PIN(typical, 72, 8)});
 }
@@ -208,12 +208,12 @@ TEST(BorderLayout, LightState) {
                   PIN(ray, 184, 8),
                   PIN(position, 192, 8),
                   PIN(normal, 200, 8),
-                  PIN(reflected, 208, 8),
-                  PIN(inside, 216, 8),
+                  PIN(return_path, 208, 8),
+                  PIN(sensor_path, 216, 8),
                   PIN(reflectivity, 224, 8),
                   PIN(distance, 232, 8),
                   PIN(amplitude, 240, 8),
-                  PIN(turn, 248, 8),
+                  PIN(phase_offset, 248, 8),
                   PIN(exposures, 256, 8),
                   PIN(exposure_count, 264, 8),
                   PIN(exposure, 272, 8),
@@ -282,4 +282,4 @@ TEST(BorderLayout, Enumerators) {
 }
 
 }  // namespace
-}  // namespace tofgraph::core
+}  // namespace tofgraph::graph

@@ -16,14 +16,14 @@ using tests::TemporaryFolder;
 using tests::write_text;
 
 Campaign read(const std::filesystem::path& file) {
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   Campaign campaign = read_campaign(file, diagnostics);
   EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
   return campaign;
 }
 
 std::string mistakes(const std::filesystem::path& file) {
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   read_campaign(file, diagnostics);
   return diagnostics.text();
 }
@@ -224,12 +224,13 @@ TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
                                                              "0,1000,2.0,998.02,3.63,102\n"
                                                              "0, -1000,0,,-3.63,1.5,52\n");
   const std::string said = mistakes(folder.path() / "t.yaml");
-  for (const char* line : {"csv:2:3: error: the distance 'five' is no number", "csv:3:28: error: the roi_half_height",
-                           "csv:5:1: error: the row has 6 cells, and the first line 7",
-                           "csv:6:4: error: the distance '-1000' is -1 m: the board would be behind the lens",
-                           "csv:6:10: error: the integration_time '0' must be positive",
-                           "csv:6:13: error: the measured_depth_sd '-3.63' must not be negative",
-                           "csv:6:19: error: the roi_half_width '1.5' must be a whole number of pixels from 1 to 102"})
+  for (const char* line :
+       {"csv:2:3: error: the distance 'five' is not a number", "csv:3:28: error: the roi_half_height",
+        "csv:5:1: error: the row has 6 cells, and the first line 7",
+        "csv:6:4: error: the distance '-1000' is -1 m: the board would be behind the lens",
+        "csv:6:10: error: the integration_time '0' must be positive",
+        "csv:6:13: error: the measured_depth_sd '-3.63' must not be negative",
+        "csv:6:19: error: the roi_half_width '1.5' must be a whole number of pixels from 1 to 102"})
     EXPECT_THAT(said, testing::HasSubstr(line));
   write_text(folder.path() / "thesis_offset_tables.csv", "");
   EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("t.yaml:4:9: error: "));

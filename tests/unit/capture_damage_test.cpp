@@ -12,8 +12,8 @@
 #include <csignal>
 #include <random>
 
-#include "io/capture.hpp"
-#include "io/capture_guard.hpp"
+#include "io/captures/capture.hpp"
+#include "io/captures/capture_guard.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/full_disk.hpp"
 

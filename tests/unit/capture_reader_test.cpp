@@ -217,7 +217,7 @@ TEST_F(ReaderStage, ACameraWithoutProfileIsARemark) {
   ASSERT_TRUE(stage.run());
   ASSERT_EQ(stage.messages().size(), 2U);
   expect_words(stage.messages()[0], "there is no profile for the capture's camera 'nowhere'");
-  expect_words(stage.messages()[1], "'voltage' is no channel");
+  expect_words(stage.messages()[1], "'voltage' is not a channel");
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "io/capture.hpp"
+#include "io/captures/capture.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/full_disk.hpp"
 #include "tests/unit/raw_capture.hpp"
@@ -150,14 +150,14 @@ TEST_F(CaptureFile, NoFile) {
   write_text(path.string() + ".part", "");
   expect_words(why(), {"a.h5.part is: a recording that still runs or was cut off"});
   path = folder.path();
-  expect_words(why(), {"is no file"});
+  expect_words(why(), {"is not a file"});
 }
 
 TEST_F(CaptureFile, EmptyOrNotHdf5) {
   write_text(path, "");
   expect_words(why(), {path.string(), "is empty"});
   write_text(path, std::string(10000, 'x'));
-  expect_words(why(), {"is no HDF5 file"});
+  expect_words(why(), {"is not an HDF5 file"});
 }
 
 TEST_F(CaptureFile, AnotherFormatOrVersion) {
@@ -168,7 +168,7 @@ TEST_F(CaptureFile, AnotherFormatOrVersion) {
   { RawCapture(path).text("format", "tofgraph-capture"); }
   expect_words(why(), {"has no attribute version"});
   { RawCapture(path).number("format", 1.0); }
-  expect_words(why(), {"attribute format is no text"});
+  expect_words(why(), {"attribute format is not text"});
   { RawCapture(path).head(3, 2, 1, "tofgraph-capture", ""); }
   expect_words(why(), {"has no attribute camera", "camcube2"});
 }

@@ -115,7 +115,7 @@ TEST_F(WriterStage, ChecksEverythingBeforeTheFirstFrameAndTouchesNothing) {
                      put(s, 1);
                      s.put<float>("spectrum", {7}, std::vector<float>(7));
                    }),
-               "'spectrum' is no image: a capture holds images that keep their size");
+               "'spectrum' is not an image: a capture holds images that keep their size");
   expect_words(why("",
                    [](Harness& s) {
                      s.put<float>("points", {1, 5, 3}, std::vector<float>(15));

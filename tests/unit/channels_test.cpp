@@ -61,7 +61,7 @@ TEST(Channels, SaysWhatCannotBe) {
   EXPECT_NE(refusal("drop=[depth]").find("there is no 'depth'; what arrives has distance, sigma, amplitude"),
             std::string::npos);
   EXPECT_NE(refusal("keep=[sigma] drop=[sigma]").find("exclude each other"), std::string::npos);
-  EXPECT_NE(refusal("rename=[distance]").find("'distance' is no old=new"), std::string::npos);
+  EXPECT_NE(refusal("rename=[distance]").find("'distance' is not an old=new"), std::string::npos);
   EXPECT_NE(refusal("rename=[distance=sigma]").find("there is a channel 'sigma' already"), std::string::npos);
   EXPECT_NE(refusal("drop=[distance] rename=[distance=other]").find("'distance' is taken out"), std::string::npos);
   EXPECT_NE(refusal("rename=[distance=a@b]").find("a name has no @"), std::string::npos);

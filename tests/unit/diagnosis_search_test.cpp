@@ -48,8 +48,8 @@ class Rail : public testing::Test {
       blank.push_back(std::move(o));
     }
     candidates.clear();
-    const core::Catalogue catalogue(core::plugin_path({}));
-    for (const core::PluginFile& file : catalogue.files()) {
+    const graph::PluginRegistry catalogue(graph::plugin_path({}));
+    for (const graph::PluginFile& file : catalogue.files()) {
       if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
     }
   }

@@ -1,30 +1,31 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/document.hpp"
-#include "core/pipeline.hpp"
+#include "config/document.hpp"
+#include "graph/pipeline.hpp"
 
 #include <gtest/gtest.h>
 
-namespace tofgraph::core {
+namespace tofgraph::graph {
 namespace {
 
 TEST(Document, KnowsWhereEachKeyAndValueStands) {
-  const Value root = parse_document("a.yaml", "first: 1\nlist:\n  - {x: 3 mm, y: 'two words'}\n  - null\n");
-  const Value& map = root.find("list")->value.items.at(0);
+  const config::Value root =
+      config::parse_document("a.yaml", "first: 1\nlist:\n  - {x: 3 mm, y: 'two words'}\n  - null\n");
+  const config::Value& map = root.find("list")->value.items.at(0);
   EXPECT_EQ(map.find("x")->at.line, 3U);
   EXPECT_EQ(map.find("x")->at.column, 6U);
   EXPECT_EQ(map.find("x")->value.at.column, 9U);
   EXPECT_EQ(map.find("x")->value.text, "3 mm");
   EXPECT_TRUE(map.find("y")->value.quoted);
-  EXPECT_EQ(root.find("list")->value.items.at(1).kind, Value::Kind::null);
+  EXPECT_EQ(root.find("list")->value.items.at(1).kind, config::Value::Kind::null);
   EXPECT_EQ(root.find("list")->value.items.at(1).text, "null");
 }
 
 TEST(Document, RefusesWhatYamlWouldReadSilently) {
-  EXPECT_THROW(parse_document("a", "x: 1\nx: 2\n"), ConfigurationError);
-  EXPECT_THROW(parse_document("a", "x: 1\n---\ny: 2\n"), ConfigurationError);
-  EXPECT_THROW(parse_document("a", "[1, 2]: 3\n"), ConfigurationError);
-  EXPECT_THROW(parse_document("a", "x: [1, 2\n"), ConfigurationError);
+  EXPECT_THROW(config::parse_document("a", "x: 1\nx: 2\n"), config::ConfigurationError);
+  EXPECT_THROW(config::parse_document("a", "x: 1\n---\ny: 2\n"), config::ConfigurationError);
+  EXPECT_THROW(config::parse_document("a", "[1, 2]: 3\n"), config::ConfigurationError);
+  EXPECT_THROW(config::parse_document("a", "x: [1, 2\n"), config::ConfigurationError);
 }
 
 TEST(Document, AliasesInAliasesDoNotFillTheMemory) {
@@ -35,24 +36,26 @@ TEST(Document, AliasesInAliasesDoNotFillTheMemory) {
     for (int k = 0; k < 10; ++k) text += (k != 0 ? ", " : "") + before;
     text += "]\n";
   }
-  EXPECT_THROW(parse_document("bomb", text), ConfigurationError);
+  EXPECT_THROW(config::parse_document("bomb", text), config::ConfigurationError);
 }
 
 TEST(Document, DeepNestingIsAnErrorAndNoCrash) {
-  EXPECT_THROW(parse_document("deep", std::string(200000, '[')), ConfigurationError);
-  EXPECT_THROW(parse_document("deep", std::string(5000, '[') + std::string(5000, ']')), ConfigurationError);
+  EXPECT_THROW(config::parse_document("deep", std::string(200000, '[')), config::ConfigurationError);
+  EXPECT_THROW(config::parse_document("deep", std::string(5000, '[') + std::string(5000, ']')),
+               config::ConfigurationError);
 }
 
 TEST(Nearest, CountsASwapAsOneMistake) {
   const std::vector<std::string> names = {"bilateral", "yaroslavsky", "crop"};
-  EXPECT_EQ(nearest("bilatreal", names), "bilateral");
-  EXPECT_EQ(nearest("corp", names), "crop");
-  EXPECT_EQ(nearest("something", names), "");
+  EXPECT_EQ(config::nearest("bilatreal", names), "bilateral");
+  EXPECT_EQ(config::nearest("corp", names), "crop");
+  EXPECT_EQ(config::nearest("something", names), "");
 }
 
 TEST(Pipeline, TheLineFormIsTheFileForm) {
-  Diagnostics diagnostics;
-  const Value line = pipeline_from_line("reader file='a b.h5' ! filter size=[1, 2] ! writer name=out", "camcube2");
+  config::Diagnostics diagnostics;
+  const config::Value line =
+      pipeline_from_line("reader file='a b.h5' ! filter size=[1, 2] ! writer name=out", "camcube2");
   const PipelineSpec spec = parse_pipeline(line, diagnostics);
   ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
   ASSERT_EQ(spec.nodes.size(), 3U);
@@ -63,4 +66,4 @@ TEST(Pipeline, TheLineFormIsTheFileForm) {
 }
 
 }  // namespace
-}  // namespace tofgraph::core
+}  // namespace tofgraph::graph

@@ -3,11 +3,11 @@
 /// @file One effect, through the plugin border, on a board; and what its pixels show.
 #pragma once
 
-#include "core/plugin.hpp"
+#include "graph/plugin.hpp"
 #include "io/profile.hpp"
 #include "simulation/board.hpp"
+#include "simulation/files/model.hpp"
 #include "simulation/forward_model.hpp"
-#include "simulation/model.hpp"
 
 #include <array>
 #include <cmath>
@@ -31,7 +31,7 @@ inline const tofgraph_camera& camcube() {
 /// What is looked at, and how.
 struct View {
   BoardPose board{1.3, 0.1, -0.2, 0.6};
-  Shot shot = shot_of(camcube(), 2e-3);
+  Acquisition acquisition = acquisition_of(camcube(), 2e-3);
   Pixels pixels = superpixels(camcube(), 12, 12);
   bool physical = true;
   const tofgraph_camera* camera = &camcube();
@@ -50,19 +50,19 @@ struct Seen {
 };
 
 inline std::vector<EffectPtr> effects(const std::string& list, const tofgraph_camera& camera) {
-  core::Diagnostics diagnostics;
-  const Model model = read_model(core::parse_document("test", "model: 1\neffects: [" + list + "]\n"),
-                                 core::Catalogue(core::plugin_path({})), diagnostics);
+  config::Diagnostics diagnostics;
+  const Model model = read_model(config::parse_document("test", "model: 1\neffects: [" + list + "]\n"),
+                                 graph::PluginRegistry(graph::plugin_path({})), diagnostics);
   auto result = make_effects(model, camera, diagnostics);
-  if (!diagnostics.ok()) throw core::ConfigurationError(diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   return result;
 }
 
 inline Expectation expected(const std::string& list, const View& view) {
   const ForwardModel model(*view.camera, view.physical, effects(list, *view.camera));
   const Tracer tracer = view.tracer ? view.tracer : board_tracer(view.camera->focal_length, view.board);
-  Expectation result = model.expect(tracer, view.shot, view.pixels);
-  if (model.has_readout()) model.read_out(view.shot, view.pixels, result.taps);
+  Expectation result = model.expect(tracer, view.acquisition, view.pixels);
+  if (model.has_readout()) model.read_out(view.acquisition, view.pixels, result.taps);
   return result;
 }
 

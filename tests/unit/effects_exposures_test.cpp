@@ -12,7 +12,7 @@
 #include <set>
 #include <sstream>
 
-#include "io/capture_map.hpp"
+#include "io/captures/capture_map.hpp"
 #include "simulation/frames.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/effect_fixture.hpp"
@@ -72,10 +72,10 @@ bool is_far(const Vector3& ray) { return ray.x + 0.3 * ray.y > 0.01; }
 View view_of(const Camera& camera, bool physical = true) {
   View view;
   view.camera = &camera.view();
-  view.shot = shot_of(camera.view(), integration_time);
+  view.acquisition = acquisition_of(camera.view(), integration_time);
   view.physical = physical;
-  view.shot.condition.ambient = "lamp";
-  view.shot.condition.time_since_power_on = 500;
+  view.acquisition.condition.ambient = "lamp";
+  view.acquisition.condition.time_since_power_on = 500;
   const Tracer near_board = board_tracer(focal_length, boards[0]), far_board = board_tracer(focal_length, boards[1]);
   view.tracer = [=](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
     std::vector<Hit> other(rays.size());
@@ -129,10 +129,10 @@ Spot spot(const World& world, double u, double v) {
   const BoardPose& board = boards[is_far(result.ray) ? 1 : 0];
   const double z = world.scale * board.distance + world.offset;
   const Vector3 n = turned(turned({0, 0, 1}, board.tilt_x, board.tilt_y), world.tilt_x, world.tilt_y);
-  const double reflected = n.z * (z - focal_length) / physics::dot(n, result.ray);
-  result.at = reflected * result.ray + Vector3{0, 0, focal_length};
+  const double return_path = n.z * (z - focal_length) / physics::dot(n, result.ray);
+  result.at = return_path * result.ray + Vector3{0, 0, focal_length};
   result.normal = -1.0 * n;
-  result.back = reflected + focal_length / result.ray.z;
+  result.back = return_path + focal_length / result.ray.z;
   result.reflectivity = board.reflectivity;
   return result;
 }
@@ -191,7 +191,7 @@ struct Shone {
   std::array<double, pixels> strength{}, distance{};
 };
 
-Shone shine(const World& world, const Formula& formula, double frequency) {
+Shone illuminate(const World& world, const Formula& formula, double frequency) {
   Shone shone;
   for (std::size_t i = 0; i < pixels; ++i) {
     const Spot at = spot(world, (static_cast<double>(i % side) + 0.5) * spacing - 0.5,
@@ -234,7 +234,7 @@ std::vector<double> by_formula(const Formula& formula, const Camera& camera, boo
     if (formula.world) formula.world(world);
     world.offset += static_cast<double>(k) * formula.displacement;
     const double frequency = camera.frequency(k), step = camera.exposures()[k].phase;
-    const Shone shone = shine(world, formula, frequency);
+    const Shone shone = illuminate(world, formula, frequency);
     std::array<Taps, pixels> taps{};
     for (std::size_t i = 0; i < pixels; ++i) {
       const double u = (static_cast<double>(i % side) + 0.5) * spacing - 0.5,
@@ -536,7 +536,7 @@ std::vector<Row> all_rows(const Files& files) {
   return all;
 }
 
-/// The greatest difference, in parts of the mean of the pixel's two taps; what is no number is endless.
+/// The greatest difference, in parts of the mean of the pixel's two taps; what is not a number is endless.
 double difference(const std::vector<double>& real, const std::vector<double>& wanted) {
   if (real.size() != wanted.size()) return std::numeric_limits<double>::infinity();
   double most = 0;
@@ -548,9 +548,9 @@ double difference(const std::vector<double>& real, const std::vector<double>& wa
   return most;
 }
 
-std::set<std::string> catalogue_effects(const core::Catalogue& catalogue) {
+std::set<std::string> catalogue_effects(const graph::PluginRegistry& catalogue) {
   std::set<std::string> names;
-  for (const core::PluginFile& file : catalogue.files()) {
+  for (const graph::PluginFile& file : catalogue.files()) {
     if (file.kind == "effect") names.insert(file.name);
   }
   return names;
@@ -591,19 +591,19 @@ TEST(AnyExposures, NoEffectIsLeftOut) {
   const Files files;
   std::set<std::string> tested;
   for (const Row& row : all_rows(files)) tested.insert(row.effect);
-  EXPECT_EQ(tested, catalogue_effects(core::Catalogue(core::plugin_path({}))));
+  EXPECT_EQ(tested, catalogue_effects(graph::PluginRegistry(graph::plugin_path({}))));
   EXPECT_EQ(tested.size(), 33);
 }
 
 /// All effects with their sizes off and their shapes at the usual values.
 std::string all_off() {
-  const core::Catalogue catalogue(core::plugin_path({}));
+  const graph::PluginRegistry catalogue(graph::plugin_path({}));
   std::ostringstream list;
   list.precision(17);
-  for (const core::PluginFile& file : catalogue.files()) {
+  for (const graph::PluginFile& file : catalogue.files()) {
     if (file.kind != "effect") continue;
     list << (list.tellp() > 0 ? ", " : "") << "{effect: " << file.name;
-    const core::Plugin& plugin = catalogue.load(file);
+    const graph::Plugin& plugin = catalogue.load(file);
     for (std::size_t i = 0; i < plugin.parameter_count; ++i) {
       const tofgraph_parameter& p = plugin.own_parameters[i];
       const double value = std::isnan(p.off) ? p.typical : p.off;
@@ -625,7 +625,7 @@ TEST(AnyExposures, AllEffectsOffChangeNoBit) {
       SCOPED_TRACE(physics::exposures_text(exposures) + (physical ? ", physical" : ", reference"));
       View view = view_of(camera, physical);
       view.pixels = whole_image(camera.view());  // with the edge's rays
-      view.shot.condition.velocity = 0.1;
+      view.acquisition.condition.velocity = 0.1;
       const Expectation without = expected("", view), with = expected(off, view);
       EXPECT_EQ(with.noise_factor, 1);
       ASSERT_EQ(without.taps.size(), 2 * exposures.size() * view.pixels.size());
@@ -795,9 +795,9 @@ TEST(AnyExposures, AMovingSceneIsSeenElsewhereInEachImage) {
     View view;
     view.camera = &camera.view();
     view.board = {1.2, 0, 0, 0.85, 0, 0.4};
-    view.shot.moving = true;
+    view.acquisition.moving = true;
     const Samples real = samples("", view, camera);
-    view.shot.moving = false;
+    view.acquisition.moving = false;
     const auto count = static_cast<double>(exposures.size());
     for (std::size_t k = 0; k < exposures.size(); ++k) {
       View there = view;  // 80 frames/s
@@ -815,7 +815,7 @@ TEST(SeveralFrequencies, ALengthIsAnotherAngleAndAnAngleIsNot) {
   constexpr double slow = 16e6, fast = 80e6;
   const Camera camera(steps({0, 120, 240}, {fast, slow}));
   View view = view_of(camera);
-  view.shot.on = {false, true};  // one source: its phase is that of its path
+  view.acquisition.on = {false, true};  // one source: its phase is that of its path
   const Samples ideal = samples("", view, camera);
   const auto with = [&](const std::string& list) { return samples("{effect: " + list + "}", view, camera); };
   const Samples wiggling = with("wiggling, amplitude5: 5 mm, phase5: 0.4 rad"),
@@ -937,12 +937,12 @@ TEST(Noise, OfAllImagesIsIndependentAndAsGreatAsItShouldBe) {
     const Pixels all = whole_image(camera.view());
     const std::size_t n = all.size();
     const ForwardModel model(camera.view(), true, effects("{effect: temporal_noise, factor: 2}", camera.view()));
-    const std::vector<double> mean = model.expect(view.tracer, view.shot, all).taps;
+    const std::vector<double> mean = model.expect(view.tracer, view.acquisition, all).taps;
     const auto variance = [&](std::size_t at) { return factor * factor * (read * read + shot_noise * mean[at]); };
     Images by_samples, by_taps, whole;
     for (const std::uint32_t condition : {0U, 1U}) {
       for (const bool with_taps : {false, true}) {
-        const Frames frames(model, view.tracer, view.shot, all, {read, shot_noise}, {7, condition}, with_taps);
+        const Frames frames(model, view.tracer, view.acquisition, all, {read, shot_noise}, {7, condition}, with_taps);
         ASSERT_EQ(frames.exposures(), count);
         for (const std::uint64_t frame : {0U, 1U}) {
           std::vector<float> phases(count * n);
@@ -980,17 +980,17 @@ TEST(Frames, DecodeTheDistanceFromAnyExposures) {
     SCOPED_TRACE(physics::exposures_text(exposures));
     const Camera camera(exposures);
     const BoardPose board{1.3, 0, 0, 0.85};
-    const Shot shot = shot_of(camera.view(), integration_time);
+    const Acquisition acquisition = acquisition_of(camera.view(), integration_time);
     const Pixels all = superpixels(camera.view(), side, side);
     const ForwardModel model(camera.view(), false, {});  // equal sources: the phase of their mean path
-    const Frames frames(model, board_tracer(focal_length, board), shot, all, {}, {});
+    const Frames frames(model, board_tracer(focal_length, board), acquisition, all, {}, {});
     std::vector<float> distance(pixels), amplitude(pixels);
     frames.distance(0, distance.data(), amplitude.data());
     for (std::size_t i = 0; i < pixels; i += 13) {
       const Hit& hit = frames.hits()[i];
       const double path =
           (physics::norm(hit.point - Vector3{-0.05, 0, 0}) + physics::norm(hit.point - Vector3{0.05, 0, 0})) / 2;
-      const double wanted = (path + hit.reflected + focal_length / all.rays[i].z) / 2;
+      const double wanted = (path + hit.return_path + focal_length / all.rays[i].z) / 2;
       EXPECT_NEAR(static_cast<double>(distance[i]), wanted, 1e-6);
     }
   }

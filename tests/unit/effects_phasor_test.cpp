@@ -26,7 +26,7 @@ Place place(const View& view, std::size_t i) {
 
 /// One source alone: left (x = -50 mm) or right. With physical light a source's part does not depend on the other.
 View one(View view, bool right) {
-  view.shot.on = {!right, right};
+  view.acquisition.on = {!right, right};
   return view;
 }
 
@@ -107,7 +107,7 @@ TEST(Rail, MovesTheBoardUnlessALaserReadIt) {
       "{effect: rail_scale, scale: 0.2 %}, {effect: rail_offset, offset: 5 mm}, {effect: board_tilt, x: 5 mrad, y: -3 "
       "mrad}";
   for (const bool laser : {false, true}) {
-    view.shot.condition.flags = laser ? TOFGRAPH_CONDITION_LASER : 0;
+    view.acquisition.condition.flags = laser ? TOFGRAPH_CONDITION_LASER : 0;
     const auto real = seen(list, view);
     View there = view;
     if (!laser) there.board.distance = 1.002 * there.board.distance + 0.005;
@@ -199,15 +199,15 @@ TEST(RailReflection, IsTheSumOverMirroredSources) {
   const auto left = seen("", one(view, false)), right = seen("", one(view, true));
   for (std::size_t i = 0; i < real.size(); ++i) {
     const Place p = place(view, i);
-    const double sensor = 12.8e-3 / p.view, reflected = (p.z - 12.8e-3) / p.view;
+    const double sensor = 12.8e-3 / p.view, return_path = (p.z - 12.8e-3) / p.view;
     Complex sum = left[i].phasor() + right[i].phasor();
     for (const double x : {-0.05, 0.05}) {
-      const double path = std::hypot(p.x - x, p.y - 0.6, p.z) + reflected + sensor;
+      const double path = std::hypot(p.x - x, p.y - 0.6, p.z) + return_path + sensor;
       sum += 0.04 * (x < 0 ? left : right)[i].amplitude() * std::polar(1.0, 2 * pi * 20e6 / c_light * path);
     }
     EXPECT_LT(std::abs(real[i].phasor() - sum), 1e-9 * std::abs(sum));
   }
-  view.shot.condition.flags = TOFGRAPH_CONDITION_RAIL_COVERED;
+  view.acquisition.condition.flags = TOFGRAPH_CONDITION_RAIL_COVERED;
   const auto covered = seen("{effect: rail_reflection, strength: 4 %}", view), bare = seen("", view);
   EXPECT_EQ(covered[40].c, bare[40].c);
 }
@@ -221,7 +221,7 @@ TEST(Crosstalk, AddsTheSamePhasorEverywhere) {
     EXPECT_LT(std::abs(real[i].phasor() - ideal[i].phasor() - added), 1e-9 * ideal[i].amplitude());
     EXPECT_NEAR(real[i].light() - ideal[i].light(), std::abs(added), 1e-9 * ideal[i].light()) << "contrast 0.5";
   }
-  view.shot.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
+  view.acquisition.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
   const auto capped = seen("{effect: crosstalk, real: 3000 counts/s, imaginary: -2000 counts/s}", view);
   EXPECT_LT(std::abs(capped[3].phasor() - added), 1e-12);
 }
@@ -229,7 +229,7 @@ TEST(Crosstalk, AddsTheSamePhasorEverywhere) {
 TEST(PhaseEffects, TurnByTheirFormulas) {
   View view;
   view.board = {4, 0, 0, 0.5};
-  view.shot.condition.time_since_power_on = 500;
+  view.acquisition.condition.time_since_power_on = 500;
   const auto ideal = seen("", view);
   const auto turn = [&](const std::string& list, std::size_t i) { return turned(seen(list, view)[i], ideal[i]); };
   for (const std::size_t i : {0UL, 66UL, 143UL}) {
@@ -245,7 +245,7 @@ TEST(PhaseEffects, TurnByTheirFormulas) {
   }
   const auto drooped = seen("{effect: warm_up, droop: 3 %, time_constant: 700 s}", view);
   EXPECT_NEAR(drooped[9].amplitude() / ideal[9].amplitude(), 1 - 0.03 * (1 - std::exp(-500.0 / 700)), 1e-9);
-  view.shot.condition.time_since_power_on = std::nan("");
+  view.acquisition.condition.time_since_power_on = std::nan("");
   EXPECT_NEAR(turn("{effect: warm_up, drift: 10 mm}", 9), 10e-3 / metres_per_radian, 1e-9) << "not known: warm";
 }
 
@@ -255,7 +255,7 @@ TEST(IntegrationTimeOffset, ReadsATable) {
   tests::write_text(file, "integration_time_ms,offset_mm\n0.5,1\n8,5\n1,3\n");
   const auto offset = [&](double time) {
     View view;
-    view.shot = shot_of(camcube(), time);
+    view.acquisition = acquisition_of(camcube(), time);
     return turned(seen("{effect: integration_time_offset, table: " + file.string() + "}", view)[0], seen("", view)[0]) *
            metres_per_radian * 1e3;
   };

@@ -31,17 +31,17 @@ Tracer two_boards() {
 }
 
 TEST(Effects, OffChangesNothingBitForBit) {
-  const core::Catalogue catalogue(core::plugin_path({}));
+  const graph::PluginRegistry catalogue(graph::plugin_path({}));
   View view;
   view.pixels = whole_image(camcube());
   view.tracer = two_boards();
-  view.shot.condition.ambient = "lamp";
-  view.shot.condition.time_since_power_on = 300;
+  view.acquisition.condition.ambient = "lamp";
+  view.acquisition.condition.time_since_power_on = 300;
   for (const bool physical : {false, true}) {
     view.physical = physical;
     const std::vector<double> ideal = expected("", view).taps;
     int count = 0;
-    for (const core::PluginFile& file : catalogue.files()) {
+    for (const graph::PluginFile& file : catalogue.files()) {
       if (file.kind != "effect") continue;
       const Expectation off = expected("{effect: " + file.name + "}", view);
       EXPECT_EQ(off.taps, ideal) << file.name;
@@ -53,10 +53,10 @@ TEST(Effects, OffChangesNothingBitForBit) {
 }
 
 TEST(Effects, EveryParameterSaysWhatASearchNeeds) {
-  const core::Catalogue catalogue(core::plugin_path({}));
-  for (const core::PluginFile& file : catalogue.files()) {
+  const graph::PluginRegistry catalogue(graph::plugin_path({}));
+  for (const graph::PluginFile& file : catalogue.files()) {
     if (file.kind != "effect") continue;
-    const core::Plugin& d = catalogue.load(file);
+    const graph::Plugin& d = catalogue.load(file);
     EXPECT_NE(std::string(d.effect->touches), "") << file.name;
     for (std::uint64_t i = 0; i < d.parameter_count; ++i) {
       const tofgraph_parameter& p = d.parameters[i];
@@ -162,7 +162,7 @@ TEST(Motion, IsABoardElsewhereInEachImage) {
   for (const double velocity : {std::nan(""), 0.0, 0.2}) {
     View view;
     view.board = {1.1, 0, 0, 0.6};
-    view.shot.condition.velocity = velocity;
+    view.acquisition.condition.velocity = velocity;
     const auto real = seen("{effect: motion, displacement: 2 mm}", view);
     const double step = std::isnan(velocity) ? 2e-3 : 2e-3 * velocity / 0.1;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -205,7 +205,7 @@ TEST(AmbientLight, FillsBothTapsWhereItIsLit) {
   View view;
   const auto ideal = expected("", view).taps;
   EXPECT_EQ(expected("{effect: ambient_light, rate: 2e5 counts/s}", view).taps, ideal) << "it is dark";
-  view.shot.condition.ambient = "lamp";
+  view.acquisition.condition.ambient = "lamp";
   for (const double tap : expected("{effect: ambient_light, rate: 2e5 counts/s, label: sun}", view).taps)
     EXPECT_TRUE(std::isfinite(tap));
   EXPECT_EQ(expected("{effect: ambient_light, rate: 2e5 counts/s, label: sun}", view).taps, ideal);

@@ -30,8 +30,8 @@ TEST(Embedding, WhatACallbackThrowsEndsTheRun) {
   EXPECT_EQ(error_of("make_depth", std::runtime_error("the window is closed")),
             "node 'make_depth' (make_depth), frame 7: the window is closed");
   EXPECT_EQ(error_of("make_depth", 5),
-            "node 'make_depth' (make_depth), frame 7: threw something that is no std::exception");
-  EXPECT_EQ(error_of("ramp", 5), "node 'ramp' (ramp), frame 7: threw something that is no std::exception");
+            "node 'make_depth' (make_depth), frame 7: threw something that is not a std::exception");
+  EXPECT_EQ(error_of("ramp", 5), "node 'ramp' (ramp), frame 7: threw something that is not a std::exception");
 }
 
 TEST(Embedding, StopFromACallbackEndsTheRun) {

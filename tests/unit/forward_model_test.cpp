@@ -49,7 +49,7 @@ Sum brute_force(double u, double v, const BoardPose& board, double integration_t
   // The ray (0, 0, f) + s (xs, ys, f) meets n . (P - (0, 0, Z)) = 0.
   const double s = n.z * (board.distance - p.f) / (n.x * xs + n.y * ys + n.z * p.f);
   const Point point{s * xs, s * ys, p.f + s * p.f};
-  const double reflected = s * sensor;
+  const double return_path = s * sensor;
   const Point sources[2] = {{-p.half_base, 0, 0}, {p.half_base, 0, 0}};
   double mean = 0, count = 0;
   for (int i = 0; i < 2; ++i) {
@@ -57,7 +57,7 @@ Sum brute_force(double u, double v, const BoardPose& board, double integration_t
     mean += length(sources[i], point);
     ++count;
   }
-  const double travelled = mean / count + reflected + sensor;
+  const double travelled = mean / count + return_path + sensor;
   std::complex<double> phasor;
   double strengths = 0;
   for (int i = 0; i < 2; ++i) {
@@ -71,7 +71,7 @@ Sum brute_force(double u, double v, const BoardPose& board, double integration_t
           0.5 * p.gain * board.reflectivity * integration_time * incidence / (4 * path * path) * std::pow(view, 4);
     }
     phasor +=
-        strength * std::exp(std::complex<double>(0, 2 * pi * p.frequency / c_light * (path + reflected + sensor)));
+        strength * std::exp(std::complex<double>(0, 2 * pi * p.frequency / c_light * (path + return_path + sensor)));
     strengths += strength;
   }
   Sum sum;
@@ -84,9 +84,9 @@ void expect_brute_force(bool physical, std::array<bool, 2> on) {
   const BoardPose board{0.8, 0.2, -0.3, 0.6};
   const ForwardModel model(camcube2(), physical, {});
   const Pixels pixels = whole_image(camcube2());
-  Shot shot = shot_of(camcube2(), 2e-3);
-  shot.on = {on[0], on[1]};
-  const Expectation expectation = model.expect(board_tracer(camcube2().focal_length, board), shot, pixels);
+  Acquisition acquisition = acquisition_of(camcube2(), 2e-3);
+  acquisition.on = {on[0], on[1]};
+  const Expectation expectation = model.expect(board_tracer(camcube2().focal_length, board), acquisition, pixels);
   const std::size_t n = pixels.size();
   for (std::size_t i = 0; i < n; i += 137) {
     const Sum sum = brute_force(static_cast<double>(i % 204), static_cast<double>(i / 204), board, 2e-3, physical, on);
@@ -113,9 +113,9 @@ TEST(ForwardModel, OneOfTwoSourcesGivesHalfTheLightAndInterferenceIsSmall) {
   const Pixels pixels = whole_image(camcube2());
   const Tracer board = board_tracer(camcube2().focal_length, {0.5, 0, 0, 0.85});
   const auto amplitude = [&](std::vector<bool> on) {
-    Shot shot = shot_of(camcube2(), 1e-3);
-    shot.on = std::move(on);
-    const auto taps = model.expect(board, shot, pixels).taps;
+    Acquisition acquisition = acquisition_of(camcube2(), 1e-3);
+    acquisition.on = std::move(on);
+    const auto taps = model.expect(board, acquisition, pixels).taps;
     std::vector<double> result;
     const std::size_t n = pixels.size();
     for (std::size_t i = 0; i < n; ++i)
@@ -149,15 +149,16 @@ TEST(ForwardModel, ADeepEdgePixelIsTheMeanOfItsRays) {
   };
   const ForwardModel model(camcube2(), false, {}, 8), plain(camcube2(), false, {}, 1);
   const Pixels pixels = whole_image(camcube2());
-  const Shot shot = shot_of(camcube2(), 1e-3);
-  const auto mixed = model.expect(scene, shot, pixels).taps;
-  const auto first = plain.expect(near_side, shot, pixels).taps, second = plain.expect(far_side, shot, pixels).taps;
+  const Acquisition acquisition = acquisition_of(camcube2(), 1e-3);
+  const auto mixed = model.expect(scene, acquisition, pixels).taps;
+  const auto first = plain.expect(near_side, acquisition, pixels).taps,
+             second = plain.expect(far_side, acquisition, pixels).taps;
   const std::size_t i = 90 * 204 + 101;
   for (std::size_t k = 0; k < 8; ++k) {
     const std::size_t at = k * pixels.size() + i;
     // 2 of 8 columns of rays are on the near side; within a pixel the light of a board is constant to 1e-3.
     EXPECT_NEAR(mixed[at], 0.25 * first[at] + 0.75 * second[at], 2e-3 * first[at]);
-    EXPECT_EQ(mixed[at - 20], plain.expect(scene, shot, pixels).taps[at - 20]) << "elsewhere nothing changes";
+    EXPECT_EQ(mixed[at - 20], plain.expect(scene, acquisition, pixels).taps[at - 20]) << "elsewhere nothing changes";
   }
 }
 
@@ -167,16 +168,16 @@ TEST(ForwardModel, AMovingBoardIsSeenElsewhereInEachExposure) {
   moving.velocity = 0.4;
   const ForwardModel model(camcube2(), false, {});
   const Pixels pixels = superpixels(camcube2(), 12, 12);
-  Shot shot = shot_of(camcube2(), 1e-3);
-  shot.moving = true;
+  Acquisition acquisition = acquisition_of(camcube2(), 1e-3);
+  acquisition.moving = true;
   const double f = camcube2().focal_length;
-  const auto taps = model.expect(board_tracer(f, moving), shot, pixels).taps;
-  shot.moving = false;
+  const auto taps = model.expect(board_tracer(f, moving), acquisition, pixels).taps;
+  acquisition.moving = false;
   const std::size_t n = pixels.size();
   for (std::size_t k = 0; k < 4; ++k) {
     BoardPose there = still;
     there.distance += 0.4 * static_cast<double>(k) / (4 * 80.0);  // 80 frames/s, four images a frame
-    const auto alone = model.expect(board_tracer(f, there), shot, pixels).taps;
+    const auto alone = model.expect(board_tracer(f, there), acquisition, pixels).taps;
     for (std::size_t i = 0; i < 2 * n; ++i) EXPECT_NEAR(taps[2 * k * n + i], alone[2 * k * n + i], 1e-9 * alone[i]);
   }
 }
@@ -188,9 +189,9 @@ TEST(ForwardModel, AThousandFramesHaveTheFormulasNoise) {
   const physics::TapNoise noise{3, 0.012};
   double last_shot = 0;
   for (const double integration_time : {1e-3, 4e-3}) {
-    const Shot shot = shot_of(camcube2(), integration_time);
+    const Acquisition acquisition = acquisition_of(camcube2(), integration_time);
     const BoardPose board{1.5, 0, 0, 0.85};
-    const Frames frames(model, board_tracer(camcube2().focal_length, board), shot, pixels, noise, {5, 0});
+    const Frames frames(model, board_tracer(camcube2().focal_length, board), acquisition, pixels, noise, {5, 0});
     std::vector<double> sum(n), squares(n);
     std::vector<float> distance(n), amplitude(n);
     for (std::uint64_t frame = 0; frame < 1000; ++frame) {
@@ -262,8 +263,8 @@ TEST(Noise, IsStandardNormalAndIndependent) {
 TEST(Frames, PhasesAreThoseOfTheTapsWhereBothAreGivenOut) {
   const ForwardModel model(camcube2(), false, {});
   const Pixels pixels = superpixels(camcube2(), 6, 6);
-  const Frames frames(model, board_tracer(camcube2().focal_length, {1, 0, 0, 0.85}), shot_of(camcube2(), 1e-3), pixels,
-                      {3, 0.012}, {7, 2}, true);
+  const Frames frames(model, board_tracer(camcube2().focal_length, {1, 0, 0, 0.85}), acquisition_of(camcube2(), 1e-3),
+                      pixels, {3, 0.012}, {7, 2}, true);
   std::vector<std::uint16_t> taps(8 * 36);
   std::vector<float> phases(4 * 36);
   frames.taps(4, taps.data());
@@ -279,8 +280,8 @@ TEST(Frames, PhasesAreThoseOfTheTapsWhereBothAreGivenOut) {
 TEST(Frames, TapsAreWholeCountsAndRepeatByNumber) {
   const ForwardModel model(camcube2(), false, {});
   const Pixels pixels = superpixels(camcube2(), 6, 6);
-  const Frames frames(model, board_tracer(camcube2().focal_length, {1, 0, 0, 0.85}), shot_of(camcube2(), 1e-3), pixels,
-                      {3, 0.012}, {7, 2});
+  const Frames frames(model, board_tracer(camcube2().focal_length, {1, 0, 0, 0.85}), acquisition_of(camcube2(), 1e-3),
+                      pixels, {3, 0.012}, {7, 2});
   std::vector<std::uint16_t> first(8 * 36), again(8 * 36), other(8 * 36);
   frames.taps(4, first.data());
   frames.taps(4, again.data());
@@ -291,9 +292,10 @@ TEST(Frames, TapsAreWholeCountsAndRepeatByNumber) {
 
 TEST(ForwardModel, ACappedLensSeesNothing) {
   const ForwardModel model(camcube2(), false, {});
-  Shot shot = shot_of(camcube2(), 1e-3);
-  shot.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
-  const auto taps = model.expect(board_tracer(camcube2().focal_length, {}), shot, superpixels(camcube2(), 3, 3)).taps;
+  Acquisition acquisition = acquisition_of(camcube2(), 1e-3);
+  acquisition.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
+  const auto taps =
+      model.expect(board_tracer(camcube2().focal_length, {}), acquisition, superpixels(camcube2(), 3, 3)).taps;
   for (const double tap : taps) EXPECT_EQ(tap, 0);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/frame.hpp"
+#include "graph/frame.hpp"
 
 #include <tofgraph/array.hpp>
 
 #include <gtest/gtest.h>
 
-namespace tofgraph::core {
+namespace tofgraph::graph {
 namespace {
 
 class Frames : public testing::Test {
@@ -122,4 +122,4 @@ TEST_F(Frames, AbsurdExtentsAreRefused) {
 }
 
 }  // namespace
-}  // namespace tofgraph::core
+}  // namespace tofgraph::graph

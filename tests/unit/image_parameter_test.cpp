@@ -11,7 +11,7 @@
 
 #include <fstream>
 
-#include "io/capture_map.hpp"
+#include "io/captures/capture_map.hpp"
 #include "tests/program.hpp"
 
 namespace tofgraph {
@@ -110,7 +110,7 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
   expect_refusal(file("nan.h5"), "values that are not finite");
   expect_refusal("{file: " + file("counts.h5") + ", dataset: none}", "no dataset 'none'");
   expect_refusal(file("empty.h5"), "empty.h5");
-  expect_refusal(file("broken.npy"), "broken.npy is no .npy");
+  expect_refusal(file("broken.npy"), "broken.npy is not a .npy");
   expect_refusal(file("colours.png"), "has 3 colours, expected one value a pixel");
   expect_refusal(file("bytes.png"), "has 8 bits a pixel, expected 16");
   expect_refusal("{file: " + file("bytes.png") + ", dataset: map}", "only .h5 files have");
@@ -124,7 +124,7 @@ TEST_F(ImageParameter, AFolderMustBeThere) {
     Harness("add_map folder=" + file("absent"), {TOFGRAPH_BINARY_DIR "/tests/plugins"});
     FAIL() << "a folder that is not there was taken";
   } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find("is no folder that is there"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("is not an existing folder"), std::string::npos) << error.what();
   }
 }
 

@@ -66,10 +66,10 @@ TEST(LinearModels, InvertTheirForwardFormTo2Micrometres) {
     for (std::size_t i = 0; i < pixels; ++i) {
       const Pixel p = pixel(i);
       z[i] = d * (0.9 + 0.1 * static_cast<double>(i % 11) / 10);
-      const double reflected = (z[i] - f) / p.cosine;
+      const double return_path = (z[i] - f) / p.cosine;
       const double g = (source_path(p, plane, 0.05) + source_path(p, plane, -0.05)) / 2 / plane;
-      perpendicular[i] = static_cast<float>((z[i] + reflected + p.sensor) / 2);
-      bistatic[i] = static_cast<float>((z[i] * g + reflected + p.sensor) / 2);
+      perpendicular[i] = static_cast<float>((z[i] + return_path + p.sensor) / 2);
+      bistatic[i] = static_cast<float>((z[i] * g + return_path + p.sensor) / 2);
     }
     const auto a = corrected("perpendicular_illumination", perpendicular);
     const auto b = corrected("simple_bistatic plane_depth='" + std::to_string(plane) + " m'", bistatic);

@@ -70,7 +70,7 @@ TEST(OutputFile, FullDiskIsAnErrorAndLeavesNothing) {
 TEST(OutputFile, NamesAFolderThatCannotBeWrittenTo) {
   const SmallDisk disk("64k");
   if (!disk.available() || !disk.make_read_only()) GTEST_SKIP() << "no right to mount a small disk";
-  const std::string why = io::why_not_writable(disk.path() / "new" / "result.txt");
+  const std::string why = io::write_error(disk.path() / "new" / "result.txt");
   EXPECT_NE(why.find("the folder " + disk.path().string() + " cannot be written to: Read-only file system"),
             std::string::npos)
       << why;
@@ -79,10 +79,9 @@ TEST(OutputFile, NamesAFolderThatCannotBeWrittenTo) {
 TEST(OutputFile, NamesAFileThatStandsInTheWay) {
   const TemporaryFolder folder;
   write_text(folder.path() / "taken", "");
-  EXPECT_NE(io::why_not_writable(folder.path() / "taken" / "a" / "b.txt").find("taken is no folder"),
-            std::string::npos);
-  EXPECT_NE(io::why_not_writable(folder.path()).find("is a folder"), std::string::npos);
-  EXPECT_EQ(io::why_not_writable(folder.path() / "fine" / "b.txt"), "");
+  EXPECT_NE(io::write_error(folder.path() / "taken" / "a" / "b.txt").find("taken is not a folder"), std::string::npos);
+  EXPECT_NE(io::write_error(folder.path()).find("is a folder"), std::string::npos);
+  EXPECT_EQ(io::write_error(folder.path() / "fine" / "b.txt"), "");
   EXPECT_FALSE(fs::exists(folder.path() / "fine")) << "asking makes nothing";
 }
 

@@ -98,7 +98,7 @@ std::vector<double> ramp(double from, double to, std::size_t count) {
 }
 
 /// Least squares by QR of another library, in double: x, y, offset.
-Eigen::Vector3d least_squares(const Steps& steps, const std::vector<double>& c) {
+Eigen::Vector3d min_squares(const Steps& steps, const std::vector<double>& c) {
   Eigen::MatrixXd design(static_cast<Eigen::Index>(steps.size()), 3);
   Eigen::VectorXd right(design.rows());
   for (Eigen::Index k = 0; k < design.rows(); ++k) {
@@ -155,7 +155,7 @@ TEST(PhaseDecoder, AnyStepsAreLeastSquares) {
     for (std::size_t i = 0; i < pixels; ++i) {
       std::vector<double> c;
       for (std::size_t k = 0; k < steps.size(); ++k) c.push_back(samples[k * pixels + i]);
-      const Eigen::Vector3d fit = least_squares(steps, c);
+      const Eigen::Vector3d fit = min_squares(steps, c);
       const double d = c_light / (4 * pi * 20e6) * std::atan2(fit[1], fit[0]);
       worst = std::max(worst, std::abs(std::remainder(decoded.distance[i] - d, range_of(20e6))));
       ASSERT_NEAR(decoded.amplitude[i], std::hypot(fit[0], fit[1]), 2e-3);
@@ -215,7 +215,7 @@ Exhaustive exhaustive(const Steps& steps, const std::vector<double>& frequencies
       own.push_back(steps[k]);
       values.push_back(c[k]);
     }
-    const Eigen::Vector3d fit = least_squares(own, values);
+    const Eigen::Vector3d fit = min_squares(own, values);
     const double scale = c_light / (4 * pi * frequency), amplitude = std::hypot(fit[0], fit[1]);
     double d = scale * std::atan2(fit[1], fit[0]);
     if (d < 0) d += range_of(frequency);
@@ -399,7 +399,7 @@ TEST(PhaseDecoder, IntegersAndFloatsSayTheSame) {
 /// Taps with shot noise, and frequencies of which each is seen with another contrast.
 TEST(PhaseDecoder, SigmaIsTheNoiseOfTaps) {
   const Steps steps = three_at(nine_images);
-  const double amplitudes[] = {900, 1300, 400}, distance = 9.87, mean = 4000, read = 4, shot = 0.3;
+  const double amplitudes[] = {900, 1300, 400}, distance = 9.87, mean = 4000, read = 4, acquisition = 0.3;
   const std::size_t pixels = 40000, rows = rows_of(pixels);
   std::mt19937 generator(4);
   std::normal_distribution<double> normal;
@@ -407,7 +407,7 @@ TEST(PhaseDecoder, SigmaIsTheNoiseOfTaps) {
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const double c = amplitudes[k / 3] * std::cos(4 * pi * steps[k].frequency * distance / c_light + steps[k].phase);
     for (const double sign : {0.5, -0.5}) {
-      const double counts = mean + sign * c, deviation = std::sqrt(read * read + shot * counts);
+      const double counts = mean + sign * c, deviation = std::sqrt(read * read + acquisition * counts);
       for (std::size_t i = 0; i < pixels; ++i)
         taps.push_back(static_cast<std::uint16_t>(std::lround(counts + deviation * normal(generator))));
     }
@@ -455,7 +455,7 @@ TEST(PhaseDecoder, WhatIsNoNumberIsInvalid) {
   }
 }
 
-/// 33.3333 MHz is no exact third of 100 MHz; nor do the two repeat before they are a hertz apart.
+/// 33.3333 MHz is not an exact third of 100 MHz; nor do the two repeat before they are a hertz apart.
 TEST(PhaseDecoder, FrequenciesAreMultiplesAsTheyAreRounded) {
   for (const auto& frequencies : {std::vector<double>{100e6, 33.3333e6}, {80e6, 26.66665e6}, {60e6, 40.00002e6}}) {
     const Steps steps = three_at(frequencies);

@@ -135,12 +135,12 @@ TEST(OptimizedBistatic, ClosedFormAndBisectionAgree) {
   const Geometry geometry = geometry_of(camera.view);
   for (std::size_t i = 0; i < 204; i += 29) {
     const Vector3 ray = unit_ray(camera.ray(i, 203 - i / 2));
-    EXPECT_TRUE(std::isnan(optimized_bistatic_bisection(geometry, ray, 0.999 * least_distance(geometry, ray))));
+    EXPECT_TRUE(std::isnan(optimized_bistatic_bisection(geometry, ray, 0.999 * min_distance(geometry, ray))));
     EXPECT_TRUE(std::isnan(optimized_bistatic_closed_form(geometry, ray, not_a_number)));
     for (const double distance : {0.05, 0.3, 1.0, 7.4, 100.0}) {
-      const double reflected = optimized_bistatic_bisection(geometry, ray, distance);
-      EXPECT_NEAR(optimized_bistatic_closed_form(geometry, ray, distance), reflected, 1e-12 * (1 + distance));
-      EXPECT_NEAR(distance_at(geometry, ray, reflected), distance, 1e-12 * (1 + distance));
+      const double return_path = optimized_bistatic_bisection(geometry, ray, distance);
+      EXPECT_NEAR(optimized_bistatic_closed_form(geometry, ray, distance), return_path, 1e-12 * (1 + distance));
+      EXPECT_NEAR(distance_at(geometry, ray, return_path), distance, 1e-12 * (1 + distance));
     }
   }
 }
@@ -150,11 +150,11 @@ TEST(Phasor, TwoEqualSourcesInterfereAsPublished) {
   const Geometry geometry{12.8e-3, {{{-0.9, 0, 0}, 0.5}, {{0.4, 0, 0}, 0.5}}};
   const Vector3 ray = (1 / std::sqrt(1.04)) * Vector3{0.2, 0, 1};
   const Exposure exposure{.gain = 7e6, .contrast = 0.5, .integration_time = 1e-3, .modulation_frequency = 20e6};
-  const double reflected = 0.6;
-  const Light light = reference_light(geometry, ray, reflected, 0.8, exposure);
+  const double return_path = 0.6;
+  const Light light = reference_light(geometry, ray, return_path, 0.8, exposure);
   const Vector3 point{0.2 / std::sqrt(1.04) * 0.6, 0, 12.8e-3 + 0.6 / std::sqrt(1.04)};
   const double d1 = std::hypot(point.x + 0.9, point.z), d2 = std::hypot(point.x - 0.4, point.z);
-  const double sensor = 12.8e-3 * std::sqrt(1.04), total = (d1 + d2) / 2 + reflected + sensor;
+  const double sensor = 12.8e-3 * std::sqrt(1.04), total = (d1 + d2) / 2 + return_path + sensor;
   const double each = 0.5 * 7e6 * 0.8 * 1e-3 / (total * total), omega = two_pi * 20e6;
   EXPECT_NEAR(std::abs(light.phasor), 2 * each * std::cos(omega * (d1 - d2) / (2 * speed_of_light)), 1e-9 * each);
   EXPECT_NEAR(std::arg(light.phasor), omega * total / speed_of_light, 1e-12);

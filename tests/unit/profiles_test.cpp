@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path folder = fs::path(TOFGRAPH_SOURCE_DIR) / "devices" / "profiles";
 
-core::CameraPtr load(const std::string& name) { return io::load_profile(folder / (name + ".yaml")); }
+io::CameraPtr load(const std::string& name) { return io::load_profile(folder / (name + ".yaml")); }
 
 /// Width and height in px, frames/s, field of view in degrees, as the makers publish them; NaN: they do not.
 struct Published {
@@ -50,7 +50,7 @@ TEST(Profiles, EveryOneThatIsShippedLoadsWithItsPublishedNumbers) {
     found.push_back(name);
     ASSERT_TRUE(published.contains(name)) << "write its published numbers into this test";
     const Published& known = published.at(name);
-    const core::CameraPtr loaded = load(name);
+    const io::CameraPtr loaded = load(name);
     const tofgraph_camera& camera = loaded->view();
     EXPECT_EQ(camera.name, name) << "the profile is found by its file's name";
     EXPECT_EQ(camera.width, known.width);
@@ -71,7 +71,7 @@ TEST(Profiles, EveryOneThatIsShippedLoadsWithItsPublishedNumbers) {
 }
 
 TEST(Profiles, CamCube2IsThatOfTheReference) {
-  const core::CameraPtr nominal = load("camcube2"), calibrated = load("camcube2_calibrated");
+  const io::CameraPtr nominal = load("camcube2"), calibrated = load("camcube2_calibrated");
   const tofgraph_camera& camera = nominal->view();
   EXPECT_DOUBLE_EQ(camera.focal_length, 12.8e-3);
   EXPECT_NEAR(camera.focal_px[0], 320, 1e-9) << "12.8 mm / 40 um";
@@ -98,7 +98,7 @@ TEST(Profiles, CamCube2IsThatOfTheReference) {
 }
 
 TEST(Profiles, CamCube3HasThePublishedLens) {
-  const core::CameraPtr loaded = load("camcube3");
+  const io::CameraPtr loaded = load("camcube3");
   const tofgraph_camera& camera = loaded->view();
   EXPECT_EQ(camera.focal_px[0], 273.139);
   EXPECT_EQ(camera.focal_px[1], 273.486);

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/quantity.hpp"
+#include "config/quantity.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-namespace tofgraph::core {
+namespace tofgraph::graph {
 namespace {
 
 struct Right {
@@ -41,7 +41,7 @@ TEST(Quantity, IsReadInSi) {
                          {"5 mrad", "rad", 0.005},
                          {"4 e", "e", 4}};
   for (const Right& c : cases) {
-    const Quantity read = parse_quantity(c.text, c.unit);
+    const config::Quantity read = config::parse_quantity(c.text, c.unit);
     EXPECT_TRUE(read.ok()) << c.text << ": " << read.problem;
     EXPECT_NEAR(read.value, c.value, 1e-12 * std::abs(c.value)) << c.text;
   }
@@ -58,29 +58,29 @@ TEST(Quantity, SaysWhatIsWrong) {
                          {"50 ms", "m", "has the wrong dimension: a value in m is expected"},
                          {"50 mm", "", "has a unit: a pure number is expected"},
                          {"50 mn", "m", "has the unit 'mn', which is not known"},
-                         {"mm", "m", "is no number"},
-                         {"", "m", "is no number"},
+                         {"mm", "m", "is not a number"},
+                         {"", "m", "is not a number"},
                          {"inf mm", "m", "must be finite"},
                          {"nan", "", "must be finite"},
                          {"1e999 m", "m", "is out of the range of numbers"},
                          {"5 mm/", "m", "has a unit that ends in the middle"},
-                         {"5 m^x", "m", "has 'm^x', which is no power of a unit"},
+                         {"5 m^x", "m", "has 'm^x', which is not a power of a unit"},
                          {"5 mm 3", "m", "has the unit '3', which is not known"}};
-  for (const Wrong& c : cases) EXPECT_EQ(parse_quantity(c.text, c.unit).problem, c.problem) << c.text;
+  for (const Wrong& c : cases) EXPECT_EQ(config::parse_quantity(c.text, c.unit).problem, c.problem) << c.text;
 }
 
 TEST(Quantity, IsShownAsPeopleWriteIt) {
-  EXPECT_EQ(format_quantity(0.00391, "m"), "3.91 mm");
-  EXPECT_EQ(format_quantity(20e6, "Hz"), "20 MHz");
-  EXPECT_EQ(format_quantity(0.0005, "s"), "500 us");
-  EXPECT_EQ(format_quantity(298.15, "K"), "25 degC");
-  EXPECT_EQ(format_quantity(0, "m"), "0 m");
-  EXPECT_EQ(format_quantity(0, "Hz"), "0 Hz");
-  EXPECT_EQ(format_quantity(0.001, "Hz"), "0.001 Hz");
-  EXPECT_EQ(format_quantity(-2e-8, "m"), "-0.02 um");
-  EXPECT_EQ(format_quantity(3, "counts"), "3 counts");
-  EXPECT_EQ(format_quantity(0.25, ""), "0.25");
+  EXPECT_EQ(config::format_quantity(0.00391, "m"), "3.91 mm");
+  EXPECT_EQ(config::format_quantity(20e6, "Hz"), "20 MHz");
+  EXPECT_EQ(config::format_quantity(0.0005, "s"), "500 us");
+  EXPECT_EQ(config::format_quantity(298.15, "K"), "25 degC");
+  EXPECT_EQ(config::format_quantity(0, "m"), "0 m");
+  EXPECT_EQ(config::format_quantity(0, "Hz"), "0 Hz");
+  EXPECT_EQ(config::format_quantity(0.001, "Hz"), "0.001 Hz");
+  EXPECT_EQ(config::format_quantity(-2e-8, "m"), "-0.02 um");
+  EXPECT_EQ(config::format_quantity(3, "counts"), "3 counts");
+  EXPECT_EQ(config::format_quantity(0.25, ""), "0.25");
 }
 
 }  // namespace
-}  // namespace tofgraph::core
+}  // namespace tofgraph::graph

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Scene files: what is read, and the conditions of a sequence. Mistakes: tests/fixtures/errors/scene_*.
-#include "simulation/scene_file.hpp"
+#include "simulation/files/scene_file.hpp"
 #include "tests/program.hpp"
 
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 
 #include <set>
 
-#include "simulation/objects.hpp"
+#include "simulation/files/objects.hpp"
 #include "simulation/scene.hpp"
 #include "simulation/scene_text.hpp"
 
@@ -17,8 +17,8 @@ namespace tofgraph::simulation {
 namespace {
 
 SceneFile read(const std::string& text) {
-  core::Diagnostics diagnostics;
-  SceneFile scene = read_scene(core::parse_document("s.yaml", "scene: 1\ncamera: camcube2\n" + text), diagnostics);
+  config::Diagnostics diagnostics;
+  SceneFile scene = read_scene(config::parse_document("s.yaml", "scene: 1\ncamera: camcube2\n" + text), diagnostics);
   EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
   return scene;
 }
@@ -43,7 +43,7 @@ TEST(SceneFile, ReadsWhatTheFormatHas) {
   EXPECT_EQ(scene.subpixels, 3);
   const auto conditions = expand(scene);
   ASSERT_EQ(conditions.size(), 1U);
-  const Condition& c = conditions[0];
+  const SceneCondition& c = conditions[0];
   EXPECT_DOUBLE_EQ(c.integration_time, 3e-3);
   EXPECT_THAT(c.sources, testing::ElementsAre("right"));
   EXPECT_EQ(c.ambient, "lamp");
@@ -69,7 +69,7 @@ TEST(SceneFile, DefaultsAreThoseOfTheFormat) {
   EXPECT_FALSE(scene.model);
   EXPECT_THAT(scene.output, testing::ElementsAre("phases"));
   EXPECT_EQ(scene.noise.from, SceneNoise::From::profile);
-  const Condition c = expand(scene).at(0);
+  const SceneCondition c = expand(scene).at(0);
   EXPECT_EQ(c.integration_time, 1e-3);
   EXPECT_TRUE(c.sources.empty());
   EXPECT_EQ(c.ambient, "dark");
@@ -91,7 +91,7 @@ TEST(Sequence, IsAProductWithTheLastStepFastest) {
   const double distances[] = {0.5, 1, 2};
   std::set<std::string> ids;
   for (std::size_t i = 0; i < 36; ++i) {
-    const Condition& c = conditions[i];
+    const SceneCondition& c = conditions[i];
     EXPECT_EQ(c.target, i < 18 ? "white" : "black");
     EXPECT_EQ(c.reflectivity, i < 18 ? 0.8 : 0.1);
     EXPECT_EQ(c.board_distance, distances[i / 6 % 3]);
@@ -121,7 +121,7 @@ TEST(SceneFile, AConditionIsWrittenAsASceneOfItsOwn) {
       "  - {name: 'a: b', type: board, distance: 500 mm, size: [1 m, 2 m], surface: {roughness: 0.1 rad}}\n"
       "  - {type: mesh, file: a b.obj, position: [-1 mm, 2e-3 m, 1 m]}\nsequence:\n"
       "  - {key: 'a: b.distance', values: [1 m, 2 m]}\n  - {key: mesh.unit, values: [1 m, 1 mm]}\n");
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   const SceneFile scene = read_scene(folder.path() / "in/scene.yaml", diagnostics);
   ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
   tests::write_text(folder.path() / "out/deep/third.yaml", scene_text(document_of(scene, 3)));
@@ -158,17 +158,17 @@ TEST(SceneFiles, ThoseThatComeWithTheProjectMakeTheirWorlds) {
   for (const char* sub : {"scenes", "campaigns"}) {
     for (const auto& entry : std::filesystem::directory_iterator(folder / sub)) {
       if (entry.path().extension() != ".yaml") continue;
-      if (core::load_document(entry.path()).entries.front().key != "scene") continue;  // tables and their model
-      core::Diagnostics diagnostics;
+      if (config::load_document(entry.path()).entries.front().key != "scene") continue;  // tables and their model
+      config::Diagnostics diagnostics;
       const SceneFile scene = read_scene(entry.path(), diagnostics);
       ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
       const auto conditions = expand(scene);
       counts[entry.path().stem().string()] = conditions.size();
       const std::vector<Vector3> axis = {{0, 0, 1}};
-      for (const Condition& condition : conditions) {
+      for (const SceneCondition& condition : conditions) {
         std::vector<Hit> hits(1);
         make_world(scene, condition).trace(axis, hits);
-        EXPECT_TRUE(std::isfinite(hits[0].reflected)) << condition.id;
+        EXPECT_TRUE(std::isfinite(hits[0].return_path)) << condition.id;
       }
     }
   }
@@ -179,13 +179,13 @@ TEST(SceneFiles, ThoseThatComeWithTheProjectMakeTheirWorlds) {
 }
 
 TEST(SceneFiles, EveryChessboardViewIsWholeInTheImage) {
-  core::Diagnostics diagnostics;
+  config::Diagnostics diagnostics;
   const SceneFile scene =
       read_scene(std::filesystem::path(TOFGRAPH_SOURCE_DIR "/pipelines/campaigns/chessboard_views.yaml"), diagnostics);
   ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
   const double half_view = 0.5 * 204 * 40e-6 / 12.8e-3;  // tangent at the image's border
   double left = 1, right = -1, top = 1, bottom = -1;
-  for (const Condition& condition : expand(scene)) {
+  for (const SceneCondition& condition : expand(scene)) {
     const auto& board = std::get<Chessboard>(condition.objects->all.at(1).form);
     const Pose pose = board.target.pose();
     for (const double x : {-0.5, 0.5}) {

@@ -32,7 +32,7 @@ double parallelogram(Vector3 ray, Vector3 corner, Vector3 u, Vector3 v) {
 }
 
 void expect_point_on_ray(const Hit& hit, Vector3 ray) {
-  EXPECT_LT(norm(hit.point - (lens + hit.reflected * ray)), 1e-12);
+  EXPECT_LT(norm(hit.point - (lens + hit.return_path * ray)), 1e-12);
   EXPECT_NEAR(norm(hit.normal), 1, 1e-12);
   EXPECT_LE(dot(hit.normal, ray), 0);
 }
@@ -44,7 +44,7 @@ TEST(Board, TiltedFillsTheView) {
   const Vector3 centre{0, 0, 0.8};
   const Vector3 u = turned_xyz({1, 0, 0}, 12, -25, 0), v = turned_xyz({0, 1, 0}, 12, -25, 0);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_NEAR(hits[i].reflected, parallelogram(all[i], centre - 5 * u - 5 * v, 10 * u, 10 * v), micrometre);
+    EXPECT_NEAR(hits[i].return_path, parallelogram(all[i], centre - 5 * u - 5 * v, 10 * u, 10 * v), micrometre);
     expect_point_on_ray(hits[i], all[i]);
     EXPECT_DOUBLE_EQ(hits[i].reflectivity, 0.85);
   }
@@ -55,7 +55,7 @@ TEST(Board, EndsWhereItsSizeSays) {
   const double way = 1 - focal_length;
   const auto at = [&](double x, double y) {
     const Vector3 v{x, y, way};
-    return traced(world, {(1 / norm(v)) * v})[0].reflected;
+    return traced(world, {(1 / norm(v)) * v})[0].return_path;
   };
   EXPECT_NEAR(at(0.15 - micrometre, 0.1 - micrometre), norm(Vector3{0.15, 0.1, way}), 2 * micrometre);
   EXPECT_EQ(at(0.15 + micrometre, 0), nothing);
@@ -92,11 +92,11 @@ TEST(Box, AgreesWithItsSixFaces) {
       outwards = out;
     }
     if (nearest == nothing) {
-      EXPECT_EQ(hits[i].reflected, nothing);
+      EXPECT_EQ(hits[i].return_path, nothing);
       continue;
     }
     ++met;
-    EXPECT_NEAR(hits[i].reflected, nearest, micrometre);
+    EXPECT_NEAR(hits[i].return_path, nearest, micrometre);
     EXPECT_NEAR(hits[i].reflectivity, reflectivity, 1e-12);
     EXPECT_LT(norm(hits[i].normal - outwards), 1e-12);
     expect_point_on_ray(hits[i], all[i]);
@@ -116,11 +116,11 @@ TEST(Sphere, AgreesWithTheQuadraticEquation) {
     const long double b = 2.0L * dot(all[i], from), c = static_cast<long double>(dot(from, from)) - 0.4L * 0.4L;
     const long double root = b * b - 4 * c;
     if (root < 0) {
-      EXPECT_EQ(hits[i].reflected, nothing);
+      EXPECT_EQ(hits[i].return_path, nothing);
       continue;
     }
     ++met;
-    EXPECT_NEAR(hits[i].reflected, static_cast<double>((-b - std::sqrt(root)) / 2), micrometre);
+    EXPECT_NEAR(hits[i].return_path, static_cast<double>((-b - std::sqrt(root)) / 2), micrometre);
     EXPECT_NEAR(norm(hits[i].point - centre), 0.4, 1e-12);
     EXPECT_LT(norm(hits[i].normal - (1 / 0.4) * (hits[i].point - centre)), 1e-12);
   }
@@ -150,11 +150,11 @@ TEST(Corner, ThreePlanesMeetInItsPoint) {
       }
     }
     if (nearest == nothing) {
-      EXPECT_EQ(hits[i].reflected, nothing);
+      EXPECT_EQ(hits[i].return_path, nothing);
       continue;
     }
     ++met[which];
-    EXPECT_NEAR(hits[i].reflected, nearest, micrometre);
+    EXPECT_NEAR(hits[i].return_path, nearest, micrometre);
     EXPECT_NEAR(hits[i].reflectivity, 0.2 * static_cast<double>(which + 1), 1e-12);
   }
   for (const std::size_t count : met) EXPECT_GT(count, 100U);
@@ -168,7 +168,7 @@ TEST(Chessboard, InnerCornersAreWhereTheSquaresMeet) {
   const auto brightness = [&](double a, double b) {  // on the board, m from its centre
     const Vector3 v = centre + turned_xyz({a, b, 0}, 15, 20, 0) - lens;
     const Hit hit = traced(world, {(1 / norm(v)) * v})[0];
-    EXPECT_NEAR(hit.reflected, norm(v), micrometre);
+    EXPECT_NEAR(hit.return_path, norm(v), micrometre);
     return hit.reflectivity;
   };
   for (int row = 0; row < 3; ++row) {
@@ -228,7 +228,7 @@ TEST(World, ARayOutsideTheLensModelMeetsNothing) {
       "objects: [{type: board, distance: 2 m}, {type: sphere, position: [0 mm, 0 mm, 1 m], radius: 100 mm}, "
       "{type: box, position: [0 mm, 0 mm, 1 m], size: [50 mm, 50 mm, 500 mm]}]");
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(traced(world, {{nan, nan, nan}})[0].reflected, nothing);
+  EXPECT_EQ(traced(world, {{nan, nan, nan}})[0].return_path, nothing);
 }
 
 TEST(World, GeometryEffectsMoveBoardsAndNothingElse) {
@@ -257,7 +257,7 @@ TEST(World, ThingsMoveWithTheirVelocity) {
   const auto world = simulation::make_world(scene, simulation::expand(scene).at(0), {.time = 0.5});
   EXPECT_NEAR(traced(world, {{0, 0, 1}})[0].point.z, 1.125, 1e-12);
   const Vector3 sphere = Vector3{0, 0.15, 0.65} - lens;
-  EXPECT_NEAR(traced(world, {(1 / norm(sphere)) * sphere})[0].reflected, norm(sphere) - 0.05, 1e-12);
+  EXPECT_NEAR(traced(world, {(1 / norm(sphere)) * sphere})[0].return_path, norm(sphere) - 0.05, 1e-12);
 }
 
 TEST(World, ARolledCameraSeesTheSceneTurnedBack) {
@@ -272,7 +272,7 @@ TEST(World, ARolledCameraSeesTheSceneTurnedBack) {
   for (const Vector3& ray : all) turned_rays.push_back(turned(ray, 2, 30));
   const auto seen = traced(rolled, all), expected = traced(upright, turned_rays);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_NEAR(seen[i].reflected, expected[i].reflected, 1e-9);
+    EXPECT_NEAR(seen[i].return_path, expected[i].return_path, 1e-9);
     EXPECT_LT(norm(turned(seen[i].normal, 2, 30) - expected[i].normal), 1e-9);
     EXPECT_EQ(seen[i].object, expected[i].object);
   }
@@ -281,7 +281,7 @@ TEST(World, ARolledCameraSeesTheSceneTurnedBack) {
 TEST(World, ACampaignsBoardNeedsNoScene) {
   simulation::SceneFile scene;
   scene.camera = scene_of("objects: [{type: board, distance: 1 m}]").camera;
-  simulation::Condition condition;
+  simulation::SceneCondition condition;
   EXPECT_THROW(simulation::make_world(scene, condition), std::runtime_error);
   condition.board_distance = 1.5;
   condition.reflectivity = 0.4;
@@ -300,7 +300,7 @@ TEST(World, ThreadsTraceTheSame) {
   std::thread other([&] { second = traced(world, all); });
   first = traced(world, all);
   other.join();
-  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(first[i].reflected, second[i].reflected);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(first[i].return_path, second[i].return_path);
 }
 
 }  // namespace

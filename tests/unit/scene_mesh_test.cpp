@@ -103,15 +103,15 @@ TEST(Mesh, ASphereOfTrianglesIsTheSphereWithinTheHeightOfItsFacets) {
   const Vector3 centre{0.06, -0.04, 1.5};
   std::size_t met = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (hits[i].reflected == nothing) continue;
+    if (hits[i].return_path == nothing) continue;
     ++met;
     const double r = norm(hits[i].point - centre);
     EXPECT_GE(r, innermost - 1e-7);
     EXPECT_LE(r, radius + 1e-7);
     // Along a ray that meets the surface at an angle the facet is farther away by its depth over the cosine.
     const double cosine = -dot(hits[i].normal, all[i]);
-    if (cosine < 0.1 || expected[i].reflected == nothing) continue;
-    EXPECT_NEAR(hits[i].reflected, expected[i].reflected, (radius - innermost + 1e-7) / (cosine - 0.02));
+    if (cosine < 0.1 || expected[i].return_path == nothing) continue;
+    EXPECT_NEAR(hits[i].return_path, expected[i].return_path, (radius - innermost + 1e-7) / (cosine - 0.02));
     EXPECT_LT(norm(hits[i].normal - expected[i].normal), 0.02);
   }
   EXPECT_GT(met, 1000U);
@@ -160,11 +160,11 @@ TEST_P(PlacedMesh, StandsWhereItsPoseAndUnitSay) {
     if (!sure) continue;
     ++compared;
     if (expected == nothing) {
-      EXPECT_EQ(hits[i].reflected, nothing);
+      EXPECT_EQ(hits[i].return_path, nothing);
       continue;
     }
     ++met;
-    EXPECT_NEAR(hits[i].reflected, expected, 1e-6);
+    EXPECT_NEAR(hits[i].return_path, expected, 1e-6);
     EXPECT_DOUBLE_EQ(hits[i].reflectivity, 0.6);
   }
   EXPECT_GT(met, 1000U);
@@ -223,8 +223,8 @@ TEST(MeshFile, AFileThatEndsTooEarlyIsRefused) {
 TEST(MeshFile, DegenerateTrianglesAreLeftOutWithAWarning) {
   const TemporaryFolder folder;
   write_text(folder.path() / "a.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nv 0 -1 0\nf 1 2 3\nf 1 4 2\nf 1 1 2\n");
-  tofgraph::core::Diagnostics diagnostics;
-  const auto document = tofgraph::core::parse_document(
+  tofgraph::config::Diagnostics diagnostics;
+  const auto document = tofgraph::config::parse_document(
       "scene.yaml", "scene: 1\ncamera: camcube2\nobjects: [{type: mesh, file: a.obj, position: [0 m, 0 m, 2 m]}]\n",
       folder.path());
   auto scene = simulation::read_scene(document, diagnostics);
@@ -239,8 +239,8 @@ TEST(MeshFile, DegenerateTrianglesAreLeftOutWithAWarning) {
 TEST(MeshFile, ADamagedFileIsAMistakeAtItsPlace) {
   const TemporaryFolder folder;
   write_text(folder.path() / "a.ply", ply_header("3", "100000000"));
-  tofgraph::core::Diagnostics diagnostics;
-  const auto document = tofgraph::core::parse_document(
+  tofgraph::config::Diagnostics diagnostics;
+  const auto document = tofgraph::config::parse_document(
       "scene.yaml", "scene: 1\ncamera: camcube2\nobjects: [{type: mesh, file: a.ply, position: [0 m, 0 m, 2 m]}]\n",
       folder.path());
   auto scene = simulation::read_scene(document, diagnostics);

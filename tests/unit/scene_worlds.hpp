@@ -22,8 +22,8 @@ inline constexpr double focal_length = 12.8e-3;  // m, of the camcube2
 
 /// A scene of a CamCube; `rest` begins with "objects:". Fails the test when there is a mistake.
 inline simulation::SceneFile scene_of(const std::string& rest, const std::filesystem::path& base = {}) {
-  tofgraph::core::Diagnostics diagnostics;
-  const auto document = tofgraph::core::parse_document("scene.yaml", "scene: 1\ncamera: camcube2\n" + rest, base);
+  tofgraph::config::Diagnostics diagnostics;
+  const auto document = tofgraph::config::parse_document("scene.yaml", "scene: 1\ncamera: camcube2\n" + rest, base);
   simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
   if (diagnostics.ok()) simulation::load_assets(scene, diagnostics);
   EXPECT_TRUE(diagnostics.all().empty()) << diagnostics.text();

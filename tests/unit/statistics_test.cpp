@@ -191,7 +191,7 @@ TEST_F(StatisticsStage, ABoardHasThePublishedMeanAndDeviation) {
   EXPECT_NEAR(s["mean"].get<double>(), 517.32e-3, 0.01e-3);
   EXPECT_NEAR(s["sd"].get<double>(), 10.03e-3, 0.01e-3);
   EXPECT_EQ(s["count"], 204 * 204);
-  EXPECT_TRUE(s["rms"].is_null()) << "a raw distance is no point of a plane";
+  EXPECT_TRUE(s["rms"].is_null()) << "a raw distance is not a point of a plane";
   EXPECT_TRUE(s["rms_against"].is_null());
 }
 

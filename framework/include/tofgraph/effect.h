@@ -60,13 +60,13 @@ typedef struct tofgraph_light_state {
   double scale, offset, tilt[2];            /* z -> (1 + scale) z + offset, m, rad */
   /* phasor: points on surfaces; rows x columns of them where they are the pixels */
   uint64_t points, rows, columns;
-  double spacing;                   /* px between neighbours in a row and a column */
-  const double *pixel, *ray;        /* 2: column and row, px; 3: unit, optical frame */
-  const double *position, *normal;  /* 3: m, sensor frame; 3: unit, towards the camera's side */
-  const double *reflected, *inside; /* m: surface to lens centre, lens centre to pixel */
+  double spacing;                          /* px between neighbours in a row and a column */
+  const double *pixel, *ray;               /* 2: column and row, px; 3: unit, optical frame */
+  const double *position, *normal;         /* 3: m, sensor frame; 3: unit, towards the camera's side */
+  const double *return_path, *sensor_path; /* m: surface to lens centre, lens centre to pixel */
   const double* reflectivity;
   const double *distance, *amplitude; /* late: half of the mean path, not wrapped, m; of all light, counts */
-  double* turn;                       /* rad, added to the phase at the end of the level */
+  double* phase_offset;               /* rad, added to the phase at the end of the level */
   /* samples: P exposures; sample k is Re(phasor e^(j phase)) + extra, phase that of exposures[k], which may change */
   tofgraph_exposure* exposures;
   uint64_t exposure_count;

@@ -34,10 +34,10 @@ struct EffectInfo {
 inline double at(const Image& map, double u, double v) {
   if (map.empty()) return 0;
   const auto split = [](double x, std::size_t count, std::size_t& low, std::size_t& high) {
-    const double inside = std::clamp(x, 0.0, static_cast<double>(count - 1));
-    low = std::min(static_cast<std::size_t>(inside), count - 1 - (count > 1 ? 1 : 0));
+    const double position = std::clamp(x, 0.0, static_cast<double>(count - 1));
+    low = std::min(static_cast<std::size_t>(position), count - 1 - (count > 1 ? 1 : 0));
     high = std::min(low + 1, count - 1);
-    return inside - static_cast<double>(low);
+    return position - static_cast<double>(low);
   };
   std::size_t left = 0, right = 0, top = 0, bottom = 0;
   const double x = split(u, map.columns, left, right), y = split(v, map.rows, top, bottom);
@@ -85,7 +85,7 @@ struct PhasorLevel : LightState {
     const tofgraph_source_light& s = Strided<tofgraph_source_light>{state.sources, state.source_size, 0}[source];
     return {s, reinterpret_cast<std::complex<double>*>(s.phasor), s.strength};
   }
-  double& turn(std::size_t i) const { return state.turn[i]; }
+  double& phase_offset(std::size_t i) const { return state.phase_offset[i]; }
 };
 /// The same for effects that look at neighbours: point row * columns + column.
 struct PhasorImage : PhasorLevel {
@@ -97,7 +97,7 @@ struct PhaseLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_PHASOR, flags = TOFGRAPH_EFFECT_LATE;
   double amplitude(std::size_t i) const { return state.amplitude[i]; }
   double distance(std::size_t i) const { return state.distance[i]; }
-  double& turn(std::size_t i) const { return state.turn[i]; }
+  double& phase_offset(std::size_t i) const { return state.phase_offset[i]; }
 };
 
 /// The exposures: sample k is Re(phasor e^(j step_k)) + extra.

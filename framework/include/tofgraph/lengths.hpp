@@ -84,7 +84,7 @@ inline void check_sigma(const Setup& setup, bool present, const std::string& cha
                            channel + "'");
 }
 
-/// What is no length becomes an invalid pixel, and what is flagged as invalid no length. Without branches, so that it
+/// What is not a length becomes an invalid pixel, and what is flagged as invalid is none. Without branches, so that it
 /// is vectorised. @returns true if any is valid
 inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
                          const Array<std::uint16_t>& bits) {
@@ -116,7 +116,7 @@ struct LengthFilter : Filter {
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
   Param<Choice> channel{this,
                         "channel",
-                        {.fallback = "auto",
+                        {.default_value = "auto",
                          .choices = "auto depth range distance",
                          .text = "what is filtered; auto: the first of them that is there"}};
 

@@ -223,12 +223,12 @@ typedef struct tofgraph_port {
 typedef struct tofgraph_parameter {
   const char* name;
   uint32_t kind, flags;
-  const char *unit, *fallback; /* SI, "" for a pure number, "m|counts|1" for any of these; the default, written as in a
-                                  pipeline: "3.91 mm" */
-  double minimum, maximum;     /* SI; NaN: no bound */
-  const char *choices, *text;  /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto"; files: the
-                                  endings of companions beside the file */
-  double off, typical;         /* effects: the value that changes nothing, and a usual size; NaN: none */
+  const char *unit, *default_value; /* SI, "" for a pure number, "m|counts|1" for any of these; the default, written as
+                                  in a pipeline: "3.91 mm" */
+  double minimum, maximum;          /* SI; NaN: no bound */
+  const char *choices, *text; /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto"; files: the
+                                 endings of companions beside the file */
+  double off, typical;        /* effects: the value that changes nothing, and a usual size; NaN: none */
 } tofgraph_parameter;
 
 /** The value of a parameter; they come in the order of the declaration, each `size` bytes after the one before. */

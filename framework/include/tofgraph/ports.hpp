@@ -21,7 +21,7 @@ struct PortSpec {
 /// The fields of a parameter; see tofgraph_parameter. Bounds are SI, the default is written as in a pipeline.
 struct ParamSpec {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  const char *unit = "", *fallback = nullptr;
+  const char *unit = "", *default_value = nullptr;
   bool required = false;
   double min = none, max = none;
   const char *choices = "", *text = "";
@@ -86,10 +86,17 @@ class PortBase {
 class ParamBase {
  public:
   ParamBase(Stage* stage, std::uint32_t kind, const char* name, const ParamSpec& spec)
-      : parameter_{name,      kind,          spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U,
-                   spec.unit, spec.fallback, spec.min,
-                   spec.max,  spec.choices,  spec.text,
-                   spec.off,  spec.typical},
+      : parameter_{name,
+                   kind,
+                   spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U,
+                   spec.unit,
+                   spec.default_value,
+                   spec.min,
+                   spec.max,
+                   spec.choices,
+                   spec.text,
+                   spec.off,
+                   spec.typical},
         stage_(stage) {
     stage->parameters.push_back(this);
   }
@@ -190,7 +197,7 @@ template <class T> class Param : public detail::ParamBase {
   const T& operator*() const { return value_; }
   const T* operator->() const { return &value_; }
   /// For a number that may be a word ("auto"): the word, or empty. For one of several units: its unit.
-  const std::string& word() const { return word_; }
+  const std::string& keyword() const { return keyword_; }
 
   /// A new file under a temporary name, open it to write. When `process` (`finish`) has returned it is there under its
   /// own name, whole; after an error it is not. @param companion null, or one of `choices`: the file beside it
@@ -203,7 +210,7 @@ template <class T> class Param : public detail::ParamBase {
 
   void set(const tofgraph_value& value) override {
     given_ = value.given != 0;
-    word_ = value.text;
+    keyword_ = value.text;
     if constexpr (std::is_integral_v<T>)
       value_ = static_cast<T>(value.integer);
     else if constexpr (std::is_same_v<T, double>)
@@ -220,7 +227,7 @@ template <class T> class Param : public detail::ParamBase {
 
  private:
   T value_{};
-  std::string word_;
+  std::string keyword_;
 };
 
 }  // namespace tofgraph

@@ -38,7 +38,7 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
   } catch (const std::exception& error) {
     host->fail(context, nullptr, error.what());
   } catch (...) {
-    host->fail(context, nullptr, "threw something that is no std::exception");
+    host->fail(context, nullptr, "threw something that is not a std::exception");
   }
   return TOFGRAPH_STATUS_ERROR;
 }

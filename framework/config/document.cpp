@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config/document.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace tofgraph::config {
+namespace {
+
+constexpr std::size_t max_values = 1'000'000;  // an alias inside an alias can stand for any number of values
+
+class Converter {
+ public:
+  Converter(std::shared_ptr<const SourceText> source, std::optional<Position> fixed)
+      : source_(std::move(source)), fixed_(std::move(fixed)) {}
+
+  Value convert(const YAML::Node& node, Diagnostics& diagnostics) {
+    Value value;
+    value.at = position(node);
+    if (++count_ > max_values) throw YAML::Exception(node.Mark(), "more than a million values");
+    switch (node.Type()) {
+      case YAML::NodeType::Scalar:
+        value.kind = Value::Kind::scalar;
+        value.text = node.Scalar();
+        value.quoted = node.Tag() == "!";
+        value.at.length = value.text.size() + (value.quoted ? 2 : 0);
+        break;
+      case YAML::NodeType::Sequence:
+        value.kind = Value::Kind::list;
+        for (const auto& item : node) value.items.push_back(convert(item, diagnostics));
+        break;
+      case YAML::NodeType::Map:
+        value.kind = Value::Kind::map;
+        for (const auto& pair : node) add(value, pair, diagnostics);
+        break;
+      default:
+        value.text = "null";
+        value.at.length = 4;
+    }
+    return value;
+  }
+
+ private:
+  template <class Pair> void add(Value& map, const Pair& pair, Diagnostics& diagnostics) {
+    if (!pair.first.IsScalar()) {
+      diagnostics.error(position(pair.first), "a key must be a word");
+      return;
+    }
+    Entry entry{pair.first.Scalar(), position(pair.first), {}};
+    entry.at.length = entry.key.size();
+    if (const Entry* first = map.find(entry.key)) {
+      diagnostics.error(entry.at, fmt::format("the key '{}' is written twice", entry.key),
+                        fmt::format("it stands in line {} already", first->at.line));
+      return;
+    }
+    entry.value = convert(pair.second, diagnostics);
+    map.entries.push_back(std::move(entry));
+  }
+
+  Position position(const YAML::Node& node) const {
+    if (fixed_) return *fixed_;
+    const YAML::Mark mark = node.Mark();
+    if (mark.is_null()) return {source_, 1, 1, 1};
+    return {source_, static_cast<std::size_t>(mark.line) + 1, static_cast<std::size_t>(mark.column) + 1, 1};
+  }
+
+  std::shared_ptr<const SourceText> source_;
+  std::optional<Position> fixed_;
+  std::size_t count_ = 0;
+};
+
+Value parse(const std::shared_ptr<const SourceText>& source, const std::string& text,
+            const std::optional<Position>& fixed) {
+  Diagnostics diagnostics;
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) {
+      const auto line = static_cast<std::size_t>(documents[1].Mark().line) + 1;
+      diagnostics.error(fixed.value_or(Position{source, line, 1, 1}), "a second YAML document; one is expected");
+    }
+    const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+    Value value = Converter(source, fixed).convert(root, diagnostics);
+    if (diagnostics.ok()) return value;
+  } catch (const YAML::Exception& error) {
+    const auto line = static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1;
+    const auto column = static_cast<std::size_t>(std::max(error.mark.column, 0)) + 1;
+    diagnostics.error(fixed.value_or(Position{source, line, column, 1}), "YAML syntax: " + error.msg);
+  }
+  throw ConfigurationError(diagnostics);
+}
+
+}  // namespace
+
+const Entry* Value::find(std::string_view key) const {
+  const auto found = std::ranges::find(entries, key, &Entry::key);
+  return found == entries.end() ? nullptr : &*found;
+}
+
+std::string Value::described() const {
+  switch (kind) {
+    case Kind::null:
+      return "nothing";
+    case Kind::scalar:
+      return fmt::format("'{}'", text);
+    case Kind::list:
+      return "a list";
+    case Kind::map:
+      return "a map of keys";
+  }
+  return {};
+}
+
+Value load_document(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error))
+    throw ConfigurationError(fmt::format("{}: error: is a folder\n", file.string()));
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw ConfigurationError(fmt::format("{}: error: {}\n", file.string(), std::strerror(errno)));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse_document(file.string(), text.str(), file.parent_path());
+}
+
+Value parse_document(std::string name, std::string text, std::filesystem::path base) {
+  const auto source = std::make_shared<SourceText>(SourceText{std::move(name), std::move(text), std::move(base)});
+  return parse(source, source->text, std::nullopt);
+}
+
+Value parse_value(const std::string& text, const Position& at) { return parse(at.source, text, at); }
+
+std::string yaml_word(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_-./").find(c) != std::string_view::npos;
+  };
+  const bool harmless =
+      !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 && std::ranges::all_of(text, plain);
+  return harmless ? text : nlohmann::json(text).dump();
+}
+
+std::string assignment(const Position& at, std::string_view key, std::string_view value) {
+  if (!at.one_line()) return fmt::format("{}: {}", key, value);
+  const bool one_word = value.find(' ') == std::string_view::npos || value.front() == '[';
+  return one_word ? fmt::format("{}={}", key, value) : fmt::format("{}='{}'", key, value);
+}
+
+namespace {
+
+/// "-5 mm", "7.0e6 counts m^2/s": nothing in it means anything to YAML.
+bool is_number(const std::string& text) {
+  return !text.empty() && text.find_first_of("0123456789") <= 1 &&
+         text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ +-./^") ==
+             std::string::npos;
+}
+
+}  // namespace
+
+std::string yaml_text(const Value& value) {
+  std::vector<std::string> parts;
+  switch (value.kind) {
+    case Value::Kind::null:
+      return "null";
+    case Value::Kind::scalar:
+      return is_number(value.text) ? value.text : yaml_word(value.text);
+    case Value::Kind::list:
+      for (const Value& item : value.items) parts.push_back(yaml_text(item));
+      return fmt::format("[{}]", fmt::join(parts, ", "));
+    case Value::Kind::map:
+      for (const Entry& entry : value.entries)
+        parts.push_back(fmt::format("{}: {}", yaml_word(entry.key), yaml_text(entry.value)));
+      return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+  return {};
+}
+
+std::filesystem::path path_at(const std::string& text, const Position& at) {
+  const auto base = at.source ? at.source->base : std::filesystem::path{};
+  return (base / text).lexically_normal();
+}
+
+}  // namespace tofgraph::config

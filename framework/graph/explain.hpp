@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a checked graph does to the numbers, in words and as a drawing.
+#pragma once
+
+#include "graph/graph.hpp"
+
+#include <string>
+
+namespace tofgraph::graph {
+
+/// Node by node: what it reads, changes and makes, in which unit, with which parameters and files.
+std::string explain(const Graph& graph);
+
+/// The graph in the DOT language.
+std::string dot(const Graph& graph);
+
+}  // namespace tofgraph::graph

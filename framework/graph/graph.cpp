@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/graph.hpp"
+
+#include "config/paths.hpp"
+#include "graph/outputs.hpp"
+#include "graph/resolved_pipeline.hpp"
+#include "io/profile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <set>
+#include <span>
+
+namespace tofgraph::graph {
+
+namespace {
+
+std::vector<const config::Entry*> pointers(const std::vector<config::Entry>& entries) {
+  std::vector<const config::Entry*> result;
+  for (const config::Entry& entry : entries) result.push_back(&entry);
+  return result;
+}
+
+/// Every sink's `overwrite: true`: existing outputs may be replaced.
+bool take_overwrite(std::vector<const config::Entry*>& entries, config::Diagnostics& diagnostics) {
+  const auto found = std::ranges::find(entries, "overwrite", [](const config::Entry* entry) { return entry->key; });
+  if (found == entries.end()) return false;
+  const config::Value& value = (*found)->value;
+  bool allowed = false;
+  if (!value.is_scalar() || !parse_bool(value.text, allowed))
+    diagnostics.error(value.at, fmt::format("'overwrite' is {}: it is neither true nor false", value.described()),
+                      "example: " + config::assignment(value.at, "overwrite", "true"));
+  entries.erase(found);
+  return allowed;
+}
+
+/// Hashed once: libraries do not change while they are loaded.
+const std::string& library_hash(const Plugin& plugin) {
+  static std::mutex mutex;
+  static std::map<std::string, std::string> hashes;
+  const std::scoped_lock lock(mutex);
+  std::string& hash = hashes[plugin.file.path.string()];
+  if (hash.empty()) hash = config::sha256_of_file(plugin.file.path);
+  return hash;
+}
+
+}  // namespace
+
+Graph::~Graph() = default;
+
+Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::Diagnostics& diagnostics)
+    : name_(pipeline.name) {
+  host_.overwrite = options.overwrite;
+  host_.message = options.message;
+  host_.version = TOFGRAPH_VERSION;
+  host_.plugin_path = config::joined_path(options.plugin_folders);
+  const PluginRegistry registry(options.plugin_folders);
+  const ResolvedPipeline written(pipeline, registry, diagnostics);
+  for (const auto& [hidden, before] : registry.hidden()) {
+    const auto used = [&name = hidden.name](const NodeSpec& node) { return node.stage == name; };
+    if (host_.message && std::ranges::any_of(pipeline.nodes, used))
+      host_.message(hidden.name, fmt::format("{} is taken, it hides {}", before.path.string(), hidden.path.string()),
+                    true);
+  }
+  if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
+  make_nodes(written, diagnostics);
+  // Without the camera that was named, every stage that needs one would complain.
+  if (!pipeline.camera || camera_) prepare(diagnostics);
+  check_outputs(nodes_, diagnostics);
+}
+
+void Graph::make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics) {
+  std::map<std::string, std::size_t> made;
+  for (const std::size_t i : written.order(diagnostics)) {
+    const NodeSpec& spec = written.spec(i);
+    const std::size_t index = made[spec.name] = nodes_.size();
+    const std::size_t errors = diagnostics.errors();
+    std::vector<const config::Entry*> entries = pointers(spec.parameters);
+    const bool overwrite = written.stage(i)->file.kind == "sink" && take_overwrite(entries, diagnostics);
+    ParameterValues values(*written.stage(i), std::move(entries), spec.at, diagnostics);
+    usable_.push_back(diagnostics.errors() == errors);
+    nodes_.push_back(std::make_unique<Node>(index, spec.name, spec.at, *written.stage(i), std::move(values), host_));
+    nodes_.back()->set_overwrite(overwrite);
+    if (nodes_.back()->is_source() && spec.queue) queue_ = *spec.queue;
+    auto& inputs = inputs_.emplace_back();
+    for (const InputSpec& input : written.inputs(i)) inputs.push_back(made.at(input.node));
+    input_specs_.push_back(written.inputs(i));
+    aliases_.emplace_back(inputs.size());
+  }
+}
+
+/// A channel of the k-th input, beside those that are there. With ports by name each reads its own.
+bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all) {
+  const Channel* mine = all.find(channel.name);
+  const InputSpec& input = input_specs_[node][k];
+  if (mine == nullptr) {
+    all.channels.push_back(channel);
+  } else if (mine->made_by != channel.made_by && !input.port.empty()) {
+    const Node& self = *nodes_[node];
+    const auto reads = [&](const tofgraph_port& port) {
+      const std::vector<std::string> names = alternatives(port);
+      return input.port == port.name && std::ranges::find(names, channel.name) != names.end();
+    };
+    if (std::ranges::none_of(self.stage().own_ports, reads)) return true;  // the frame is the first input's
+    Channel own = channel;
+    own.name = alias_of(channel.name, input.port);
+    aliases_[node][k].emplace_back(channel.name, own.name);
+    all.channels.push_back(std::move(own));
+  } else if (mine->made_by != channel.made_by) {
+    return false;
+  }
+  return true;
+}
+
+/// The channels that two streams both bring, in one message.
+void Graph::tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
+                            config::Diagnostics& diagnostics) const {
+  const InputSpec& input = input_specs_[node][k];
+  const Stream& other = nodes_[inputs_[node][k]]->output();
+  diagnostics.error(input.at,
+                    fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
+                                fmt::join(names, "', '"), nodes_[all.find(names.front())->made_by]->name,
+                                nodes_[other.find(names.front())->made_by]->name),
+                    fmt::format("take them out or rename them before the join, e.g. with the stage channels and {}",
+                                config::assignment(input.at, "drop", fmt::format("[{}]", fmt::join(names, ", ")))));
+}
+
+Stream Graph::joined(std::size_t node, config::Diagnostics& diagnostics, bool& right) {
+  Stream all = nodes_[inputs_[node].front()]->output();
+  const Node& self = *nodes_[node];
+  for (std::size_t k = 1; k < inputs_[node].size(); ++k) {
+    const Node& other = *nodes_[inputs_[node][k]];
+    std::vector<std::string> collisions;
+    for (const Channel& channel : other.output().channels) {
+      if (!join_channel(node, k, channel, all)) collisions.push_back(channel.name);
+    }
+    if (!collisions.empty()) tell_collisions(node, k, all, collisions, diagnostics);
+    right = right && collisions.empty();
+    for (const std::size_t step : other.output().history) {
+      if (std::ranges::find(all.history, step) == all.history.end()) all.history.push_back(step);
+    }
+    std::ranges::sort(all.history);
+    all.known &= other.output().known;
+    if (other.output().camera_made_by != all.camera_made_by) {
+      diagnostics.error(input_specs_[node][k].at,
+                        fmt::format("node '{}' joins frames of two different cameras or lenses", self.name));
+      right = false;
+    }
+  }
+  return all;
+}
+
+/// {port: node}: the node must give what the port reads.
+bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics) const {
+  const Node& self = *nodes_[node];
+  bool right = true;
+  for (std::size_t k = 0; k < inputs_[node].size(); ++k) {
+    const InputSpec& input = input_specs_[node][k];
+    if (input.port.empty()) continue;
+    std::vector<std::string> ports;
+    const tofgraph_port* port = nullptr;
+    for (const tofgraph_port& candidate : self.stage().own_ports) {
+      if (candidate.direction == TOFGRAPH_DIRECTION_OUT) continue;
+      ports.emplace_back(candidate.name);
+      if (input.port == candidate.name) port = &candidate;
+    }
+    const auto has = [&](const std::string& channel) {
+      return nodes_[inputs_[node][k]]->output().find(channel) != nullptr;
+    };
+    if (port == nullptr) {
+      diagnostics.error(input.at, fmt::format("the stage {} has no input '{}'", self.stage().name, input.port),
+                        config::suggestion(input.port, ports, "inputs"));
+    } else if (std::ranges::none_of(alternatives(*port), has)) {
+      diagnostics.error(input.at, fmt::format("node '{}' gives no {} for the input '{}' of '{}'", input.node,
+                                              port->channel, input.port, self.name));
+    } else {
+      continue;
+    }
+    right = false;
+  }
+  return right;
+}
+
+/// Creates and prepares node by node; what reads a node that failed is passed over, so that a mistake is told once.
+void Graph::prepare(config::Diagnostics& diagnostics) {
+  std::vector<bool> good(nodes_.size(), false);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    Node& node = *nodes_[i];
+    const bool reachable = std::ranges::all_of(inputs_[i], [&](std::size_t k) { return good[k]; });
+    if (!reachable || (!node.is_source() && inputs_[i].empty())) continue;
+    if (!usable_[i] || !node.create(diagnostics)) continue;
+    std::vector<Stream> joined_streams;
+    std::vector<const Stream*> streams;
+    std::vector<std::string> names;
+    bool right = true;
+    if (node.is_source()) {
+      Stream& empty = joined_streams.emplace_back();
+      empty.camera = camera_;
+    } else if (!node.many_inputs()) {
+      joined_streams.push_back(joined(i, diagnostics, right));
+      right = ports_are_served(i, diagnostics) && right;
+    }
+    for (const Stream& stream : joined_streams) streams.push_back(&stream);
+    for (const std::size_t k : inputs_[i]) {
+      if (node.many_inputs()) streams.push_back(&nodes_[k]->output());
+      names.push_back(nodes_[k]->name);
+    }
+    names.resize(std::max(names.size(), streams.size()), "");
+    good[i] = right && node.prepare(streams, names, diagnostics);
+  }
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    nodes_[i]->set_provenance(good[i] ? provenance(i).dump(2) : "{}");
+    const bool read =
+        std::ranges::any_of(inputs_, [&](const auto& in) { return std::ranges::find(in, i) != in.end(); });
+    if (!read && !nodes_[i]->is_sink() && diagnostics.ok()) {
+      diagnostics.warning(nodes_[i]->at,
+                          fmt::format("nothing reads node '{}': what it makes is thrown away", nodes_[i]->name));
+    }
+  }
+}
+
+nlohmann::json Graph::provenance(std::size_t node) const {
+  nlohmann::json stages = nlohmann::json::array();
+  std::set<std::size_t> steps(nodes_[node]->output().history.begin(), nodes_[node]->output().history.end());
+  for (const std::size_t input : inputs_[node])
+    steps.insert(nodes_[input]->output().history.begin(), nodes_[input]->output().history.end());
+  for (const std::size_t i : steps) {
+    const Node& step = *nodes_[i];
+    nlohmann::json files = nlohmann::json::array();
+    for (const UsedFile& file : step.files())
+      files.push_back(
+          {{"path", file.path}, {"sha256", file.sha256.empty() ? nlohmann::json() : nlohmann::json(file.sha256)}});
+    stages.push_back({{"node", step.name},
+                      {"stage", step.stage().name},
+                      {"version", step.stage().version},
+                      {"library", {{"path", step.stage().file.path.string()}, {"sha256", library_hash(step.stage())}}},
+                      {"parameters", step.values().shown()},
+                      {"files", std::move(files)}});
+  }
+  nlohmann::json json = {{"format", "tofgraph-provenance"},
+                         {"version", 1},
+                         {"program", "tofgraph " + host_.version},
+                         {"pipeline", name_},
+                         {"stages", std::move(stages)}};
+  const Stream& out = nodes_[node]->output();
+  if (out.source != "{}") json["source"] = nlohmann::json::parse(out.source);
+  if (out.camera) {
+    json["camera"] = {{"name", out.camera->view().name}, {"measured", out.camera->measured}};
+    if (!out.camera->file.empty()) {
+      json["camera"]["profile"] = out.camera->file.string();
+      json["camera"]["sha256"] = config::sha256_of_file(out.camera->file);
+    }
+  }
+  return json;
+}
+
+std::unique_ptr<Graph> build_graph(const config::Value& document, const std::vector<std::string>& settings,
+                                   const GraphOptions& options, config::Diagnostics& diagnostics) {
+  PipelineSpec pipeline = parse_pipeline(document, diagnostics);
+  for (const std::string& setting : settings) apply_setting(pipeline, setting, diagnostics);
+  return std::make_unique<Graph>(pipeline, options, diagnostics);
+}
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The graph: nodes with what they read, checked as a whole before the first frame.
+#pragma once
+
+#include "graph/node.hpp"
+#include "graph/pipeline.hpp"
+#include "graph/plugin.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+struct GraphOptions {
+  std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
+  bool overwrite = false;
+  std::function<void(const std::string& node, const std::string& text, bool warning)> message;
+};
+
+class ResolvedPipeline;
+
+class Graph {
+ public:
+  /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
+  Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
+  ~Graph();
+
+  /// In an order in which each node comes after those it reads; the source is first.
+  std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
+  /// Indices of the nodes that a node reads.
+  const std::vector<std::size_t>& inputs(std::size_t node) const { return inputs_[node]; }
+  const Queue& queue() const { return queue_; }
+  const std::string& name() const { return name_; }
+  Host& host() { return host_; }
+  /// Of the k-th node that a node reads: channels that arrive under another name, for a named port.
+  const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
+    return aliases_[node][k];
+  }
+  /// What was done to the frames that reach a node, as data.
+  nlohmann::json provenance(std::size_t node) const;
+
+ private:
+  void make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics);
+  void prepare(config::Diagnostics& diagnostics);
+  Stream joined(std::size_t node, config::Diagnostics& diagnostics, bool& right);
+  bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all);
+  void tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
+                       config::Diagnostics& diagnostics) const;
+  bool ports_are_served(std::size_t node, config::Diagnostics& diagnostics) const;
+
+  std::string name_;
+  Host host_;
+  io::CameraPtr camera_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+  std::vector<std::vector<std::size_t>> inputs_;
+  std::vector<std::vector<InputSpec>> input_specs_;
+  std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
+  std::vector<bool> usable_;                                                            ///< whose parameters were right
+  Queue queue_;
+};
+
+/// Reads, builds and checks a pipeline file or line. @throws ConfigurationError with every mistake.
+std::unique_ptr<Graph> build_graph(const config::Value& document, const std::vector<std::string>& settings,
+                                   const GraphOptions& options, config::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A plugin at work, stage or effect: made, prepared and served by one host. What a plugin asks of the host over the
+/// border arrives here (host_calls.cpp).
+#pragma once
+
+#include "graph/frame.hpp"
+#include "graph/plugin.hpp"
+#include "graph/stream.hpp"
+#include "io/output_file.hpp"
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+/// What all instances of a run share.
+struct Host {
+  bool overwrite = false;
+  std::atomic<bool> stopping{false};
+  std::function<void(const std::string& node, const std::string& text, bool warning)> message;
+  std::string version;
+  std::string plugin_path;  ///< folders with colons between
+};
+
+/// A file that shaped a result.
+struct UsedFile {
+  std::string path, sha256;  ///< sha256 empty: the file is too large to read it for that
+};
+
+/// What a plugin said of a call that failed.
+struct Failure {
+  std::string parameter, text;
+  bool defect = false;  ///< the host noticed that the plugin did what no plugin should
+  /// The text; with the plugin's file where the user can only take the plugin out.
+  std::string told(const Plugin& plugin) const;
+};
+/// That of the running call of this thread.
+Failure& last_failure();
+/// In a catch clause of a host's call, which lets nothing out: what was thrown becomes the running call's failure.
+void keep_failure() noexcept;
+
+/// What a stage does to its stream, in prepare.
+struct Leaving {
+  Stream stream;
+  io::CameraPtr own_camera;             ///< when this node changed it
+  tofgraph_stream* arriving = nullptr;  ///< what a source is shown, with its camera once it chose one
+};
+
+class Instance {
+ public:
+  /// @param name of the node, or of the effect
+  Instance(const Plugin& plugin, std::string name, Host& host);
+  ~Instance();
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  const Plugin& plugin() const { return plugin_; }
+  const std::string& name() const { return name_; }
+  void* self() const { return self_; }
+
+  /// @param values in the order of the descriptor's parameters. @returns what went wrong
+  std::optional<Failure> create(const tofgraph_value* values);
+  /// @param index of the node @param leaving null: an effect, which has no stream
+  std::optional<Failure> prepare(std::span<const tofgraph_stream* const> streams, std::size_t index, Leaving* leaving);
+  /// @returns the call's status. @throws std::runtime_error what went wrong
+  int process(std::span<tofgraph_frame* const> frames);
+  void finish();  ///< @throws std::runtime_error
+  void stop() noexcept;
+
+  /// The files of the outputs, for a stage that has some: by the parameter's place.
+  void set_outputs(std::vector<io::OutputPattern> outputs) { outputs_ = std::move(outputs); }
+  void set_overwrite(bool allowed) { overwrite_ = allowed; }
+  void set_provenance(std::string json) { provenance_ = std::move(json); }
+  const std::vector<UsedFile>& files() const { return files_; }
+  void add_file(const std::string& path);
+  /// Warnings of create and prepare, which have a place in what the user wrote.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  friend struct HostCalls;
+
+  /// @returns whether a file that comes once in a run is asked for the first time
+  bool claim(std::size_t parameter);
+
+  const Plugin& plugin_;
+  std::string name_;
+  Host& host_;
+  void* self_ = nullptr;
+  bool starting_ = true;  ///< create and prepare are not over
+  bool overwrite_ = false;
+  std::size_t index_ = 0;
+  Leaving* leaving_ = nullptr;  ///< during prepare of a stage
+  std::vector<std::string> warnings_;
+  std::vector<UsedFile> files_;
+  std::vector<io::OutputPattern> outputs_;
+  std::mutex claims_mutex_;
+  std::set<std::size_t> claims_;
+  std::string provenance_ = "{}";
+};
+
+/// The table of services, the same for every plugin.
+const tofgraph_host& host_table();
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What plugins ask of the host, over the border.
+#include "config/paths.hpp"
+#include "graph/instance.hpp"
+#include "graph/open_outputs.hpp"
+#include "io/border.hpp"
+#include "io/profile.hpp"
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/physics/exposures.hpp>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::graph {
+
+/// The calls; `context` is the instance.
+struct HostCalls {
+  static Instance& instance(void* context) { return *static_cast<Instance*>(context); }
+
+  /// Nothing that the host throws may pass the border.
+  template <class Call> static int guarded(Call&& call) noexcept {
+    try {
+      call();
+      return TOFGRAPH_STATUS_OK;
+    } catch (...) {
+      keep_failure();
+    }
+    return TOFGRAPH_STATUS_ERROR;
+  }
+
+  /// The stream that the running prepare shapes.
+  static Leaving& leaving(Instance& self, const char* service) {
+    if (self.leaving_ != nullptr) return *self.leaving_;
+    throw io::PluginDefect(
+        fmt::format("the plugin called {}(){}", service,
+                    self.plugin_.effect != nullptr ? ", but an effect has no stream" : " outside of prepare()"));
+  }
+  template <class T> static T* needed(T* given, const char* what) {
+    if (given == nullptr) throw io::PluginDefect(fmt::format("the plugin gave null as {}", what));
+    return given;
+  }
+
+  static void fail(void*, const char* parameter, const char* text) {
+    guarded([&] {
+      if (last_failure().defect) return;  // the cause of what the plugin is about to say
+      last_failure() = {parameter != nullptr ? parameter : "", text != nullptr ? text : ""};
+    });
+  }
+
+  static void message(void* context, std::uint32_t level, const char* text) {
+    guarded([&] {
+      Instance& self = instance(context);
+      const bool warning = level == TOFGRAPH_MESSAGE_WARNING;
+      if (self.starting_ && warning)
+        self.warnings_.emplace_back(needed(text, "the text of a message"));
+      else if (self.host_.message)
+        self.host_.message(self.name_, needed(text, "the text of a message"), warning);
+    });
+  }
+
+  static int stopping(void* context) { return instance(context).host_.stopping.load() ? 1 : 0; }
+  static int overwrite(void* context) {
+    return instance(context).host_.overwrite || instance(context).overwrite_ ? 1 : 0;
+  }
+
+  static void provide(void* context, const tofgraph_channel* view) {
+    guarded([&] {
+      Instance& self = instance(context);
+      Stream& stream = leaving(self, "provide").stream;
+      Channel channel = Channel::from_view(*needed(view, "a channel"));
+      channel.made_by = self.index_;
+      if (is_alias(channel.name)) throw std::runtime_error("a channel's name has no @");
+      const std::span ports(self.plugin_.own_ports);
+      const auto port = std::ranges::find_if(ports, [&](const tofgraph_port& p) {
+        return (p.direction & TOFGRAPH_DIRECTION_OUT) != 0 && channel.name == p.channel;
+      });
+      if (channel.rank == 0 && port != ports.end()) {
+        Channel declared = output_channel(self.plugin_, *port, stream, self.index_);
+        if (!channel.of.empty()) declared.of = channel.of;
+        channel = std::move(declared);
+      }
+      stream.put(std::move(channel));
+    });
+  }
+
+  static void withdraw(void* context, const char* name) {
+    guarded([&] {
+      const std::string_view wanted = needed(name, "a channel's name");
+      std::erase_if(leaving(instance(context), "withdraw").stream.channels,
+                    [&](const Channel& c) { return c.name == wanted; });
+    });
+  }
+
+  static void set_camera(void* context, const tofgraph_camera* camera) {
+    guarded([&] {
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "set_camera");
+      // What an older plugin does not know stays that of the camera that arrives.
+      const tofgraph_camera arriving = leaves.stream.camera ? leaves.stream.camera->view() : tofgraph_camera{};
+      tofgraph_camera changed = io::host_sized(*needed(camera, "a camera"), arriving);
+      needed(changed.name, "a camera's name");
+      if (changed.light_count != 0) needed(changed.lights, "a camera's lights");
+      for (const tofgraph_light& light : lights_of(*camera)) needed(light.name, "a light's name");
+      if (changed.exposure_count != 0)
+        static_cast<void>(
+            usable(needed(changed.exposures, "a camera's exposures"), changed.exposure_size, changed.exposure_count));
+      const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
+      changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
+      leaves.own_camera = leaves.stream.camera = std::make_shared<io::Camera>(changed);
+      leaves.stream.camera_made_by = self.index_;
+      if (Channel* rays = leaves.stream.find("rays")) {
+        rays->made_by = self.index_;
+        rays->extent = {changed.height, changed.width, 3, 0};
+      }
+    });
+  }
+
+  /// Whether the rays are those of the lens model, to a millionth of a radian.
+  static bool follows_its_lens(const tofgraph_camera& camera) {
+    if (camera.rays == nullptr) return true;
+    tofgraph_camera lens = camera;
+    lens.rays = nullptr;
+    const io::Camera modelled(lens);
+    const std::size_t values = std::size_t{camera.width} * camera.height * 3;
+    return std::equal(camera.rays, camera.rays + values, modelled.view().rays,
+                      [](float a, float b) { return std::abs(a - b) < 1e-6F || (std::isnan(a) && std::isnan(b)); });
+  }
+
+  static int use_profile(void* context, const char* name, const char* text) {
+    bool found = false;
+    const int status = guarded([&] {
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "use_profile");
+      config::Diagnostics mistakes;
+      io::CameraPtr camera;
+      if (text != nullptr) {
+        camera = io::read_profile(
+            config::parse_document(std::string("profile of ") + needed(name, "a profile's name"), text), mistakes);
+      } else if (const auto file = io::find_profile(needed(name, "a profile's name"), {}); !file.empty()) {
+        camera = io::load_profile(file);
+        self.files_.push_back({file.string(), config::sha256_of_file(file)});
+      }
+      if (!mistakes.ok())
+        throw config::ConfigurationError(
+            fmt::format("the profile that came with it cannot be used:\n{}", mistakes.text()));
+      if (!camera) return;
+      leaves.stream.set_camera(std::move(camera), self.index_);
+      if (leaves.arriving != nullptr) leaves.arriving->camera = &leaves.stream.camera->view();
+      found = true;
+    });
+    return status == TOFGRAPH_STATUS_OK && found ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
+  }
+
+  static void set_frames(void* context, std::uint64_t frames, std::uint64_t known) {
+    guarded([&] {
+      Stream& stream = leaving(instance(context), "set_frames").stream;
+      stream.frames = frames;
+      stream.known = known;
+    });
+  }
+
+  static physics::Exposures usable(const tofgraph_exposure* exposures, std::uint32_t size, std::uint64_t count) {
+    physics::Exposures all;
+    for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
+      all.push_back(io::host_sized<tofgraph_exposure>(&one, size));
+    if (const std::string problem = physics::exposures_problem(all); !problem.empty())
+      throw std::runtime_error("exposures that cannot be: " + problem);
+    return all;
+  }
+
+  static void set_exposures(void* context, const tofgraph_exposure* exposures, std::uint32_t size,
+                            std::uint64_t count) {
+    guarded([&] {
+      Instance& self = instance(context);
+      Leaving& leaves = leaving(self, "set_exposures");
+      if (std::string_view(self.plugin().kind) != "source") throw std::runtime_error("set_exposures() is for sources");
+      leaves.stream.exposures = usable(needed(exposures, "exposures"), size, count);
+    });
+  }
+
+  static void set_source(void* context, const char* json) {
+    guarded([&] {
+      const auto known = nlohmann::json::parse(needed(json, "what is known of the source"), nullptr, false);
+      if (!known.is_object()) throw std::runtime_error("set_source() was given no JSON object");
+      leaving(instance(context), "set_source").stream.source = known.dump();
+    });
+  }
+
+  static void uses_file(void* context, const char* path) {
+    guarded([&] { instance(context).add_file(needed(path, "a file's path")); });
+  }
+
+  static const char* provenance(void* context) { return instance(context).provenance_.c_str(); }
+  static const char* plugin_path(void* context) { return instance(context).host_.plugin_path.c_str(); }
+
+  static int output(void* context, const char* parameter, const char* companion, std::uint64_t frame,
+                    const char** path) {
+    return guarded([&] {
+      Instance& self = instance(context);
+      const std::string_view name = needed(parameter, "the parameter of an output");
+      const std::span parameters(self.plugin_.own_parameters);
+      const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
+      const auto place = static_cast<std::size_t>(found - parameters.begin());
+      if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
+        throw io::PluginDefect(fmt::format("output() was asked for '{}', which names no output", name));
+      if (!open_outputs().accepting()) throw io::PluginDefect("output() is for process() and finish()");
+      const std::vector<std::string> companions = split_words(found->choices);
+      if (companion != nullptr && std::ranges::find(companions, companion) == companions.end())
+        throw io::PluginDefect(
+            fmt::format("output() was asked for '{}' beside '{}', which does not announce it", companion, name));
+      const io::OutputPattern& files = self.outputs_[place];
+      if (companion == nullptr && !files.numbered() && !self.claim(place))
+        throw std::runtime_error(
+            fmt::format("{} would be written a second time: where more than one frame comes, its "
+                        "name needs {{frame}}",
+                        files.text()));
+      const bool once = companion != nullptr || found->kind == TOFGRAPH_KIND_OUTPUT_FILE;
+      *needed(path, "the place for a path") =
+          open_outputs().open(companion != nullptr ? files.companion(companion) : files.path(frame), once);
+    });
+  }
+};
+
+const tofgraph_host& host_table() {
+  static const tofgraph_host table = [] {
+    tofgraph_host host{};
+    host.size = sizeof host;
+    host.api_major = TOFGRAPH_API_MAJOR;
+    host.api_minor = TOFGRAPH_API_MINOR;
+    host.fail = HostCalls::fail;
+    host.message = HostCalls::message;
+    host.stopping = HostCalls::stopping;
+    host.overwrite = HostCalls::overwrite;
+    host.provide = HostCalls::provide;
+    host.withdraw = HostCalls::withdraw;
+    host.set_camera = HostCalls::set_camera;
+    host.use_profile = HostCalls::use_profile;
+    host.set_frames = HostCalls::set_frames;
+    host.set_exposures = HostCalls::set_exposures;
+    host.set_source = HostCalls::set_source;
+    host.uses_file = HostCalls::uses_file;
+    host.provenance = HostCalls::provenance;
+    host.plugin_path = HostCalls::plugin_path;
+    host.output = HostCalls::output;
+    fill_frame_calls(host);
+    return host;
+  }();
+  return table;
+}
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,282 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/node.hpp"
+
+#include "graph/validation.hpp"
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+namespace tofgraph::graph {
+
+/// The border's view of a stream, and the texts that it points to.
+struct Node::BorderStream {
+  BorderStream(const Stream& stream, const std::string& from, const std::vector<const Channel*>& bound_channels) {
+    words.resize(stream.channels.size() * 2);
+    for (std::size_t i = 0; i < stream.channels.size(); ++i) {
+      channels.push_back(stream.channels[i].view(words[2 * i], words[2 * i + 1]));
+    }
+    for (const Channel* channel : bound_channels) bound.push_back(channel != nullptr ? channel->name.c_str() : nullptr);
+    view.size = sizeof view;
+    view.channel_size = sizeof(tofgraph_channel);
+    view.exposure_size = sizeof(tofgraph_exposure);
+    view.node = from.c_str();
+    view.camera = stream.camera ? &stream.camera->view() : nullptr;
+    view.channels = channels.data();
+    view.channel_count = channels.size();
+    view.frames = stream.frames;
+    view.known = stream.known;
+    view.bound = bound.data();
+    view.bound_count = bound.size();
+    exposures = stream.all_exposures();
+    view.exposures = exposures.data();
+    view.exposure_count = exposures.size();
+    view.source = stream.source.c_str();
+  }
+  BorderStream(BorderStream&&) = default;
+  tofgraph_stream view{};
+  std::vector<std::string> words;
+  std::vector<tofgraph_channel> channels;
+  std::vector<const char*> bound;
+  std::vector<tofgraph_exposure> exposures;
+};
+
+Node::Node(std::size_t node_index, std::string node_name, config::Position position, const Plugin& plugin,
+           ParameterValues values, Host& host)
+    : index(node_index),
+      name(std::move(node_name)),
+      at(std::move(position)),
+      values_(std::move(values)),
+      instance_(plugin, name, host),
+      host_(host),
+      overwrite_(host.overwrite) {}
+
+void Node::set_overwrite(bool allowed) {
+  overwrite_ = overwrite_ || allowed;
+  instance_.set_overwrite(overwrite_);
+}
+
+bool Node::create(config::Diagnostics& diagnostics) {
+  const std::optional<Failure> failure = instance_.create(values_.data());
+  if (!failure || !failure->parameter.empty()) return tell(failure, diagnostics);
+  diagnostics.error(at, fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage().name, failure->text),
+                    fmt::format("this is a defect of the plugin {}", stage().file.path.string()));
+  return false;
+}
+
+/// @returns true when nothing failed
+bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) const {
+  if (!failure) return true;
+  const config::Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
+  const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
+  const bool known = failure->parameter.empty() ||
+                     std::ranges::any_of(stage().own_parameters,
+                                         [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
+  diagnostics.error(
+      where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())),
+      known ? ""
+            : fmt::format("the stage has no such parameter: a defect of the plugin {}", stage().file.path.string()));
+  return false;
+}
+
+bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<std::string>& input_names,
+                   config::Diagnostics& diagnostics) {
+  std::vector<BorderStream> streams;
+  std::vector<const Channel*> first_bound;
+  bool right = true;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    std::vector<const Channel*> bound;
+    right = bind(*inputs[i], bound, diagnostics) && right;
+    streams.emplace_back(*inputs[i], input_names[i], bound);
+    if (i == 0) first_bound = std::move(bound);
+  }
+  const Stream& first = *inputs.front();
+  if (first.camera) right = values_.images_fit(first.camera->view(), diagnostics) && right;
+  if (!right || !check_outputs(first, first_bound, diagnostics)) return false;
+  leaving_.stream = first;
+  leaving_.stream.exposures_known = !is_source();
+  leaving_.stream.history.push_back(index);
+  for (const Channel& channel : first.channels) {
+    if (is_alias(channel.name)) aliases_.push_back(channel.name);
+  }
+  std::erase_if(leaving_.stream.channels, [](const Channel& channel) { return is_alias(channel.name); });
+  announce_outputs(first_bound);
+
+  std::vector<const tofgraph_stream*> views;
+  for (const BorderStream& stream : streams) views.push_back(&stream.view);
+  leaving_.arriving = &streams.front().view;
+  const bool prepared = tell(instance_.prepare(views, index, &leaving_), diagnostics);
+  leaving_.arriving = nullptr;
+  for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
+  if (!prepared || !choose_files(first.frames, diagnostics)) return false;
+  leaving_.stream.exposures_known = true;
+  if (is_source()) size_images();
+  if (!check_exposures(diagnostics)) return false;
+  for (const std::string& file : values_.files()) instance_.add_file(file);
+  if (is_source() && output().camera) {
+    if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
+    announce_rays();
+  }
+  if (output().camera && (is_source() || leaving_.own_camera)) {
+    const tofgraph_camera& camera = output().camera->view();
+    const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
+    rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent), nullptr,
+                             nullptr);
+  }
+  return true;
+}
+
+/// The names of what the node writes, and whether it may. @param frames how many come, 0: unknown
+bool Node::choose_files(std::uint64_t frames, config::Diagnostics& diagnostics) {
+  bool right = true;
+  outputs_.resize(stage().parameter_count);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    const tofgraph_parameter& p = stage().own_parameters[i];
+    const bool each = p.kind == TOFGRAPH_KIND_FRAME_FILES;
+    const std::string path = values_.data()[i].text != nullptr ? values_.data()[i].text : "";
+    if ((!each && p.kind != TOFGRAPH_KIND_OUTPUT_FILE) || path.empty()) continue;
+    std::string problem;
+    try {
+      outputs_[i] = io::OutputPattern(path);
+      if (each && !outputs_[i].numbered() && frames != 1) {
+        outputs_[i] = outputs_[i].with_number();
+        diagnostics.warning(
+            at, fmt::format("{} names one file where more than one frame may come: they are written to {}", p.name,
+                            outputs_[i].text()));
+      }
+      if (!each && outputs_[i].numbered()) problem = "is one file for the whole run: {frame} has no place in its name";
+      if (problem.empty()) problem = io::output_problem(outputs_[i], overwrite_);
+      for (const std::string& ending : split_words(p.choices))
+        if (problem.empty()) problem = io::output_problem(outputs_[i].companion(ending), overwrite_);
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    if (problem.empty()) continue;
+    right = tell(Failure{p.name, problem}, diagnostics);
+  }
+  instance_.set_outputs(outputs_);
+  return right;
+}
+
+/// Raw images are as many as the exposures that are said of them.
+bool Node::check_exposures(config::Diagnostics& diagnostics) const {
+  const std::size_t count = output().all_exposures().size();
+  for (const Channel& channel : output().channels) {
+    const ChannelInfo* known = known_channel(channel.name);
+    const bool raw = !is_sink() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
+    if (!raw || channel.extent[0] == 0 || channel.extent[0] == count) continue;
+    diagnostics.error(
+        at,
+        fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name, stage().name,
+                    channel.name, channel.described(), channel.extent[0],
+                    !output().exposures.empty() ? "the source says that a frame has"
+                    : output().camera           ? "the camera's profile has"
+                                                : "without a profile there are",
+                    count),
+        fmt::format("give a profile that has {} exposures, those of the recording, e.g. --camera ./camera.yaml",
+                    channel.extent[0]));
+    return false;
+  }
+  return true;
+}
+
+/// Images that were announced before the source chose camera and exposures have the size that these give them.
+void Node::size_images() {
+  for (const tofgraph_port& port : stage().own_ports) {
+    Channel* channel = leaving_.stream.find(port.channel);
+    if (channel == nullptr || channel->made_by != index) continue;
+    const Channel sized = output_channel(stage(), port, output(), index);
+    for (std::size_t i = 0; i < sized.rank && sized.rank == channel->rank; ++i) {
+      if (channel->extent[i] == 0) channel->extent[i] = sized.extent[i];
+    }
+  }
+}
+
+/// The rays travel as a channel, so that what is computed from them is known.
+void Node::announce_rays() {
+  const tofgraph_camera& camera = output().camera->view();
+  Channel rays;
+  rays.name = "rays";
+  rays.type = TOFGRAPH_TYPE_F32;
+  rays.rank = 3;
+  rays.extent = {camera.height, camera.width, 3, 0};
+  rays.made_by = index;
+  leaving_.stream.channels.push_back(std::move(rays));
+}
+
+int Node::call_process(std::span<tofgraph_frame* const> frames) {
+  if (!validating_) return instance_.process(frames);
+  try {
+    const Validation validation;
+    const int status = instance_.process(frames);
+    validation.check_memory();
+    if (status == TOFGRAPH_STATUS_OK && !is_sink()) Validation::check_flags(*frames.front());
+    if (status == TOFGRAPH_STATUS_OK && is_source())
+      Validation::check_metadata(frames.front()->metadata, output().known);
+    return status;
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("{}\n         plugin {}", error.what(), stage().file.path.string()));
+  }
+}
+
+bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
+  struct ViewsEnd {
+    std::span<tofgraph_frame* const> frames;
+    ~ViewsEnd() {
+      for (tofgraph_frame* frame : frames) frame->views_ended();
+    }
+  };
+  int status = TOFGRAPH_STATUS_OK;
+  {
+    const ViewsEnd end{{frames, count}};
+    status = call_process(end.frames);
+  }
+  if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
+  if (status == TOFGRAPH_STATUS_END) throw std::runtime_error("the sink said that nothing leaves it");
+  tofgraph_frame& frame = *frames[0];
+  for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
+  if (leaving_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
+    const tofgraph_camera& camera = output().camera->view();
+    tofgraph_frame::Channel& rays = frame.slot("rays");
+    const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
+    rays.buffer = rays_;
+    rays.type = TOFGRAPH_TYPE_F32;
+    rays.rank = 3;
+    std::copy_n(extent, 4, rays.extent);
+  }
+  if (!is_sink()) verify(frame);
+  return true;
+}
+
+void Node::verify(const tofgraph_frame& frame) const {
+  std::size_t found = 0;
+  for (const Channel& promised : output().channels) {
+    const tofgraph_frame::Channel* channel = frame.find(promised.name);
+    if (channel == nullptr)
+      throw std::runtime_error(fmt::format("the stage did not write '{}', which it had announced", promised.name));
+    ++found;
+    bool same = channel->type == promised.type && channel->rank == promised.rank;
+    for (std::uint32_t i = 0; same && i < promised.rank; ++i)
+      same = promised.extent[i] == 0 || promised.extent[i] == channel->extent[i];
+    if (same) continue;
+    Channel actual;
+    actual.type = channel->type;
+    actual.rank = channel->rank;
+    std::copy_n(channel->extent, 4, actual.extent.begin());
+    throw std::runtime_error(
+        fmt::format("'{}' is {}, announced was {}", promised.name, actual.described(), promised.described()));
+  }
+  for (const auto& channel : frame.channels) {
+    if (channel.buffer && found < frame.channels.size() && output().find(channel.name) == nullptr) {
+      throw std::runtime_error(fmt::format("the stage wrote '{}', which it had not announced", channel.name));
+    }
+  }
+}
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A node: one stage of the graph, its contract kept from both sides.
+#pragma once
+
+#include "config/document.hpp"
+#include "graph/frame.hpp"
+#include "graph/instance.hpp"
+#include "graph/parameters.hpp"
+#include "graph/stream.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+class Node {
+ public:
+  Node(std::size_t index, std::string name, config::Position at, const Plugin& plugin, ParameterValues values,
+       Host& host);
+
+  /// Makes the stage and asks it what leaves. Mistakes go to the diagnostics, with their place.
+  bool create(config::Diagnostics& diagnostics);
+  bool prepare(const std::vector<const Stream*>& inputs, const std::vector<std::string>& input_names,
+               config::Diagnostics& diagnostics);
+
+  /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error
+  /// what went wrong, a frame that is not as announced included.
+  bool process(tofgraph_frame* const* frames, std::size_t count);
+  void finish() { instance_.finish(); }  ///< @throws std::runtime_error
+  void stop() { instance_.stop(); }
+
+  bool is_source() const { return kind_is("source"); }
+  bool is_sink() const { return kind_is("sink"); }
+  bool stateless() const { return (stage().flags & TOFGRAPH_STAGE_STATELESS) != 0; }
+  bool many_inputs() const { return (stage().flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0; }
+
+  const std::size_t index;
+  const std::string name;
+  const config::Position at;
+  const Plugin& stage() const { return instance_.plugin(); }
+  const ParameterValues& values() const { return values_; }
+  const Stream& output() const { return leaving_.stream; }
+  const std::vector<UsedFile>& files() const { return instance_.files(); }
+  /// The files of each parameter that names some, at its place; without text: none.
+  const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
+  bool may_overwrite() const { return overwrite_; }
+  void set_overwrite(bool allowed);
+  /// From now on each call of process() is watched: it fails when the stage does to a frame what it may not.
+  void set_validating() { validating_ = true; }
+  void set_provenance(std::string json) { instance_.set_provenance(std::move(json)); }
+
+ private:
+  struct BorderStream;
+
+  bool kind_is(std::string_view kind) const { return kind == stage().kind; }
+  bool tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) const;
+  bool bind(const Stream& stream, std::vector<const Channel*>& bound, config::Diagnostics& diagnostics) const;
+  bool check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
+                   config::Diagnostics& diagnostics) const;
+  void announce_outputs(const std::vector<const Channel*>& bound);
+  bool check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
+                     config::Diagnostics& diagnostics) const;
+  bool choose_files(std::uint64_t frames, config::Diagnostics& diagnostics);
+  std::vector<std::string> names_made() const;
+  std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
+  bool check_exposures(config::Diagnostics& diagnostics) const;
+  void size_images();
+  void announce_rays();
+  int call_process(std::span<tofgraph_frame* const> frames);
+  void verify(const tofgraph_frame& frame) const;
+
+  ParameterValues values_;
+  Instance instance_;
+  Host& host_;
+  Leaving leaving_;
+  std::vector<io::OutputPattern> outputs_;
+  BufferRef rays_;                    ///< of the camera that leaves, where this node chose it
+  std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
+  bool overwrite_, validating_ = false;
+};
+
+}  // namespace tofgraph::graph

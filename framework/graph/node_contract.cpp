@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The meaning of ports against the meaning of channels: what a node may read, change and make.
+#include "graph/node.hpp"
+
+#include <tofgraph/array.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+namespace tofgraph::graph {
+namespace {
+
+std::string joined(const std::vector<std::string>& words, const char* separator) {
+  return fmt::format("{}", fmt::join(words, separator));
+}
+
+std::string names_of(const Stream& stream) {
+  std::vector<std::string> names;
+  for (const Channel& channel : stream.channels) {
+    if (channel.name != "rays" && !is_alias(channel.name)) names.push_back(channel.name);
+  }
+  return names.empty() ? "nothing" : joined(names, ", ");
+}
+
+}  // namespace
+
+bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, config::Diagnostics& diagnostics) const {
+  const std::string wanted = values_.text_of("channel");
+  bool right = true;
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
+    bound.push_back(nullptr);
+    if (port.direction == TOFGRAPH_DIRECTION_OUT || (port.flags & TOFGRAPH_PORT_EVERY) != 0) continue;
+    const std::vector<std::string> names = alternatives(port);
+    const bool chosen = names.size() > 1 && std::ranges::find(names, wanted) != names.end();
+    for (const std::string& channel : names) {
+      if (bound.back() != nullptr || (chosen && channel != wanted)) continue;
+      const Channel* own = stream.find(alias_of(channel, port.name));
+      bound.back() = own != nullptr ? own : stream.find(channel);
+    }
+    if (bound.back() != nullptr) {
+      right = check_input(stream, port, *bound.back(), diagnostics) && right;
+    } else if ((port.flags & TOFGRAPH_PORT_OPTIONAL) == 0) {
+      const bool rays = names.front() == "rays";
+      diagnostics.error(
+          at,
+          fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage().name,
+                      chosen ? wanted : joined(names, " or "), names_of(stream)),
+          rays ? "the rays are those of the camera: --camera NAME, or camera: NAME at the top of the pipeline file"
+               : "");
+      right = false;
+    }
+  }
+  return right;
+}
+
+bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
+                       config::Diagnostics& diagnostics) const {
+  const auto error = [&](const std::string& text, const std::string& hint = {}) {
+    diagnostics.error(at, fmt::format("node '{}' ({}): {}", name, stage().name, text), hint);
+    return false;
+  };
+  if (port.type != TOFGRAPH_TYPE_ANY && channel.type != TOFGRAPH_TYPE_ANY && port.type != channel.type) {
+    return error(
+        fmt::format("'{}' is {}, expected {}", channel.name, element_name(channel.type), element_name(port.type)));
+  }
+  if (!fits_shape(channel, port.shape))
+    return error(fmt::format("'{}' is {}, expected the shape {}", channel.name, channel.described(), port.shape));
+  if (*port.unit != 0 && channel.unit != port.unit) {
+    return error(fmt::format("'{}' is in {}, expected {}", channel.name,
+                             channel.unit.empty() ? "no unit" : channel.unit, port.unit));
+  }
+  for (const std::string& word : split_words(port.refuses)) {
+    if (channel.has_applied(word))
+      return error(fmt::format("'{}' already has {} applied", channel.name, word), "take one of the two out");
+  }
+  const std::vector<std::string> needs = split_words(port.needs);
+  const bool has_one = std::ranges::any_of(needs, [&](const std::string& word) { return channel.has_applied(word); });
+  if (!needs.empty() && !has_one)
+    return error(fmt::format("'{}' must have been through {} before", channel.name, joined(needs, " or ")));
+  if ((port.direction & TOFGRAPH_DIRECTION_OUT) == 0) return true;
+  for (const Channel& other : stream.channels) {
+    if (!other.is_from(channel.name)) continue;
+    return error(fmt::format("changes '{}', but '{}' was already computed from it", channel.name, other.name),
+                 stream.is_from_source(other)
+                     ? without_recorded(stream, {other.name})
+                     : fmt::format("put '{}' before the node that makes '{}'", name, other.name));
+  }
+  return true;
+}
+
+std::vector<std::string> Node::names_made() const {
+  std::vector<std::string> names;
+  for (const tofgraph_port& port : std::span(stage().ports, stage().port_count)) {
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) names.emplace_back(port.channel);
+  }
+  return names;
+}
+
+/// What the source gives stands in the way: how a recording is read without it.
+std::string Node::without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const {
+  std::vector<std::string> others;
+  for (const Channel& channel : stream.channels) {
+    const bool recorded = stream.is_from_source(channel) && channel.name != "rays";
+    if (recorded && std::ranges::find(unwanted, channel.name) == unwanted.end()) others.push_back(channel.name);
+  }
+  return fmt::format("the source gives it: leave it out there, as capture_reader does with {}, or take '{}' out",
+                     config::assignment(at, "channels", fmt::format("[{}]", joined(others, ", "))), name);
+}
+
+bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
+                         config::Diagnostics& diagnostics) const {
+  bool right = true;
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
+    if (port.direction != TOFGRAPH_DIRECTION_OUT || is_sink()) continue;
+    const Channel* existing = input.find(port.channel);
+    const bool read_too = std::ranges::any_of(bound, [&](const Channel* c) { return c != nullptr && c == existing; });
+    if (existing == nullptr || read_too) continue;
+    const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", applied_text(existing->applied));
+    diagnostics.error(
+        at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage().name, port.channel, how),
+        input.is_from_source(*existing)
+            ? without_recorded(input, names_made())
+            : "a correction is applied once: take one out, or let each read its own node with " +
+                  config::assignment(at, "inputs", "[...]"));
+    right = false;
+  }
+  return right;
+}
+
+void Node::announce_outputs(const std::vector<const Channel*>& bound) {
+  for (std::uint64_t i = 0; i < stage().port_count; ++i) {
+    const tofgraph_port& port = stage().ports[i];
+    const bool every = (port.flags & TOFGRAPH_PORT_EVERY) != 0;
+    if (is_sink() || port.direction == TOFGRAPH_DIRECTION_IN) continue;
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) {
+      if (every || (port.flags & TOFGRAPH_PORT_OPTIONAL) != 0) continue;
+      leaving_.stream.put(output_channel(stage(), port, output(), index));
+      continue;
+    }
+    for (Channel& channel : leaving_.stream.channels) {
+      if (!every && (bound[i] == nullptr || channel.name != bound[i]->name)) continue;
+      channel.made_by = index;
+      if (!channel.has_applied(stage().name)) channel.applied.emplace_back(stage().name);
+      std::ranges::copy(split_words(port.adds), std::back_inserter(channel.applied));
+      if (*port.of != 0) channel.of = port.of;
+    }
+  }
+}
+
+}  // namespace tofgraph::graph

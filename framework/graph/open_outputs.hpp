@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The files that the running call of a plugin has begun: they appear whole when it went well, or not at all.
+#pragma once
+
+#include "io/output_file.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+class OpenOutputs {
+ public:
+  /// @param once a run: it is on the disk before it has its name, which costs milliseconds
+  /// @returns the temporary name, which lives until the call is over. @throws std::runtime_error
+  const char* open(const std::filesystem::path& path, bool once) {
+    files_.push_back({std::make_unique<io::OutputFile>(path), once});
+    return files_.back().file->temporary_path().c_str();
+  }
+  /// Gives all their final names. @throws std::runtime_error
+  void commit() {
+    if (files_.empty()) return;
+    const std::vector<Open> files = std::move(files_);
+    files_.clear();
+    for (const Open& open : files) {
+      if (open.once) open.file->sync();
+      open.file->commit();
+    }
+  }
+  /// Where a text tells a temporary name, the final one takes its place.
+  void name_finally(std::string& text) const {
+    for (const Open& open : files_) {
+      const std::string& temporary = open.file->temporary_path().string();
+      if (const auto at = text.find(temporary); at != std::string::npos)
+        text.replace(at, temporary.size(), open.file->final_path().string());
+    }
+  }
+  bool accepting() const { return accepting_; }
+
+ private:
+  struct Open {
+    std::unique_ptr<io::OutputFile> file;
+    bool once;
+  };
+  friend class OutputScope;
+  std::vector<Open> files_;
+  bool accepting_ = false;
+};
+
+/// Those of this thread.
+inline OpenOutputs& open_outputs() {
+  thread_local OpenOutputs outputs;
+  return outputs;
+}
+
+/// A call in which outputs may be begun; what it has not committed at its end is removed.
+class OutputScope {
+ public:
+  OutputScope() { open_outputs().accepting_ = true; }
+  ~OutputScope() {
+    open_outputs().accepting_ = false;
+    open_outputs().files_.clear();
+  }
+  OutputScope(const OutputScope&) = delete;
+  OutputScope& operator=(const OutputScope&) = delete;
+  void commit() const { open_outputs().commit(); }
+  void name_finally(std::string& text) const { open_outputs().name_finally(text); }
+};
+
+}  // namespace tofgraph::graph

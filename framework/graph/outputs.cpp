@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/outputs.hpp"
+
+#include "io/output_file.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <vector>
+
+namespace tofgraph::graph {
+namespace {
+
+struct Claim {
+  const Node* node;
+  const char* parameter;
+  io::OutputPattern files;
+};
+
+/// The folder by its one name, whatever links lead to it.
+std::string resolved(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto folder = std::filesystem::weakly_canonical(path.parent_path(), error);
+  return error ? path.string() : (folder / path.filename()).string();
+}
+
+std::vector<Claim> claims_of(const Node& node) {
+  std::vector<Claim> claims;
+  for (std::size_t i = 0; i < node.outputs().size(); ++i) {
+    if (node.outputs()[i].text().empty()) continue;
+    const tofgraph_parameter& parameter = node.stage().own_parameters[i];
+    const io::OutputPattern files(resolved(node.outputs()[i].text()));
+    claims.push_back({&node, parameter.name, files});
+    for (const std::string& ending : split_words(parameter.choices))
+      claims.push_back({&node, parameter.name, io::OutputPattern(files.companion(ending).string())});
+  }
+  return claims;
+}
+
+}  // namespace
+
+void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnostics& diagnostics) {
+  std::vector<Claim> all;
+  for (const auto& node : nodes) {
+    const std::vector<Claim> own = claims_of(*node);
+    for (const Claim& claim : own) {
+      const auto same = [&](const Claim& other) { return other.files.overlaps(claim.files); };
+      const auto found = std::ranges::find_if(all, same);
+      const bool taken = found != all.end();
+      const Claim other = taken ? *found : claim;
+      all.push_back(claim);
+      if (!taken) continue;
+      diagnostics.error(node->values().position_of(claim.parameter),
+                        fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name,
+                                    node->stage().name, claim.files.text(), other.node->name, other.node->stage().name),
+                        "give one of the two another name");
+      break;
+    }
+  }
+}
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What the nodes of a graph write, compared: no two write the same file.
+#pragma once
+
+#include "graph/node.hpp"
+
+#include <memory>
+#include <span>
+
+namespace tofgraph::graph {
+
+/// Reports each node whose output files can have the name of another's. The files are those of the parameters of kind
+/// OUTPUT_FILE, and what stands beside them: the `choices` of such a parameter are the endings of its companions
+/// (io::OutputPattern::companion), e.g. ".provenance.json".
+void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,277 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/parameters.hpp"
+
+#include "config/quantity.hpp"
+#include "graph/stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace tofgraph::graph {
+namespace {
+
+/// What to write instead: the default where there is one, else something of the right kind.
+std::string example(const tofgraph_parameter& p, const config::Position& at) {
+  const auto of = [&](std::string_view value) { return "example: " + config::assignment(at, p.name, value); };
+  if (p.default_value != nullptr && *p.default_value != 0) return of(p.default_value);
+  const std::vector<std::string> choices = split_words(p.choices);
+  const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
+  if (!choices.empty() && !files) return of(choices.front());
+  const double middle = !std::isnan(p.minimum) && !std::isnan(p.maximum) ? (p.minimum + p.maximum) / 2 : 1;
+  switch (p.kind) {
+    case TOFGRAPH_KIND_BOOL:
+      return of("true");
+    case TOFGRAPH_KIND_INTEGER:
+      return of(fmt::format("{}", static_cast<long>(middle)));
+    case TOFGRAPH_KIND_NUMBER:
+      return of(config::format_quantity(middle, p.unit));
+    case TOFGRAPH_KIND_NUMBERS:
+      return of(
+          fmt::format("[{}, {}]", config::format_quantity(middle, p.unit), config::format_quantity(middle, p.unit)));
+    case TOFGRAPH_KIND_INPUT_FILE:
+      return of("recording.h5");
+    case TOFGRAPH_KIND_OUTPUT_FILE:
+      return of("out/result");
+    case TOFGRAPH_KIND_FRAME_FILES:
+      return of("out/frame_{frame:06}");
+    case TOFGRAPH_KIND_INPUT_FOLDER:
+      return of("recordings");
+    case TOFGRAPH_KIND_IMAGE:
+      return of("map.h5");
+    default:
+      return of("text");
+  }
+}
+
+std::string range_text(const tofgraph_parameter& p) {
+  const std::string unit = p.unit;
+  if (std::isnan(p.maximum)) return fmt::format("at least {}", config::format_quantity(p.minimum, unit));
+  if (std::isnan(p.minimum)) return fmt::format("at most {}", config::format_quantity(p.maximum, unit));
+  return fmt::format("{} to {}", config::format_quantity(p.minimum, unit), config::format_quantity(p.maximum, unit));
+}
+
+/// Outside the bounds: what to say; else empty.
+std::string range_problem(const tofgraph_parameter& p, double value) {
+  return value < p.minimum || value > p.maximum ? fmt::format("is out of range: {} is allowed", range_text(p))
+                                                : std::string();
+}
+
+/// Relative to the file that holds the value.
+std::string absolute_path(const config::Value& value, const std::string& text) {
+  const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
+  return std::filesystem::absolute(base / text).lexically_normal().string();
+}
+
+std::string list_text(const config::Value& list) {
+  std::string text;
+  for (const config::Value& item : list.items) text += (text.empty() ? "[" : ", ") + item.text;
+  return text.empty() ? "[]" : text + "]";
+}
+
+}  // namespace
+
+bool parse_bool(const std::string& text, bool& value) {
+  value = text == "true" || text == "yes" || text == "on";
+  return value || text == "false" || text == "no" || text == "off";
+}
+
+ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<const config::Entry*> written,
+                                 const config::Position& at, config::Diagnostics& diagnostics)
+    : at_(at), values_(stage.parameter_count) {
+  const char* what = std::string_view(stage.kind) == "effect" ? "effect" : "stage";
+  std::vector<std::string> names;
+  for (std::uint64_t i = 0; i < stage.parameter_count; ++i) names.emplace_back(stage.parameters[i].name);
+  for (const config::Entry* entry : written) {
+    positions_.emplace_back(entry->key, entry->value.at);
+    if (std::ranges::find(names, entry->key) != names.end()) continue;
+    diagnostics.error(entry->at, fmt::format("the {} {} has no parameter '{}'", what, stage.name, entry->key),
+                      config::suggestion(entry->key, names, "parameters"));
+  }
+  for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
+    const tofgraph_parameter& p = stage.parameters[i];
+    values_[i] = {sizeof(tofgraph_value), 0, 0, std::numeric_limits<double>::quiet_NaN(), "", nullptr, 0, nullptr};
+    const auto entry = std::ranges::find(written, names[i], [](const config::Entry* e) { return e->key; });
+    if (entry != written.end()) {
+      values_[i].given = 1;
+      parse(p, (*entry)->value, values_[i], diagnostics);
+    } else if (p.default_value != nullptr) {
+      parse(p, config::parse_value(p.default_value, at), values_[i], diagnostics);
+    } else if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0) {
+      diagnostics.error(at, fmt::format("the {} {} needs the parameter '{}': {}", what, stage.name, p.name, p.text),
+                        example(p, at));
+    }
+  }
+}
+
+const char* ParameterValues::keep(std::string text) { return kept_->texts.emplace_back(std::move(text)).c_str(); }
+
+bool ParameterValues::parse_number(const tofgraph_parameter& p, const config::Value& item, Number& number,
+                                   std::string& problem) const {
+  if (!item.is_scalar()) {
+    problem = "is not a number";
+    return false;
+  }
+  std::string_view units = p.unit;
+  const bool several = units.find('|') != std::string_view::npos;
+  for (bool first = true; first || !units.empty(); first = false) {
+    const std::string_view unit = units.substr(0, units.find('|'));
+    units.remove_prefix(std::min(units.size(), unit.size() + 1));
+    const config::Quantity quantity = config::parse_quantity(item.text, unit);
+    number = {quantity.value, several ? std::string(unit) : ""};
+    problem = quantity.ok() ? range_problem(p, quantity.value) : quantity.problem;
+    if (quantity.ok()) break;
+    if (several && problem.starts_with("has ")) problem = fmt::format("has none of the units {}", p.unit);
+  }
+  return problem.empty();
+}
+
+void ParameterValues::parse(const tofgraph_parameter& p, const config::Value& value, tofgraph_value& out,
+                            config::Diagnostics& diagnostics) {
+  if (p.kind == TOFGRAPH_KIND_IMAGE) return parse_image(p, value, out, diagnostics);
+  std::string problem;
+  const bool list_of_words = value.is_list() && (p.kind == TOFGRAPH_KIND_TEXT);
+  std::string text = value.text;
+  if (list_of_words) {
+    text.clear();
+    for (const config::Value& item : value.items) text += (text.empty() ? "" : " ") + item.text;
+  }
+  if (value.kind == config::Value::Kind::null && out.given != 0) {
+    diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p, value.at));
+    return;
+  }
+  const std::vector<std::string> choices = split_words(p.choices);
+  const bool word = std::ranges::find(choices, text) != choices.end() && value.is_scalar();
+  if (!value.is_scalar() && !list_of_words && p.kind != TOFGRAPH_KIND_NUMBERS)
+    problem = "is not one value";
+  else
+    switch (p.kind) {
+      case TOFGRAPH_KIND_BOOL: {
+        bool yes = false;
+        if (!parse_bool(text, yes)) problem = "is neither true nor false";
+        out.integer = yes ? 1 : 0;
+        break;
+      }
+      case TOFGRAPH_KIND_INTEGER: {
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out.integer);
+        if (error != std::errc() || end != text.data() + text.size())
+          problem = "is not a whole number";
+        else
+          problem = range_problem(p, static_cast<double>(out.integer));
+        break;
+      }
+      case TOFGRAPH_KIND_NUMBER:
+        if (word) {
+          out.text = keep(text);
+        } else {
+          Number number;
+          if (!parse_number(p, value, number, problem) && !choices.empty())
+            problem += fmt::format(" (or a word: {})", p.choices);
+          out.number = number.value;
+          out.text = keep(number.unit);
+        }
+        break;
+      case TOFGRAPH_KIND_CHOICE:
+        out.text = keep(text);
+        if (!word) {
+          diagnostics.error(value.at, fmt::format("'{}' is '{}'", p.name, text),
+                            config::suggestion(text, choices, "choices"));
+          return;
+        }
+        break;
+      case TOFGRAPH_KIND_NUMBERS: {
+        auto& list = kept_->lists.emplace_back();
+        const std::vector<config::Value> one = {value};
+        for (const config::Value& item : value.is_list() ? value.items : one) {
+          Number number;
+          const bool right = parse_number(p, item, number, problem);
+          list.push_back(number.value);
+          if (!right) break;
+        }
+        out.numbers = list.data();
+        out.count = list.size();
+        break;
+      }
+      case TOFGRAPH_KIND_INPUT_FILE:
+      case TOFGRAPH_KIND_INPUT_FOLDER:
+      case TOFGRAPH_KIND_OUTPUT_FILE:
+      case TOFGRAPH_KIND_FRAME_FILES:
+        out.text = text.empty() ? "" : keep(absolute_path(value, text));
+        if (text.empty() && out.given != 0) problem = "is empty";
+        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FOLDER && !std::filesystem::is_directory(out.text))
+          problem = "is not an existing folder";
+        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FILE) files_.emplace_back(out.text);
+        break;
+      default:
+        out.text = keep(text);
+    }
+  if (!problem.empty()) {
+    diagnostics.error(value.at, fmt::format("'{}' is {}: it {}", p.name, value.described(), problem),
+                      example(p, value.at));
+  }
+  shown_[p.name] = value.is_list() && !list_of_words ? list_text(value) : text;
+}
+
+/// A file, or {file, dataset, unit}: the values of the pixels, read here and once.
+void ParameterValues::parse_image(const tofgraph_parameter& p, const config::Value& value, tofgraph_value& out,
+                                  config::Diagnostics& diagnostics) {
+  std::string file, dataset, unit;
+  if (value.is_map()) {
+    config::Reader reader(value, diagnostics, fmt::format("'{}'", p.name));
+    const config::Entry* entry = reader.need("file", "map.h5");
+    if (entry != nullptr) file = absolute_path(entry->value, entry->value.text);
+    dataset = reader.word("dataset", "");
+    unit = reader.word("unit", "");
+    reader.finish();
+    if (entry == nullptr) return;
+  } else if (value.is_scalar() && !value.text.empty()) {
+    file = absolute_path(value, value.text);
+  } else {
+    diagnostics.error(value.at, fmt::format("'{}' is {}, expected a file", p.name, value.described()),
+                      example(p, value.at));
+    return;
+  }
+  nlohmann::json shown = {{"file", file}};
+  if (!dataset.empty()) shown["dataset"] = dataset;
+  if (!unit.empty()) shown["unit"] = unit;
+  shown_[p.name] = shown.size() == 1 ? nlohmann::json(file) : shown;
+  try {
+    out.image = &kept_->images.emplace_back(p.name, file, dataset, unit, p.unit).view();
+    files_.push_back(file);
+  } catch (const std::exception& error) {
+    diagnostics.error(value.at, fmt::format("'{}': {}", p.name, error.what()), example(p, value.at));
+  }
+}
+
+std::vector<std::string> ParameterValues::files() const { return files_; }
+
+bool ParameterValues::images_fit(const tofgraph_camera& camera, config::Diagnostics& diagnostics) const {
+  bool right = true;
+  for (const io::ImageFile& image : kept_->images) {
+    const tofgraph_view& view = image.view();
+    if (view.extent[0] == camera.height && view.extent[1] == camera.width) continue;
+    diagnostics.error(position_of(image.parameter()),
+                      fmt::format("'{}': the image in {} is {} x {} px, the camera {} has {} x {} (width x height)",
+                                  image.parameter(), image.file(), view.extent[1], view.extent[0], camera.name,
+                                  camera.width, camera.height));
+    right = false;
+  }
+  return right;
+}
+
+std::string ParameterValues::text_of(std::string_view name) const {
+  const auto found = shown_.find(std::string(name));
+  return found != shown_.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+config::Position ParameterValues::position_of(std::string_view name) const {
+  const auto found = std::ranges::find(positions_, name, &std::pair<std::string, config::Position>::first);
+  return found == positions_.end() ? at_ : found->second;
+}
+
+}  // namespace tofgraph::graph

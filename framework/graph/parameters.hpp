@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a user wrote for a stage's parameters, checked against their declaration.
+#pragma once
+
+#include "config/document.hpp"
+#include "io/image_file.hpp"
+
+#include <tofgraph/plugin.h>
+
+#include <nlohmann/json.hpp>
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+/// true, yes, on and their opposites. @returns whether the text is one of them
+bool parse_bool(const std::string& text, bool& value);
+
+/// The values of one node's parameters, in the order of the declaration; owns their texts.
+class ParameterValues {
+ public:
+  /// Every mistake goes to the diagnostics: unknown name, wrong kind, unit or range, missing value.
+  /// @param written the node's keys that are not reserved
+  /// @param at where the node is, for what is missing
+  ParameterValues(const tofgraph_descriptor& stage, std::vector<const config::Entry*> written,
+                  const config::Position& at, config::Diagnostics& diagnostics);
+
+  const tofgraph_value* data() const { return values_.data(); }
+  /// As they were written, defaults included; for the provenance and `explain`.
+  const nlohmann::json& shown() const { return shown_; }
+  /// The text of a parameter, "" when there is none of that name.
+  std::string text_of(std::string_view name) const;
+  /// The files that were given to read, images included.
+  std::vector<std::string> files() const;
+  /// Whether the images have the camera's size; where not, that is an error.
+  bool images_fit(const tofgraph_camera& camera, config::Diagnostics& diagnostics) const;
+  /// Where a parameter was written; the node when it was not.
+  config::Position position_of(std::string_view name) const;
+
+ private:
+  void parse(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out,
+             config::Diagnostics& diagnostics);
+  void parse_image(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out,
+                   config::Diagnostics& diagnostics);
+  /// In SI, and which unit it had where the parameter allows several.
+  struct Number {
+    double value = 0;
+    std::string unit;
+  };
+  /// What the values point to.
+  struct Kept {
+    std::deque<std::string> texts;
+    std::deque<std::vector<double>> lists;
+    std::deque<io::ImageFile> images;
+  };
+  bool parse_number(const tofgraph_parameter& parameter, const config::Value& item, Number& number,
+                    std::string& problem) const;
+  const char* keep(std::string text);
+
+  config::Position at_;
+  std::vector<tofgraph_value> values_;
+  std::vector<std::string> files_;
+  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies point to the same texts
+  std::vector<std::pair<std::string, config::Position>> positions_;
+  nlohmann::json shown_ = nlohmann::json::object();
+};
+
+}  // namespace tofgraph::graph

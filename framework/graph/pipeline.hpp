@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A pipeline as it was written: nodes, what they read, their parameters. Nothing is loaded here.
+#pragma once
+
+#include "config/document.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+enum class QueuePolicy { block, drop_oldest };
+
+/// How many frames may wait at a source's exit, and what happens to the next.
+struct Queue {
+  std::size_t capacity = 4;
+  QueuePolicy policy = QueuePolicy::block;
+  config::Position at;
+};
+
+struct InputSpec {
+  std::string port;  ///< empty: the whole frame
+  std::string node;
+  config::Position at;
+};
+
+struct NodeSpec {
+  std::string name, stage;
+  config::Position at, stage_at;
+  std::vector<config::Entry> parameters;
+  std::optional<std::vector<InputSpec>> inputs;  ///< none: the nearest node above that is not a sink
+  std::optional<Queue> queue;
+};
+
+struct PipelineSpec {
+  std::string name;
+  std::optional<config::Value> camera;
+  config::Position at;
+  std::vector<NodeSpec> nodes;
+};
+
+/// Reads the grammar of a pipeline file; mistakes go to the diagnostics.
+PipelineSpec parse_pipeline(const config::Value& document, config::Diagnostics& diagnostics);
+
+/// The one-line form, "reader file=a.h5 ! decoder ! writer path=b.pcd", as the document it stands for.
+/// @param camera a profile's name or path, may be empty. @throws ConfigurationError
+config::Value pipeline_from_line(const std::string& line, const std::string& camera);
+
+/// The document of a pipeline file or, where there is no such file and no .yaml at the end, of the one-line form.
+/// @param camera wins over the file's; may be empty. @throws ConfigurationError
+config::Value document_of(const std::string& file_or_line, const std::string& camera);
+
+/// Replaces or adds a parameter: "NODE.PARAMETER=VALUE", as on the command line.
+void apply_setting(PipelineSpec& pipeline, const std::string& setting, config::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::graph

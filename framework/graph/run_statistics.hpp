@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What came of a run: frames, drops, times, memory.
+#pragma once
+
+#include "graph/graph.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+/// Times of one node, kept in logarithmic bins of 2 %.
+class TimeHistogram {
+ public:
+  void add(double seconds);
+  std::uint64_t count() const;
+  double quantile(double fraction) const;  ///< s
+  double maximum() const { return static_cast<double>(maximum_ns_.load()) * 1e-9; }
+
+ private:
+  std::vector<std::atomic<std::uint32_t>> bins_ = std::vector<std::atomic<std::uint32_t>>(1536);
+  std::atomic<std::uint64_t> maximum_ns_{0};
+};
+
+struct NodeStatistics {
+  std::string name, stage;
+  std::uint64_t frames = 0;
+  double median_s = 0, p99_s = 0, max_s = 0;
+};
+
+/// What came of a run.
+struct RunResult {
+  std::uint64_t frames = 0;   ///< that went through to the end
+  std::uint64_t dropped = 0;  ///< at the source's exit
+  double wall_s = 0;
+  std::size_t in_flight = 0;  ///< frames that can be under way at once behind the source's exit
+  std::size_t buffers_allocated = 0;
+  bool interrupted = false;
+  std::string error;  ///< node, frame and reason; empty: none
+  std::vector<NodeStatistics> nodes;
+};
+
+/// The statistics file of a run. An edge's capacity is how many frames can wait on it: at the source's exit those of
+/// its queue, behind it those under way. A dropped frame is counted once, on the first edge of the source.
+nlohmann::json statistics_json(const Graph& graph, const RunResult& result);
+
+}  // namespace tofgraph::graph

@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "graph/runner.hpp"
+
+#include "graph/frame_queue.hpp"
+#include "graph/segments.hpp"
+
+#include <fmt/format.h>
+#include <tbb/flow_graph.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <span>
+#include <thread>
+
+namespace tofgraph::graph {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// In a catch clause: what was thrown, in words.
+std::string what_was_thrown() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "threw something that is not a std::exception";
+  }
+}
+
+}  // namespace
+
+class Runner::Impl {
+ public:
+  Impl(Graph& graph, const RunOptions& options)
+      : graph_(graph),
+        options_(options),
+        threads_(options.threads != 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency())),
+        last_reader_(graph.nodes().size(), 0),
+        times_(graph.nodes().size()),
+        failed_(graph.nodes().size()),
+        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), pool_) {
+    for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
+      for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
+    }
+  }
+
+  RunResult run();
+  void stop();
+
+  std::atomic<std::uint64_t> done_{0};
+  std::uint64_t dropped() const { return frame_queue_.dropped(); }
+  std::uint64_t expected() const {
+    const std::uint64_t announced = graph_.nodes().front()->output().frames;
+    return options_.frames ? std::min(*options_.frames, announced != 0 ? announced : *options_.frames) : announced;
+  }
+
+ private:
+  using Step = tbb::flow::function_node<Token*, Token*>;
+  using Sequencer = tbb::flow::sequencer_node<Token*>;
+
+  std::size_t in_flight() const { return std::size_t{2} * threads_; }  ///< enough to keep the threads busy
+  void build(tbb::flow::graph& flow);
+  void flow();
+  void produce();
+  bool produce(std::uint64_t number);
+  bool fill(Token& token, std::uint64_t number);
+  void arrived(Token* token);
+  void run_step(const Segment& segment, Token& token, bool last);
+  void run_segment(const Segment& segment, Token& token);
+  void take_inputs(std::size_t index, Token& token);
+  void run_node(std::size_t index, Token& token);
+  void fail(std::size_t node, std::uint64_t frame, const std::string& text);
+  void finish();
+
+  Graph& graph_;
+  RunOptions options_;
+  unsigned threads_;
+  BufferPool pool_;  // before the tokens: it outlives their buffers
+  std::vector<std::size_t> last_reader_;
+  std::vector<TimeHistogram> times_;
+  std::vector<std::atomic<bool>> failed_;
+  FrameQueue frame_queue_;
+
+  std::vector<Segment> segments_;
+  std::vector<std::unique_ptr<Step>> steps_;
+  std::vector<std::unique_ptr<Sequencer>> sequencers_;
+  tbb::flow::receiver<Token*>* entry_ = nullptr;
+
+  std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
+  std::mutex error_mutex_;                               // the two below
+  std::string error_;
+  std::uint64_t error_frame_ = 0;
+};
+
+void Runner::Impl::build(tbb::flow::graph& flow) {
+  namespace tf = tbb::flow;
+  segments_ = segments_of(graph_, [this](const Node& node) { return options_.receivers.contains(node.name); });
+  tf::sender<Token*>* previous = nullptr;
+  const auto connect = [&](tf::receiver<Token*>& next) {
+    if (previous == nullptr)
+      entry_ = &next;
+    else
+      tf::make_edge(*previous, next);
+  };
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Segment& segment = segments_[i];
+    if (segment.ordered) {
+      auto& sequencer =
+          sequencers_.emplace_back(std::make_unique<Sequencer>(flow, [](Token* token) { return token->sequence; }));
+      connect(*sequencer);
+      previous = sequencer.get();
+    }
+    const bool last = i + 1 == segments_.size();
+    auto& step = steps_.emplace_back(std::make_unique<Step>(flow, segment.ordered ? tf::serial : tf::unlimited,
+                                                            [this, &segment, last](Token* token) {
+                                                              run_step(segment, *token, last);
+                                                              return token;
+                                                            }));
+    connect(*step);
+    previous = step.get();
+  }
+}
+
+/// Sends all frames through. Whatever happens, the source's thread is joined and nothing is under way any more.
+void Runner::Impl::flow() {
+  tbb::flow::graph flow;
+  build(flow);
+  flow.reserve_wait();
+  {
+    std::jthread source;
+    try {
+      source = std::jthread([&] {
+        produce();
+        flow.release_wait();
+      });
+    } catch (...) {
+      flow.release_wait();
+      fail(0, 0, what_was_thrown());
+    }
+    flow.wait_for_all();
+  }
+  steps_.clear();
+  sequencers_.clear();
+}
+
+RunResult Runner::Impl::run() {
+  const auto start = Clock::now();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
+  tbb::task_arena arena(static_cast<int>(threads_), 1);
+  arena.execute([&] { flow(); });
+  finish();
+  RunResult result;
+  result.frames = done_.load();
+  result.dropped = dropped();
+  result.wall_s = seconds_since(start);
+  result.in_flight = in_flight();
+  result.buffers_allocated = pool_.allocated();
+  result.interrupted = graph_.host().stopping.load() && error_.empty();
+  result.error = error_;
+  for (std::size_t i = 0; i < graph_.nodes().size(); ++i) {
+    const Node& node = *graph_.nodes()[i];
+    result.nodes.push_back({node.name, node.stage().name, times_[i].count(), times_[i].quantile(0.5),
+                            times_[i].quantile(0.99), times_[i].maximum()});
+  }
+  return result;
+}
+
+/// The source's own thread: it may wait for a device as long as it likes.
+void Runner::Impl::produce() {
+  for (std::uint64_t number = 0; !options_.frames || number < *options_.frames; ++number) {
+    try {
+      if (!produce(number)) return;
+    } catch (...) {
+      return fail(0, number, what_was_thrown());
+    }
+  }
+}
+
+/// One frame. @returns false at the end. What waits is sent by whoever finishes a frame.
+bool Runner::Impl::produce(std::uint64_t number) {
+  Token* token =
+      frame_queue_.acquire([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
+  if (token == nullptr) return false;
+  if (!fill(*token, number)) {
+    frame_queue_.put_back(token);
+    return false;
+  }
+  if (Token* next = frame_queue_.submit(token); next != nullptr) entry_->try_put(next);
+  return true;
+}
+
+bool Runner::Impl::fill(Token& token, std::uint64_t number) {
+  Node& source = *graph_.nodes().front();
+  tofgraph_frame& frame = token.frames.front();
+  frame.metadata = {};
+  frame.metadata.size = sizeof frame.metadata;
+  frame.metadata.number = frame.metadata.device_number = number;
+  frame.metadata.timestamp_ns = 0;
+  frame.metadata.integration_time = frame.metadata.modulation_frequency = std::nan("");
+  frame.metadata.temperature = frame.metadata.time_since_power_on = std::nan("");
+  const auto start = Clock::now();
+  tofgraph_frame* frames[] = {&frame};
+  const bool more = source.process(frames, 1);
+  frame.metadata.number = number;
+  if (more) times_[0].add(seconds_since(start));
+  return more;
+}
+
+/// The end of a frame's way: its slots are free again, and one that waits may start.
+void Runner::Impl::arrived(Token* token) {
+  if (token->frames.front().metadata.number < first_failed_.load()) done_.fetch_add(1);
+  if (Token* next = frame_queue_.release(token); next != nullptr) entry_->try_put(next);
+}
+
+/// Nothing leaves a task of the flow graph: it would cancel the others, and leave the source waiting for them.
+void Runner::Impl::run_step(const Segment& segment, Token& token, bool last) {
+  const std::uint64_t number = token.frames.front().metadata.number;
+  try {
+    run_segment(segment, token);
+    if (last) arrived(&token);
+  } catch (...) {
+    fail(segment.nodes.empty() ? 0 : segment.nodes.front(), number, what_was_thrown());
+  }
+}
+
+void Runner::Impl::run_segment(const Segment& segment, Token& token) {
+  for (const std::size_t index : segment.nodes) {
+    if (token.frames.front().metadata.number >= first_failed_.load()) return;
+    const auto absent = [&](std::size_t input) { return token.absent[input]; };
+    token.absent[index] = std::ranges::any_of(graph_.inputs(index), absent);
+    if (!token.absent[index]) run_node(index, token);
+  }
+}
+
+/// What a node reads, as its own frame.
+void Runner::Impl::take_inputs(std::size_t index, Token& token) {
+  const std::vector<std::size_t>& inputs = graph_.inputs(index);
+  const std::size_t first = inputs.front();
+  tofgraph_frame &frame = token.frames[index], &read = token.frames[first];
+  // The last reader takes the frame over, so that it may be changed in place.
+  if (last_reader_[first] == index)
+    std::swap(frame.channels, read.channels);
+  else
+    frame.channels = read.channels;
+  frame.metadata = read.metadata;
+  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]], graph_.aliases(index, k));
+}
+
+void Runner::Impl::run_node(std::size_t index, Token& token) {
+  Node& node = *graph_.nodes()[index];
+  const std::vector<std::size_t>& inputs = graph_.inputs(index);
+  tofgraph_frame& frame = token.frames[index];
+  const auto receiver = options_.receivers.find(node.name);
+  try {
+    if (node.is_source()) {  // its frame is there; only the receiver is wanted here
+      receiver->second(frame);
+      return;
+    }
+    tofgraph_frame* one = &frame;
+    std::span<tofgraph_frame*> frames(&one, 1);
+    thread_local std::vector<tofgraph_frame*> many;
+    if (node.many_inputs()) {
+      many.clear();
+      for (const std::size_t input : inputs) many.push_back(&token.frames[input]);
+      frames = many;
+    } else {
+      take_inputs(index, token);
+    }
+    const auto start = Clock::now();
+    // A stage that waits for its own parallel work must not begin another node's frame meanwhile.
+    tbb::this_task_arena::isolate([&] { token.absent[index] = !node.process(frames.data(), frames.size()); });
+    times_[index].add(seconds_since(start));
+    if (receiver != options_.receivers.end() && !token.absent[index]) receiver->second(*frames.front());
+  } catch (...) {
+    fail(index, token.frames.front().metadata.number, what_was_thrown());
+  }
+  for (const std::size_t input : inputs) {
+    if (last_reader_[input] == index) token.frames[input].clear();
+  }
+  if (last_reader_[index] == 0) frame.clear();
+}
+
+void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) {
+  failed_[node] = true;
+  const Node& where = *graph_.nodes()[node];
+  for (std::uint64_t seen = first_failed_.load();
+       number < seen && !first_failed_.compare_exchange_weak(seen, number);) {
+  }
+  {
+    const std::scoped_lock lock(error_mutex_);
+    if (error_.empty() || number < error_frame_) {  // of several at once the first in the order of the frames
+      error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
+      error_frame_ = number;
+    }
+  }
+  graph_.nodes().front()->stop();
+  frame_queue_.wake();
+}
+
+void Runner::Impl::finish() {
+  for (const auto& node : graph_.nodes()) {
+    if (failed_[node->index].load()) continue;
+    try {
+      node->finish();
+    } catch (...) {
+      const std::string thrown = what_was_thrown();
+      if (error_.empty())
+        error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, thrown);
+    }
+  }
+}
+
+void Runner::Impl::stop() {
+  graph_.host().stopping = true;
+  graph_.nodes().front()->stop();
+  frame_queue_.wake();
+}
+
+Runner::Runner(Graph& graph, const RunOptions& options) : impl_(std::make_unique<Impl>(graph, options)) {}
+Runner::~Runner() = default;
+RunResult Runner::run() { return impl_->run(); }
+void Runner::stop() { impl_->stop(); }
+std::uint64_t Runner::frames_done() const { return impl_->done_.load(); }
+std::uint64_t Runner::frames_dropped() const { return impl_->dropped(); }
+std::uint64_t Runner::frames_expected() const { return impl_->expected(); }
+
+}  // namespace tofgraph::graph

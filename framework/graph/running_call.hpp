@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Which call of which plugin each thread is in, so that a crash or an endless loop is told by name. Entering and
+/// leaving is a few stores; reading is safe in a signal handler.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+class Instance;
+
+class RunningCall {
+ public:
+  static constexpr std::uint64_t no_frame = UINT64_MAX;
+  /// @param what a literal: create, prepare, process, finish, destroy, apply
+  RunningCall(const Instance& instance, const char* what, std::uint64_t frame = no_frame);
+  ~RunningCall();
+  RunningCall(const RunningCall&) = delete;
+  RunningCall& operator=(const RunningCall&) = delete;
+
+ private:
+  void* slot_;
+};
+
+/// From now on a crash writes which node, frame and plugin this thread was in, and then ends as it would have.
+void tell_crashes();
+
+/// The calls that have been running for so long, one line each.
+std::vector<std::string> calls_longer_than(double seconds);
+
+}  // namespace tofgraph::graph

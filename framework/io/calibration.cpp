@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/calibration.hpp"
+
+#include "config/quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace tofgraph::io {
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// The numbers under one key of a quantity, as a list or, where there is one, bare.
+std::vector<double> numbers_of(config::Reader& quantity, const config::Value& map, std::string_view key,
+                               std::string_view unit, const std::vector<double>& default_value,
+                               std::string_view example) {
+  const config::Entry* entry = map.find(key);
+  if (default_value.size() == 1 && (entry == nullptr || !entry->value.is_list()))
+    return {quantity.number(key, unit, example, default_value.front())};
+  return quantity.numbers(key, unit, example, default_value);
+}
+
+}  // namespace
+
+CalibrationReader::CalibrationReader(const std::filesystem::path& file, const std::string& kind,
+                                     const std::string& camera)
+    : document_(config::load_document(file)) {
+  config::check_version(document_, "calibration", 1, diagnostics_);
+  config::Reader head(document_, diagnostics_, "the calibration");
+  head.take("calibration");
+  check_word(head, "kind", kind);
+  check_word(head, "camera", camera);
+  serial_ = head.word("serial", "");
+  if (const config::Entry* inputs = head.take("inputs")) check_inputs(inputs->value);
+  const config::Entry* settings = head.take("settings");
+  if (settings != nullptr && !settings->value.is_map()) {
+    diagnostics_.error(settings->value.at,
+                       fmt::format("'settings' is {}, expected keys and values", settings->value.described()));
+  }
+  if (const config::Entry* values = head.need("values", "{focal_length: {value: [318.2 px, 318.4 px]}}"))
+    values_.emplace(values->value, diagnostics_, "'values'");
+  head.finish();
+}
+
+void CalibrationReader::check_word(config::Reader& head, std::string_view key, const std::string& expected) {
+  const config::Entry* entry = head.need(key, expected);
+  if (entry == nullptr || (entry->value.is_scalar() && entry->value.text == expected)) return;
+  diagnostics_.error(entry->value.at,
+                     fmt::format("the calibration's {} is {}, expected '{}'", key, entry->value.described(), expected),
+                     fmt::format("give a calibration file with {}: {}", key, expected));
+}
+
+/// Files with the hash of what was in them. They need not be there any more.
+void CalibrationReader::check_inputs(const config::Value& inputs) {
+  constexpr std::string_view example = "inputs: [{file: board.h5, sha256: 64 hexadecimal digits}]";
+  if (!inputs.is_list()) {
+    diagnostics_.error(inputs.at, fmt::format("'inputs' is {}, expected a list", inputs.described()),
+                       fmt::format("example: {}", example));
+    return;
+  }
+  for (const config::Value& item : inputs.items) {
+    config::Reader input(item, diagnostics_, "the input");
+    input.need("file", "board.h5");
+    const config::Entry* hash = input.need("sha256", "64 hexadecimal digits");
+    const bool right = hash == nullptr || (hash->value.text.size() == 64 &&
+                                           hash->value.text.find_first_not_of("0123456789abcdef") == std::string::npos);
+    if (!right) {
+      diagnostics_.error(hash->value.at,
+                         fmt::format("'sha256' is {}, expected 64 hexadecimal digits", hash->value.described()));
+    }
+    input.finish();
+  }
+}
+
+Calibrated CalibrationReader::need(const std::string& key, std::string_view unit, std::size_t count,
+                                   std::string_view example) {
+  Calibrated result{std::vector<double>(count, 0.0), std::vector<double>(count, unknown)};
+  const config::Entry* entry = values_ ? values_->need(key, example) : nullptr;
+  if (entry == nullptr) return result;
+  const config::Value& map = entry->value;
+  config::Reader quantity(map, diagnostics_, fmt::format("'{}'", key));
+  if (map.is_map() && map.find("value") == nullptr)
+    diagnostics_.error(map.at, fmt::format("'{}' has no 'value'", key), fmt::format("example: {}: {}", key, example));
+  result.value = numbers_of(quantity, map, "value", unit, result.value, example);
+  result.sd = numbers_of(quantity, map, "sd", unit, result.sd, example);
+  if (std::ranges::any_of(result.sd, [](double sd) { return sd < 0; }))
+    diagnostics_.error(map.find("sd")->value.at, fmt::format("'sd' of '{}' is negative", key));
+  quantity.finish();
+  return result;
+}
+
+void CalibrationReader::finish() {
+  if (values_) values_->finish();
+  if (!diagnostics_.ok()) throw config::ConfigurationError(diagnostics_);
+}
+
+}  // namespace tofgraph::io

@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A camera profile that owns what the border's struct points to.
+#pragma once
+
+#include <tofgraph/plugin.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+class Camera {
+ public:
+  explicit Camera(const tofgraph_camera& camera);  ///< copies all; makes the rays where they are null
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  const tofgraph_camera& view() const { return view_; }
+  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
+  std::vector<std::string> measured;  ///< keys whose values were measured on a device
+
+ private:
+  tofgraph_camera view_;
+  std::string name_, profile_;
+  std::vector<std::string> light_names_;
+  std::vector<tofgraph_light> lights_;
+  std::vector<tofgraph_exposure> exposures_;
+  std::vector<float> rays_;
+};
+
+using CameraPtr = std::shared_ptr<const Camera>;
+
+}  // namespace tofgraph::io

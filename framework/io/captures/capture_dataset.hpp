@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file One dataset of a capture that is read, and the attributes; nothing in the file is trusted.
+/// For this folder only; the lock is held by the caller.
+#pragma once
+
+#include "io/captures/capture.hpp"
+#include "io/captures/capture_hdf5.hpp"
+#include "io/captures/capture_layout.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io::h5 {
+
+/// The attribute's text; empty when there is none. @throws std::runtime_error when it is not a single text
+std::string text_attribute(hid_t object, const char* name);
+/// Numbers, empty where there is no such attribute. @throws std::runtime_error
+std::vector<double> numbers_attribute(hid_t object, const char* name, std::size_t most);
+void write_numbers(hid_t object, const char* name, const std::vector<double>& values);
+void write_text(hid_t object, const char* name, const std::string& value);
+/// A whole number, also when it is stored as a float, as MATLAB does. @throws std::runtime_error
+std::int64_t integer_attribute(hid_t object, const char* name);
+
+class Dataset {
+ public:
+  /// @throws std::runtime_error also for what would make the reader follow other files or take much memory
+  Dataset(hid_t group, std::string name);
+
+  const std::string& name() const { return name_; }
+  /// The announced number.
+  std::size_t frames() const { return static_cast<std::size_t>(size_.front()); }
+  /// How many frames the file really holds. Where all() is wanted, fewer than announced are an error.
+  std::size_t stored_frames(bool all) const;
+
+  /// What it is as a channel; nothing for an unknown name that can be none.
+  /// @throws std::runtime_error for a known channel that is not as it must be
+  std::optional<CaptureChannel> as_channel(const CaptureHeader& header) const;
+  /// @throws std::runtime_error when it is not an array of one value a frame
+  void check_metadata(const layout::Metadata& kind) const;
+
+  void read_first(std::size_t frames, hid_t memory, void* data) const;
+  void read_frame(std::size_t frame, hid_t memory, void* data) const;
+
+ private:
+  void read(hsize_t first, hsize_t frames, hid_t frames_space, hid_t memory, void* data) const;
+  void check_storage();
+  void check_chunk(hsize_t frame) const;
+  /// "3 x 132 x 176 float32"
+  std::string described() const;
+  [[noreturn]] void fail(const std::string& why) const;
+
+  std::string name_;
+  Handle dataset_, space_, type_, frame_space_;
+  std::vector<hsize_t> size_;   // frames first
+  std::vector<hsize_t> chunk_;  // empty: not in chunks
+};
+
+}  // namespace tofgraph::io::h5

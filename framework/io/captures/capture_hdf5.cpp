@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/captures/capture_hdf5.hpp"
+
+#include <tofgraph/plugin.h>
+
+namespace tofgraph::io::h5 {
+namespace {
+
+std::mutex& mutex() {
+  static std::mutex instance;
+  return instance;
+}
+
+herr_t keep_description(unsigned, const H5E_error2_t* error, void* text) {
+  if (error->desc != nullptr && *error->desc != 0) *static_cast<std::string*>(text) = error->desc;
+  return 1;  // the first that is walked to is the innermost
+}
+
+}  // namespace
+
+Lock::Lock() : lock_(mutex()) {
+  static const bool silenced = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;  // errors are exceptions here
+  static_cast<void>(silenced);
+}
+
+std::string last_error() {
+  std::string text;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &text);
+  H5Eclear2(H5E_DEFAULT);
+  return text.empty() ? "HDF5 does not say why" : text;
+}
+
+hid_t memory_type(std::uint32_t element_type) {
+  switch (element_type) {
+    case TOFGRAPH_TYPE_F32:
+      return H5T_NATIVE_FLOAT;
+    case TOFGRAPH_TYPE_F64:
+      return H5T_NATIVE_DOUBLE;
+    case TOFGRAPH_TYPE_U8:
+      return H5T_NATIVE_UINT8;
+    case TOFGRAPH_TYPE_U16:
+      return H5T_NATIVE_UINT16;
+    case TOFGRAPH_TYPE_I16:
+      return H5T_NATIVE_INT16;
+    case TOFGRAPH_TYPE_I32:
+      return H5T_NATIVE_INT32;
+    default:
+      throw std::invalid_argument("an element type that captures do not hold");
+  }
+}
+
+std::uint32_t element_type_of(hid_t type) {
+  const std::size_t size = H5Tget_size(type);
+  switch (H5Tget_class(type)) {
+    case H5T_FLOAT:
+      return size == 4 ? TOFGRAPH_TYPE_F32 : size == 8 ? TOFGRAPH_TYPE_F64 : TOFGRAPH_TYPE_ANY;
+    case H5T_INTEGER:
+      if (H5Tget_sign(type) == H5T_SGN_NONE)
+        return size == 1 ? TOFGRAPH_TYPE_U8 : size == 2 ? TOFGRAPH_TYPE_U16 : TOFGRAPH_TYPE_ANY;
+      return size == 2 ? TOFGRAPH_TYPE_I16 : size == 4 ? TOFGRAPH_TYPE_I32 : TOFGRAPH_TYPE_ANY;
+    default:
+      return TOFGRAPH_TYPE_ANY;
+  }
+}
+
+}  // namespace tofgraph::io::h5

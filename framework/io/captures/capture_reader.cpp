@@ -1,0 +1,324 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/captures/capture.hpp"
+#include "io/captures/capture_dataset.hpp"
+#include "io/captures/capture_guard.hpp"
+#include "io/captures/capture_hdf5.hpp"
+#include "io/captures/capture_layout.hpp"
+
+#include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::io {
+namespace fs = std::filesystem;
+using h5::check;
+using h5::Dataset;
+using h5::Handle;
+
+namespace {
+
+constexpr std::int64_t max_side = 16384;  // px
+constexpr std::size_t max_datasets = 256;
+
+// What opening a capture may take.
+constexpr std::size_t trial_memory = 128U << 20U;  // bytes, beside
+constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file has, up to this
+constexpr unsigned trial_seconds = 10;             // of the processor
+
+/// One of these makes a capture.
+constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth"};
+
+std::string shown(const std::vector<std::string>& names) {
+  return names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// The datasets of the group by name; what is not a dataset of this very file is left out.
+std::vector<std::string> names_in(hid_t group) {
+  H5G_info_t info{};
+  check(H5Gget_info(group, &info), "the group /frames");
+  if (info.nlinks > max_datasets)
+    throw std::runtime_error(
+        fmt::format("/frames announces {} datasets, at most {} are read", info.nlinks, max_datasets));
+  std::vector<std::string> names;
+  const auto visit = [](hid_t, const char* name, const H5L_info_t* link, void* list) {
+    if (link->type == H5L_TYPE_HARD) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return herr_t{0};
+  };
+  check(H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, visit, &names), "the group /frames cannot be listed");
+  std::erase_if(names, [&](const std::string& name) {
+    const Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT), H5Oclose);
+    return !object || H5Iget_type(object) != H5I_DATASET;
+  });
+  std::ranges::sort(names);
+  return names;
+}
+
+const layout::Metadata* metadata_array(const std::string& name) {
+  const auto* found = std::ranges::find(layout::metadata, name, &layout::Metadata::name);
+  return found != std::end(layout::metadata) ? found : nullptr;
+}
+
+}  // namespace
+
+struct CaptureReader::Impl {
+  struct Array {
+    const layout::Metadata* kind;
+    std::vector<layout::Element> values;
+  };
+  fs::path file;
+  bool finished = true;
+  Handle h5, group;
+  CaptureHeader header;
+  std::vector<CaptureChannel> channels;
+  std::vector<Dataset> datasets;  // of the channels
+  std::vector<Array> metadata;
+  std::vector<std::string> ignored;
+  std::size_t frames = 0;
+
+  void load();
+  void try_frames() const;
+  void open();
+  void read_header();
+  void read_exposures();
+  void read_channels();
+  void add_channel(Dataset dataset);
+  void add_unknown(const std::string& name);
+  void read_metadata();
+  void read_array(const layout::Metadata& kind);
+  void settle_frames(const Dataset& dataset);
+  std::int64_t side(const char* name) const;
+};
+
+CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl>()) {
+  impl_->file = file;
+  const h5::Lock lock;
+  try {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(file, error);
+    const TrialLimits limits{trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds};
+    try_in_child(limits, [&] {
+      Impl trial;
+      trial.file = file;
+      trial.load();
+      trial.try_frames();
+    });
+    impl_->load();
+  } catch (const std::exception& problem) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), problem.what()));
+  }
+}
+
+void CaptureReader::Impl::load() {
+  open();
+  read_header();
+  read_channels();
+  read_metadata();
+}
+
+/// The first and the last frame of each channel: what could go wrong inside of HDF5 goes wrong with these.
+void CaptureReader::Impl::try_frames() const {
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    std::vector<std::byte> frame(channels[i].bytes());
+    for (const std::size_t number : {std::size_t{0}, frames - 1})
+      datasets[i].read_frame(number, h5::memory_type(channels[i].type), frame.data());
+  }
+}
+
+CaptureReader::~CaptureReader() {
+  const h5::Lock lock;
+  impl_.reset();
+}
+
+void CaptureReader::Impl::open() {
+  std::error_code error;
+  if (!fs::exists(file, error)) {
+    if (fs::exists(file.string() + ".part", error))
+      throw std::runtime_error(
+          fmt::format("is not there, but {}.part is: a recording that still runs or was cut off; "
+                      "it can be read under that name",
+                      file.filename().string()));
+    throw std::runtime_error("there is no such file");
+  }
+  if (!fs::is_regular_file(file, error)) throw std::runtime_error("is not a file");
+  if (fs::file_size(file, error) == 0 && !error) throw std::runtime_error("is empty");
+  if (H5Fis_hdf5(file.c_str()) <= 0) {
+    H5Eclear2(H5E_DEFAULT);
+    throw std::runtime_error("is not an HDF5 file, or cannot be opened");
+  }
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  check(H5Pset_file_locking(access, true, true), "file locking");
+  finished = file.extension() != ".part";
+  h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+  if (h5) return;
+  const std::string why = h5::last_error();
+  // A recording that runs, or whose recorder was killed, is marked: it can be read up to its last flush.
+  if (why.find("already open for") != std::string::npos) {
+    check(H5Pset_metadata_read_attempts(access, 10), "reading while it is written");
+    h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access), H5Fclose);
+    finished = false;
+  }
+  if (!h5) throw std::runtime_error("cannot be opened as HDF5: " + why);
+}
+
+std::int64_t CaptureReader::Impl::side(const char* name) const {
+  const std::int64_t value = h5::integer_attribute(h5, name);
+  if (value >= 1 && value <= max_side) return value;
+  throw std::runtime_error(fmt::format("{} is {} px, expected 1 to {}", name, value, max_side));
+}
+
+void CaptureReader::Impl::read_header() {
+  if (h5::text_attribute(h5, "format") != layout::format) {
+    throw std::runtime_error(fmt::format("is HDF5, but no capture: its attribute format is '{}', expected '{}'",
+                                         h5::text_attribute(h5, "format"), layout::format));
+  }
+  const std::int64_t version = h5::integer_attribute(h5, "version");
+  if (version != layout::version)
+    throw std::runtime_error(
+        fmt::format("is a capture of version {}, this program reads version {}", version, layout::version));
+  header.camera = h5::text_attribute(h5, "camera");
+  if (header.camera.empty())
+    throw std::runtime_error("has no attribute camera: the name of a profile, such as camcube2");
+  header.width = static_cast<std::uint32_t>(side("width"));
+  header.height = static_cast<std::uint32_t>(side("height"));
+  header.comment = h5::text_attribute(h5, "comment");
+  header.profile = h5::text_attribute(h5, "profile");
+  header.serial = h5::text_attribute(h5, "serial");
+  header.provenance = h5::text_attribute(h5, "provenance");
+  read_exposures();
+}
+
+void CaptureReader::Impl::read_exposures() {
+  const std::vector<double> phases = h5::numbers_attribute(h5, layout::phase, physics::max_exposures);
+  const std::vector<double> frequencies = h5::numbers_attribute(h5, layout::frequency, physics::max_exposures);
+  if (phases.empty() && frequencies.empty()) return;
+  if (phases.empty() || (!frequencies.empty() && frequencies.size() != phases.size())) {
+    throw std::runtime_error(fmt::format("attribute {} has {} values, {} has {}: as many are expected", layout::phase,
+                                         phases.size(), layout::frequency, frequencies.size()));
+  }
+  for (std::size_t k = 0; k < phases.size(); ++k)
+    header.exposures.push_back({phases[k], frequencies.empty() ? 0 : frequencies[k]});
+  if (const std::string problem = physics::exposures_problem(header.exposures); !problem.empty())
+    throw std::runtime_error(fmt::format("attributes {} and {}: {}", layout::phase, layout::frequency, problem));
+}
+
+void CaptureReader::Impl::read_channels() {
+  group = Handle(H5Gopen2(h5, layout::group, H5P_DEFAULT), H5Gclose);
+  if (!group) throw std::runtime_error("has no group /frames: " + h5::last_error());
+  const std::vector<std::string> names = names_in(group);
+  const bool measured =
+      std::ranges::any_of(measurements, [&](const char* m) { return std::ranges::count(names, m) > 0; });
+  if (!measured) {
+    throw std::runtime_error(
+        fmt::format("/frames holds {}: at least one of {} is expected", shown(names), fmt::join(measurements, ", ")));
+  }
+  frames = std::numeric_limits<std::size_t>::max();
+  for (const std::string& name : names) {
+    if (known_channel(name) != nullptr) add_channel(Dataset(group, name));
+  }
+  for (const std::string& name : names) {
+    if (known_channel(name) == nullptr && metadata_array(name) == nullptr) add_unknown(name);
+  }
+}
+
+void CaptureReader::Impl::add_channel(Dataset dataset) {
+  CaptureChannel channel = dataset.as_channel(header).value();
+  for (const CaptureChannel& other : channels) {
+    const bool both_raw =
+        (other.name == "taps" && channel.name == "phases") || (other.name == "phases" && channel.name == "taps");
+    if (both_raw && other.extent[0] != channel.extent[0])
+      throw std::runtime_error(fmt::format("/frames/{} has {} exposures, but /frames/{} has {}", channel.name,
+                                           channel.extent[0], other.name, other.extent[0]));
+  }
+  settle_frames(dataset);
+  channels.push_back(std::move(channel));
+  datasets.push_back(std::move(dataset));
+}
+
+/// Datasets of other names are channels of stages that this program may not know, or something else.
+void CaptureReader::Impl::add_unknown(const std::string& name) {
+  try {
+    Dataset dataset(group, name);
+    const bool same_number = finished ? dataset.frames() == frames : dataset.frames() > 0;
+    if (dataset.as_channel(header) && same_number) return add_channel(std::move(dataset));
+  } catch (const std::exception&) {  // what is none of the format's is not a mistake of the capture
+  }
+  ignored.push_back(name);
+}
+
+/// All datasets hold the same number of frames; in a recording that was cut off those count that are in all.
+void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
+  const std::size_t stored = dataset.stored_frames(finished);
+  const bool first = frames == std::numeric_limits<std::size_t>::max();
+  if (finished && !first && stored != frames) {
+    throw std::runtime_error(fmt::format("/frames/{} has {} frames, but /frames/{} has {}", dataset.name(), stored,
+                                         channels.empty() ? "" : channels.front().name, frames));
+  }
+  frames = std::min(frames, stored);
+}
+
+void CaptureReader::Impl::read_metadata() {
+  for (const layout::Metadata& kind : layout::metadata) read_array(kind);
+  for (Array& array : metadata) array.values.resize(frames);
+  if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : "holds no complete frame yet");
+}
+
+void CaptureReader::Impl::read_array(const layout::Metadata& kind) {
+  if (H5Lexists(group, kind.name, H5P_DEFAULT) <= 0) {
+    H5Eclear2(H5E_DEFAULT);
+    if (!kind.required) return;
+    throw std::runtime_error(
+        fmt::format("has no /frames/{}: {} values are expected, {}", kind.name, frames,
+                    kind.known == TOFGRAPH_KNOWS_TIMESTAMP ? "0 where it is unknown" : "NaN where it is unknown"));
+  }
+  Dataset dataset(group, kind.name);
+  dataset.check_metadata(kind);
+  settle_frames(dataset);
+  Array array{&kind, std::vector<layout::Element>(frames)};
+  dataset.read_first(frames, kind.memory_type(), array.values.data());
+  metadata.push_back(std::move(array));
+}
+
+const CaptureHeader& CaptureReader::header() const { return impl_->header; }
+std::size_t CaptureReader::frames() const { return impl_->frames; }
+bool CaptureReader::finished() const { return impl_->finished; }
+const std::vector<CaptureChannel>& CaptureReader::channels() const { return impl_->channels; }
+const std::vector<std::string>& CaptureReader::ignored() const { return impl_->ignored; }
+
+tofgraph_metadata CaptureReader::metadata(std::size_t frame) const {
+  tofgraph_metadata result{};
+  result.size = sizeof result;
+  result.device_number = frame;
+  for (const Impl::Array& array : impl_->metadata) array.kind->load(result, array.values.at(frame));
+  return result;
+}
+
+std::uint64_t CaptureReader::known(std::size_t first, std::size_t last) const {
+  std::uint64_t bits = 0;
+  for (const Impl::Array& array : impl_->metadata) {
+    const auto unknown = [&](const layout::Element& element) {
+      return array.kind->known == TOFGRAPH_KNOWS_TIMESTAMP ? element.integer == 0 : std::isnan(element.number);
+    };
+    const auto begin = array.values.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = array.values.begin() + static_cast<std::ptrdiff_t>(last) + 1;
+    if (array.kind->known != 0 && std::none_of(begin, end, unknown)) bits |= array.kind->known;
+  }
+  return bits;
+}
+
+void CaptureReader::read(std::size_t channel, std::size_t frame, void* data) const {
+  const h5::Lock lock;
+  try {
+    impl_->datasets.at(channel).read_frame(frame, h5::memory_type(impl_->channels[channel].type), data);
+  } catch (const std::exception& problem) {
+    throw std::runtime_error(fmt::format("{}: frame {} of {}: {}", impl_->file.string(), frame,
+                                         impl_->channels.at(channel).name, problem.what()));
+  }
+}
+
+}  // namespace tofgraph::io

@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace tofgraph::simulation {
+
+/// What effects and motion do to the boards of a scene (boards, chessboards, cards): z becomes scale z + offset, the
+/// board turns by R_y(tilt_y) R_x(tilt_x), then it moves along z.
+struct BoardChange {
+  double scale = 1, offset = 0;   ///< m
+  double tilt_x = 0, tilt_y = 0;  ///< rad
+  double displacement = 0;        ///< m, away positive
+  double time = 0;                ///< s since the begin of the first exposure, for what moves by itself
+
+  bool operator==(const BoardChange&) const = default;
+};
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What changes from one condition of a scene to the next.
+#pragma once
+
+#include "simulation/files/objects.hpp"
+#include "simulation/files/scene_file.hpp"
+
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::simulation {
+
+/// The part of "board.distance" before the dot; empty for a key of the scene.
+inline std::string_view object_in(std::string_view key) {
+  const auto dot = key.find('.');
+  return dot == std::string_view::npos ? std::string_view{} : key.substr(0, dot);
+}
+
+/// Reads `sequence:`; the keys must be an object's (`board.distance`) or the scene's.
+std::vector<SequenceStep> read_sequence(const config::Value& list, const SceneFile& scene,
+                                        config::Diagnostics& diagnostics);
+
+/// Reads every value of the sequence once, in place of the scene's own.
+void check_values(const SceneFile& scene, config::Diagnostics& diagnostics);
+
+/// Reports every condition in which the camera cannot look at an object; the same mistake once.
+void check_geometry(const SceneFile& scene, config::Diagnostics& diagnostics);
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Holds the house to its plan: no arrow from a lower room to a higher one, no long file, no long function, no old name.
+
+    tests/rooms.py [--build BUILD] [--dot]
+
+Arrows are the includes in the sources and the links that CMake writes to BUILD/rooms.txt; --dot prints them as a graph.
+Prints each breach and exits with 1 when there is any.
+"""
+
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Each may use those before it.
+ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "simulation/files", "simulation",
+         "report", "calibration", "diagnosis", "cli"]
+# What plugins may use beside the border: the graph and the simulator know them by the C border alone.
+PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "simulation/files", "simulation"}
+MAX_FILE_LINES, MAX_FUNCTION_LINES = 350, 60
+# Names that were replaced by the field's own. framework/diagnosis still has its old ones.
+OLD_NAMES = re.compile(
+    r"\b(Catalogue|WrittenNodes|SourceExit|fallback|Shot|shine|develop|Uncleared|why_not_writable|usual_limit|mood|"
+    r"look_at_plugin_path|reflected|Variances|brighten|brightening|InLightOf|own_columns|importance|least_change|"
+    r"worth_a_name|beyond_wandering|HeldOutFall|hardly_differ|guilty|take_out_jitter|carriers|"
+    r"(?:most|least|greatest|farthest)_\w+)\b|\bis no (?!longer\b|such\b)")
+
+
+def without_comments_and_strings(text):
+    """Lines and columns stay; what is between quotes and what is commented out becomes blank."""
+    pattern = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.DOTALL)
+    return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m.group(0)), text)
+
+
+def tracked(*patterns):
+    out = subprocess.run(["git", "ls-files", *patterns], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [pathlib.Path(line) for line in out.splitlines() if (ROOT / line).is_file()]
+
+
+def room_of(path):
+    """The room of a path below framework/; the longest that fits."""
+    text = re.sub(r"^include/", "", str(path))
+    fitting = [room for room in ROOMS if text.startswith(room + "/")]
+    return max(fitting, key=len, default=None)
+
+
+def include_arrows():
+    """(from, to, place) of every include of one of our own files."""
+    for file in tracked("framework/*.[ch]pp", "framework/*.h", "plugins/*.[ch]pp", "devices/*.[ch]pp"):
+        inside = file.parts[0] == "framework"
+        room = room_of(file.relative_to("framework")) if inside else file.parts[0]
+        if room is None:
+            continue
+        for number, line in enumerate((ROOT / file).read_text().splitlines(), 1):
+            found = re.match(r'#include ["<]((?:tofgraph/)?[^">]+)[">]', line)
+            if not found:
+                continue
+            target = room_of(re.sub(r"^tofgraph/physics/", "physics/", found.group(1)))
+            if target is not None and target != room:
+                yield room, target, f"{file}:{number}"
+
+
+def link_arrows(build):
+    known = {"tofgraph_" + room.replace("/", "_"): room for room in ROOMS}
+    for line in (build / "rooms.txt").read_text().splitlines():
+        target, _, libraries = line.partition(":")
+        for library in re.findall(r"tofgraph_[a-z_]+", libraries):
+            if target in known and library in known and known[target] != known[library]:
+                yield known[target], known[library], f"links of {target}"
+
+
+def allowed(room, target):
+    if room == "plugins":
+        return target in PLUGINS_USE
+    return room in ROOMS and ROOMS.index(target) < ROOMS.index(room)
+
+
+def long_functions(text):
+    """(line, length) of function bodies that are too long, found by the layout that clang-format gives."""
+    lines = text.split("\n")
+    for start, line in enumerate(lines):
+        if not line.rstrip().endswith("{"):
+            continue
+        head = line
+        first = start
+        while first > 0 and lines[first - 1].strip() and not re.search(r"[;{}:]\s*$", lines[first - 1]):
+            first -= 1
+            head = lines[first] + " " + head
+        head = re.sub(r"^template <.*?> (?=\w)", "", head.strip())
+        no_function = r"(namespace|class|struct|enum|union|extern|if|for|while|switch|else|do|try|return)\b"
+        is_lambda = re.search(r"\[[&=\w, ]*\]\s*\(", head)
+        if "(" not in head or re.match(no_function, head) or is_lambda:
+            continue
+        indent = len(lines[first]) - len(lines[first].lstrip())
+        end = next((i for i in range(start + 1, len(lines)) if lines[i].startswith(" " * indent + "}")), None)
+        if end is not None and end - first + 1 > MAX_FUNCTION_LINES:
+            yield first + 1, end - first + 1
+
+
+def breaches(build):
+    for room, target, place in [*include_arrows(), *link_arrows(build)]:
+        if not allowed(room, target):
+            yield f"{place}: {room} uses {target}"
+    for file in tracked("*.[ch]pp", "*.h"):
+        text = (ROOT / file).read_text()
+        lines = text.count("\n")
+        if lines > MAX_FILE_LINES:
+            yield f"{file}: {lines} lines, at most {MAX_FILE_LINES}"
+        code = without_comments_and_strings(text)
+        if file.parts[0] in ("framework", "plugins"):
+            for line, length in long_functions(code):
+                yield f"{file}:{line}: a function of {length} lines, at most {MAX_FUNCTION_LINES}"
+        if file.parts[0] == "framework" and file.parts[1] != "diagnosis":
+            for number, (plain, line) in enumerate(zip(code.split("\n"), text.split("\n")), 1):
+                found = OLD_NAMES.search(plain) or re.search(r"(?<!there )\bis no (?!longer\b|such\b)", line)
+                if found:
+                    yield f"{file}:{number}: '{found.group(0)}' is an old name"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", help="the build folder; default: build")
+    parser.add_argument("--dot", action="store_true", help="print the arrows as a graph for dot")
+    arguments = parser.parse_args()
+    if arguments.dot:
+        arrows = {(room, target) for room, target, _ in [*include_arrows(), *link_arrows(arguments.build)]}
+        print("digraph rooms {")
+        for room, target in sorted(arrows):
+            print(f'  "{room}" -> "{target}";')
+        print("}")
+        return 0
+    found = list(breaches(arguments.build))
+    print("\n".join(found))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
