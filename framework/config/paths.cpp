@@ -3,10 +3,8 @@
 #include "config/paths.hpp"
 
 #include <dlfcn.h>
-#include <sha256.h>
 
 #include <cstdlib>
-#include <stdexcept>
 
 namespace tofgraph::config {
 namespace {
@@ -32,6 +30,7 @@ std::filesystem::path library_folder() {
 std::filesystem::path plugin_folder() { return library_folder() / "plugins"; }
 std::filesystem::path command_folder() { return library_folder() / "commands"; }
 std::filesystem::path scanner() { return library_folder() / "tofgraph-scan"; }
+std::filesystem::path trial_program() { return library_folder() / "tofgraph-try"; }
 std::filesystem::path profile_folder() { return prefix() / "share" / "tofgraph" / "profiles"; }
 
 std::filesystem::path cache_folder() {
@@ -65,12 +64,6 @@ std::vector<std::filesystem::path> split_path(std::string_view rest) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return folders;
-}
-
-std::string sha256_of_file(const std::filesystem::path& file) {
-  char digits[SHA256_DIGEST_STRING_LENGTH];
-  if (SHA256File(file.c_str(), digits) == nullptr) throw std::runtime_error("cannot read " + file.string());
-  return digits;
 }
 
 }  // namespace tofgraph::config

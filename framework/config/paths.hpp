@@ -14,6 +14,7 @@ std::filesystem::path library_folder();
 std::filesystem::path plugin_folder();   ///< lib/tofgraph/plugins
 std::filesystem::path command_folder();  ///< lib/tofgraph/commands: those that need more than the command line has
 std::filesystem::path scanner();         ///< the program that reads descriptors in a process of its own
+std::filesystem::path trial_program();   ///< the program that tries captures in a process of its own
 std::filesystem::path profile_folder();  ///< share/tofgraph/profiles
 std::filesystem::path cache_folder();    ///< $XDG_CACHE_HOME/tofgraph or ~/.cache/tofgraph
 
@@ -22,8 +23,5 @@ std::vector<std::filesystem::path> split_path(std::string_view path);
 std::string joined_path(const std::vector<std::filesystem::path>& folders);
 /// TOFGRAPH_PLUGIN_PATH split at ':'.
 std::vector<std::filesystem::path> plugin_path_from_environment();
-
-/// SHA-256 of a file as hexadecimal digits. @throws std::runtime_error when it cannot be read.
-std::string sha256_of_file(const std::filesystem::path& file);
 
 }  // namespace tofgraph::config

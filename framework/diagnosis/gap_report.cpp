@@ -3,6 +3,8 @@
 #include "diagnosis/gap_report.hpp"
 
 #include "config/quantity.hpp"
+#include "diagnosis/gap_report_audit.hpp"
+#include "diagnosis/gap_report_values.hpp"
 #include "diagnosis/structure.hpp"
 #include "report/plot.hpp"
 
@@ -20,43 +22,6 @@ namespace tofgraph::diagnosis {
 namespace {
 
 using Row = std::vector<std::string>;
-
-/// Lengths in mm, what is relative in percent.
-std::string shown(double value, std::size_t observable) {
-  if (!std::isfinite(value)) return "-";
-  return observable == distance ? fmt::format("{:.3g} mm", 1e3 * value) : fmt::format("{:.3g} %", 100 * value);
-}
-double scaled(double value, std::size_t observable) { return observable == distance ? 1e3 * value : 100 * value; }
-std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
-
-std::string label(std::size_t observable) { return observable_labels.at(observable); }
-
-/// Measurement minus a model, condition by condition, superpixel by superpixel; NaN where nothing is known.
-using Residuals = std::vector<std::vector<double>>;
-Residuals residuals(const Problem& problem, const State& state, std::size_t observable) {
-  const auto rows = expected(problem, state);
-  const std::size_t n = problem.design.superpixels();
-  Residuals result(problem.data.size(), std::vector<double>(n, NAN));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    for (std::size_t s = 0; s < n; ++s) {
-      const std::size_t row = observable * n + s;
-      if (std::isinf(problem.data[i].variance[row])) continue;
-      const double slope = observable == distance ? problem.design.shift(i)[row] : 1;  // half paths become depths
-      result[i][s] = (problem.data[i].value[row] - rows[i][row]) / slope;
-    }
-  }
-  return result;
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0, count = 0;
-  for (const double v : values) {
-    if (!std::isfinite(v)) continue;
-    sum += v;
-    ++count;
-  }
-  return count > 0 ? sum / count : NAN;
-}
 
 class Report {
  public:
@@ -83,8 +48,8 @@ class Report {
     where();
     rivals();
     unexplained();
-    blind();
-    next();
+    add_blind(page_, d_);
+    add_next(page_, d_);
     if (!d_.notes.empty()) {
       page_.heading("Notes");
       for (const std::string& note : d_.notes) page_.paragraph(note);
@@ -337,49 +302,6 @@ class Report {
     const std::vector<std::string> shape = {rest_map()};
     page_.figures(shape,
                   "The largest of what is left. Over the image its sign may change from one condition to the next.");
-  }
-
-  void blind() {
-    page_.heading("What these data could and could not show");
-    std::vector<std::string> names;
-    std::vector<Row> rows;
-    for (const Visibility& seen : d_.audit.effects) {
-      if (seen.blind)
-        names.push_back(seen.candidate->name());
-      else
-        rows.push_back(
-            {seen.candidate->name(), fmt::format("{:.0f}", seen.norm), fmt::format("{:.2g}", seen.smallest)});
-    }
-    page_.paragraph(names.empty() ? std::string("No effect is hidden from them.")
-                                  : fmt::format("Hidden from them: {}.", fmt::join(names, ", ")));
-    const Row header = {"effect", "signature at its typical size, in standard deviations",
-                        "smallest that would be found, of the typical size"};
-    page_.table(header, rows);
-    std::vector<Row> pairs;
-    for (const Alike& pair : d_.audit.alike)
-      pairs.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.3f}", pair.cosine)});
-    if (pairs.empty()) return;
-    page_.paragraph(
-        "Effects whose signatures these data hardly tell apart, at their typical sizes and in the directions in which "
-        "they are most alike (what was found is compared as it was fitted, above):");
-    const Row pair_header = {"effect", "and", "cosine of their signatures"};
-    page_.table(pair_header, pairs);
-  }
-
-  void next() {
-    std::vector<Row> rows;
-    for (const EffectResult& e : d_.effects) {
-      if (!e.tied_with.empty())
-        rows.push_back({fmt::format("{} or {}", e.name, fmt::join(e.tied_with, ", ")), e.experiment});
-    }
-    for (const Visibility& seen : d_.audit.effects) {
-      if (seen.blind)
-        rows.push_back({"whether there is " + seen.candidate->name(), seen.candidate->border().experiment});
-    }
-    if (rows.empty()) return;
-    page_.heading("What to measure next");
-    const Row header = {"to know", "measure"};
-    page_.table(header, rows);
   }
 
   const Diagnosis& d_;

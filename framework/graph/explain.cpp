@@ -82,8 +82,7 @@ std::string explain(const Graph& graph) {
     if (const std::string parameters = parameters_text(node); !parameters.empty())
       text += fmt::format("    with {}\n", parameters);
     for (const UsedFile& file : node.files())
-      text += fmt::format("    uses {} ({})\n", file.path,
-                          file.sha256.empty() ? "too large for a hash" : "SHA-256 " + file.sha256);
+      text += fmt::format("    uses {} ({})\n", file.path, "SHA-256 " + file.hash->get());
     if (node.is_sink()) continue;
     add_changes(text, node, sources.empty() ? nullptr : &graph.nodes()[graph.inputs(node.index).front()]->output());
   }

@@ -44,7 +44,7 @@ const std::string& library_hash(const Plugin& plugin) {
   static std::map<std::string, std::string> hashes;
   const std::scoped_lock lock(mutex);
   std::string& hash = hashes[plugin.file.path.string()];
-  if (hash.empty()) hash = config::sha256_of_file(plugin.file.path);
+  if (hash.empty()) hash = io::sha256_of_file(plugin.file.path);
   return hash;
 }
 
@@ -213,7 +213,8 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
     good[i] = right && node.prepare(streams, names, diagnostics);
   }
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    nodes_[i]->set_provenance(good[i] ? provenance(i).dump(2) : "{}");
+    nodes_[i]->set_provenance(
+        [this, i, whole = static_cast<bool>(good[i])] { return whole ? provenance(i).dump(2) : "{}"; });
     const bool read =
         std::ranges::any_of(inputs_, [&](const auto& in) { return std::ranges::find(in, i) != in.end(); });
     if (!read && !nodes_[i]->is_sink() && diagnostics.ok()) {
@@ -231,9 +232,10 @@ nlohmann::json Graph::provenance(std::size_t node) const {
   for (const std::size_t i : steps) {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
-    for (const UsedFile& file : step.files())
-      files.push_back(
-          {{"path", file.path}, {"sha256", file.sha256.empty() ? nlohmann::json() : nlohmann::json(file.sha256)}});
+    for (const UsedFile& file : step.files()) {
+      const std::string& hash = file.hash->get([this] { return host_.stopping.load(); });
+      files.push_back({{"path", file.path}, {"sha256", hash.empty() ? nlohmann::json() : nlohmann::json(hash)}});
+    }
     stages.push_back({{"node", step.name},
                       {"stage", step.stage().name},
                       {"version", step.stage().version},
@@ -252,7 +254,7 @@ nlohmann::json Graph::provenance(std::size_t node) const {
     json["camera"] = {{"name", out.camera->view().name}, {"measured", out.camera->measured}};
     if (!out.camera->file.empty()) {
       json["camera"]["profile"] = out.camera->file.string();
-      json["camera"]["sha256"] = config::sha256_of_file(out.camera->file);
+      json["camera"]["sha256"] = io::sha256_of_file(out.camera->file);
     }
   }
   return json;

@@ -65,7 +65,7 @@ Harness::Harness(const std::string& line, const std::vector<std::string>& plugin
   self.in.metadata.integration_time = self.in.metadata.modulation_frequency = std::nan("");
   self.in.metadata.temperature = self.in.metadata.time_since_power_on = std::nan("");
   self.input.known = UINT64_MAX;
-  self.node->set_provenance("{}");
+  self.node->set_provenance([] { return std::string("{}"); });
 }
 
 Harness::~Harness() = default;

@@ -127,18 +127,7 @@ bool Instance::claim(std::size_t parameter) {
 }
 
 void Instance::add_file(const std::string& path) {
-  // The hash of a long recording would cost more time than to work on it, and be needed for each check.
-  constexpr std::uintmax_t greatest = 256U << 20U;
-  if (std::ranges::find(files_, path, &UsedFile::path) != files_.end()) return;
-  std::error_code unknown;
-  const std::uintmax_t size = std::filesystem::file_size(path, unknown);
-  if (unknown || size <= greatest) {
-    files_.push_back({path, config::sha256_of_file(path)});
-    return;
-  }
-  files_.push_back({path, ""});
-  if (host_.message)
-    host_.message(name_, fmt::format("{} has more than 256 MiB: its hash is left out of the provenance", path), false);
+  if (std::ranges::find(files_, path, &UsedFile::path) == files_.end()) files_.emplace_back(path);
 }
 
 }  // namespace tofgraph::graph

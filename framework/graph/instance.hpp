@@ -9,6 +9,7 @@
 #include "graph/plugin.hpp"
 #include "graph/stream.hpp"
 #include "io/output_file.hpp"
+#include "io/sha256.hpp"
 
 #include <atomic>
 #include <functional>
@@ -32,7 +33,9 @@ struct Host {
 
 /// A file that shaped a result.
 struct UsedFile {
-  std::string path, sha256;  ///< sha256 empty: the file is too large to read it for that
+  explicit UsedFile(std::string used) : path(std::move(used)), hash(std::make_shared<io::FileHash>(path)) {}
+  std::string path;
+  std::shared_ptr<const io::FileHash> hash;
 };
 
 /// What a plugin said of a call that failed.
@@ -78,7 +81,8 @@ class Instance {
   /// The files of the outputs, for a stage that has some: by the parameter's place.
   void set_outputs(std::vector<io::OutputPattern> outputs) { outputs_ = std::move(outputs); }
   void set_overwrite(bool allowed) { overwrite_ = allowed; }
-  void set_provenance(std::string json) { provenance_ = std::move(json); }
+  /// @param make called when somebody asks for it first: the hashes of long files take their time
+  void set_provenance(std::function<std::string()> make) { make_provenance_ = std::move(make); }
   const std::vector<UsedFile>& files() const { return files_; }
   void add_file(const std::string& path);
   /// Warnings of create and prepare, which have a place in what the user wrote.
@@ -103,7 +107,9 @@ class Instance {
   std::vector<io::OutputPattern> outputs_;
   std::mutex claims_mutex_;
   std::set<std::size_t> claims_;
-  std::string provenance_ = "{}";
+  std::function<std::string()> make_provenance_;
+  std::once_flag provenance_made_;
+  std::string provenance_;
 };
 
 /// The table of services, the same for every plugin.

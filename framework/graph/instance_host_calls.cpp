@@ -143,7 +143,7 @@ struct HostCalls {
             config::parse_document(std::string("profile of ") + needed(name, "a profile's name"), text), mistakes);
       } else if (const auto file = io::find_profile(needed(name, "a profile's name"), {}); !file.empty()) {
         camera = io::load_profile(file);
-        self.files_.push_back({file.string(), config::sha256_of_file(file)});
+        self.add_file(file.string());
       }
       if (!mistakes.ok())
         throw config::ConfigurationError(
@@ -195,7 +195,13 @@ struct HostCalls {
     guarded([&] { instance(context).add_file(needed(path, "a file's path")); });
   }
 
-  static const char* provenance(void* context) { return instance(context).provenance_.c_str(); }
+  static const char* provenance(void* context) {
+    Instance& self = instance(context);
+    const auto make = [&] { self.provenance_ = self.make_provenance_ ? self.make_provenance_() : "{}"; };
+    return guarded([&] { std::call_once(self.provenance_made_, make); }) == TOFGRAPH_STATUS_OK
+               ? self.provenance_.c_str()
+               : "{}";
+  }
   static const char* plugin_path(void* context) { return instance(context).host_.plugin_path.c_str(); }
 
   static int output(void* context, const char* parameter, const char* companion, std::uint64_t frame,

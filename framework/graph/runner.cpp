@@ -3,6 +3,7 @@
 #include "graph/runner.hpp"
 
 #include "graph/frame_queue.hpp"
+#include "graph/hashing.hpp"
 #include "graph/segments.hpp"
 
 #include <fmt/format.h>
@@ -155,8 +156,11 @@ RunResult Runner::Impl::run() {
   const auto start = Clock::now();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
   tbb::task_arena arena(static_cast<int>(threads_), 1);
-  arena.execute([&] { flow(); });
-  finish();
+  {
+    const Hashing hashing(graph_);
+    arena.execute([&] { flow(); });
+    finish();
+  }
   RunResult result;
   result.frames = done_.load();
   result.dropped = dropped();

@@ -2,56 +2,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report/plot.hpp"
 
-#include <fcntl.h>
+#include "config/child_process.hpp"
+
 #include <fmt/format.h>
-#include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
-#include <cstring>
 #include <stdexcept>
-
-extern char** environ;  // NOLINT(readability-redundant-declaration)
 
 namespace tofgraph::report {
 namespace {
 
 /// gnuplot's word for a number; what is not finite is missing.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
-
-/// Feeds one end of a child and drains the two others, whichever is ready.
-void exchange(const std::string& in, int to, int from, int errors, std::string& out, std::string& error) {
-  std::size_t sent = 0;
-  std::array<pollfd, 3> ends = {{{to, POLLOUT, 0}, {from, POLLIN, 0}, {errors, POLLIN, 0}}};
-  while (ends[1].fd >= 0 || ends[2].fd >= 0) {
-    if (poll(ends.data(), ends.size(), -1) < 0 && errno != EINTR) break;
-    if (ends[0].fd >= 0 && ends[0].revents != 0) {
-      const ssize_t n = write(to, in.data() + sent, in.size() - sent);
-      if (n > 0) sent += static_cast<std::size_t>(n);
-      if ((n < 0 && errno != EAGAIN && errno != EINTR) || sent == in.size()) {
-        close(to);
-        ends[0].fd = -1;
-      }
-    }
-    for (std::size_t i = 1; i < 3; ++i) {
-      if (ends[i].fd < 0 || ends[i].revents == 0) continue;
-      char block[65536];
-      const ssize_t n = read(ends[i].fd, block, sizeof block);
-      if (n > 0) (i == 1 ? out : error).append(block, static_cast<std::size_t>(n));
-      if (n == 0) {
-        close(ends[i].fd);
-        ends[i].fd = -1;
-      }
-    }
-  }
-  if (ends[0].fd >= 0) close(to);
-}
 
 constexpr const char* style =
     "set encoding utf8\n"
@@ -73,35 +37,14 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
 
 /// What gnuplot writes to standard output for a script.
 std::string run_gnuplot(const std::string& whole) {
-  int in[2], out[2], err[2];
-  if (pipe2(in, O_CLOEXEC) != 0 || pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0)
-    throw std::runtime_error(fmt::format("cannot start gnuplot: {}", std::strerror(errno)));
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, err[1], STDERR_FILENO);
-  std::string program = "gnuplot", option = "-";
-  std::array<char*, 3> arguments = {program.data(), option.data(), nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  for (const int end : {in[0], out[1], err[1]}) close(end);
-  if (failed != 0) {
-    for (const int end : {in[1], out[0], err[0]}) close(end);
-    throw std::runtime_error(
-        fmt::format("cannot start gnuplot: {}; install it (Debian: gnuplot-nox)", std::strerror(failed)));
+  config::ChildResult child;
+  try {
+    child = config::run_child({"gnuplot", "-"}, {.input = whole, .keep_errors = true});
+  } catch (const std::runtime_error& problem) {
+    throw std::runtime_error(fmt::format("cannot start gnuplot: {}; install it (Debian: gnuplot-nox)", problem.what()));
   }
-  const auto before = std::signal(SIGPIPE, SIG_IGN);
-  fcntl(in[1], F_SETFL, O_NONBLOCK);
-  std::string drawn, errors;
-  exchange(whole, in[1], out[0], err[0], drawn, errors);
-  std::signal(SIGPIPE, before);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (status != 0) throw std::runtime_error("gnuplot failed: " + errors);
-  return drawn;
+  if (!child.ok()) throw std::runtime_error("gnuplot failed: " + child.errors);
+  return child.output;
 }
 
 }  // namespace

@@ -9,10 +9,10 @@
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/common/io.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <mutex>
 #include <sstream>
 
 #include "io/output_file.hpp"
@@ -48,16 +48,19 @@ struct CloudFile : Sink {
     if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
   }
 
+  /// At the end, when the hash of a long input is ready, too.
+  void finish() const {
+    if (written_) io::FileWriter(path.create(provenance_ending)).write(provenance() + "\n");
+  }
+
  protected:
   /// Has write(cloud, file) fill the file of a frame, which appears when that returned.
   template <class Write> void store(const Frame& frame, Write&& write) const {
-    // Once a run, but not before the first frame: a check writes nothing.
-    std::call_once(provenance_written_,
-                   [&] { io::FileWriter(path.create(frame, provenance_ending)).write(provenance() + "\n"); });
     thread_local pcl::PCLPointCloud2 cloud;
     fill(frame, cloud);
     io::FileWriter file(path.create(frame));
     write(cloud, file);
+    written_ = true;
   }
 
   /// One line a point; nine digits give each float back exactly.
@@ -183,7 +186,7 @@ struct CloudFile : Sink {
   }
 
   std::string intensity_channel_;
-  mutable std::once_flag provenance_written_;
+  mutable std::atomic<bool> written_{false};
 };
 
 }  // namespace tofgraph

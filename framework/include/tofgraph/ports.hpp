@@ -204,8 +204,11 @@ template <class T> class Param : public detail::ParamBase {
   std::string create(const char* companion = nullptr) const requires std::is_same_v<T, OutputFile> {
     return ParamBase::create(companion, 0);
   }
-  std::string create(const Frame& frame, const char* companion = nullptr) const requires std::is_same_v<T, FrameFiles> {
-    return ParamBase::create(companion, frame.metadata().number);
+  std::string create(const Frame& frame) const requires std::is_same_v<T, FrameFiles> {
+    return ParamBase::create(nullptr, frame.metadata().number);
+  }
+  std::string create(const char* companion) const requires std::is_same_v<T, FrameFiles> {
+    return ParamBase::create(companion, 0);
   }
 
   void set(const tofgraph_value& value) override {

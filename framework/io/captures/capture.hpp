@@ -47,6 +47,10 @@ class CaptureReader {
   CaptureReader(const CaptureReader&) = delete;
   CaptureReader& operator=(const CaptureReader&) = delete;
 
+  /// What the trial of a file does in a process of its own: reads the first and last frame of each channel, within
+  /// limits that this process has from then on. @throws std::exception what is wrong
+  static void read_on_trial(const std::filesystem::path& file);
+
   const CaptureHeader& header() const;
   std::size_t frames() const;
   /// False while the recording runs, or when it was cut off: frames() are then those that are complete.

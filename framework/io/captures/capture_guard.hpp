@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Trying something out where a crash does no harm. For this folder only.
+/// @file Files that nobody vouches for, read where a crash does no harm. HDF5 trusts what it reads: on damaged files it
+/// can crash, loop or ask for any amount of memory, and an error code cannot tell.
 #pragma once
 
 #include <cstddef>
-#include <functional>
+#include <string>
+#include <vector>
 
 namespace tofgraph::io {
 
@@ -14,9 +16,12 @@ struct TrialLimits {
   unsigned cpu_seconds;
 };
 
-/// Runs `work` in a child process of its own. HDF5 trusts what it reads: on damaged files it can crash, loop or ask for
-/// any amount of memory, and an error code cannot tell.
-/// @throws std::runtime_error with the text of what `work` threw, or saying that it crashed
-void try_in_child(const TrialLimits& limits, const std::function<void()>& work);
+/// From now on this process ends when it takes more.
+void set_limits(const TrialLimits& limits);
+
+/// Runs a trial (config::trial_program() and its arguments): a program that writes to its standard output what is wrong
+/// with the file.
+/// @throws std::runtime_error with that text, or saying that the program crashed or came to no end
+void run_trial(std::vector<std::string> command);
 
 }  // namespace tofgraph::io

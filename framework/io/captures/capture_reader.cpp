@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "config/paths.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_guard.hpp"
@@ -81,6 +82,7 @@ struct CaptureReader::Impl {
   std::vector<std::string> ignored;
   std::size_t frames = 0;
 
+  void check_file() const;
   void load();
   void try_frames() const;
   void open();
@@ -97,21 +99,24 @@ struct CaptureReader::Impl {
 
 CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl>()) {
   impl_->file = file;
-  const h5::Lock lock;
   try {
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(file, error);
-    const TrialLimits limits{trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds};
-    try_in_child(limits, [&] {
-      Impl trial;
-      trial.file = file;
-      trial.load();
-      trial.try_frames();
-    });
+    impl_->check_file();
+    run_trial({config::trial_program(), "capture", file.string()});
+    const h5::Lock lock;
     impl_->load();
   } catch (const std::exception& problem) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), problem.what()));
   }
+}
+
+void CaptureReader::read_on_trial(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  set_limits({trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds});
+  Impl trial;
+  trial.file = file;
+  trial.load();
+  trial.try_frames();
 }
 
 void CaptureReader::Impl::load() {
@@ -135,7 +140,7 @@ CaptureReader::~CaptureReader() {
   impl_.reset();
 }
 
-void CaptureReader::Impl::open() {
+void CaptureReader::Impl::check_file() const {
   std::error_code error;
   if (!fs::exists(file, error)) {
     if (fs::exists(file.string() + ".part", error))
@@ -147,6 +152,9 @@ void CaptureReader::Impl::open() {
   }
   if (!fs::is_regular_file(file, error)) throw std::runtime_error("is not a file");
   if (fs::file_size(file, error) == 0 && !error) throw std::runtime_error("is empty");
+}
+
+void CaptureReader::Impl::open() {
   if (H5Fis_hdf5(file.c_str()) <= 0) {
     H5Eclear2(H5E_DEFAULT);
     throw std::runtime_error("is not an HDF5 file, or cannot be opened");

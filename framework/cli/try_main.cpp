@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// tofgraph-try capture FILE, tofgraph-try map FILE DATASET: reads what nobody vouches for and writes what is wrong to
+// standard output. If HDF5 crashes or loops, only this dies.
+#include "io/captures/capture.hpp"
+#include "io/captures/capture_map.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <new>
+#include <string>
+
+int main(int argc, char** argv) {
+  const std::string kind = argc > 2 ? argv[1] : "";
+  try {
+    if (kind == "capture") tofgraph::io::CaptureReader::read_on_trial(argv[2]);
+    if (kind == "map" && argc > 3) tofgraph::io::read_pixel_map_on_trial(argv[2], argv[3]);
+  } catch (const std::bad_alloc&) {
+    std::fputs("asks for more memory than any frame needs: the file is damaged", stdout);
+  } catch (const std::exception& problem) {
+    std::fputs(problem.what(), stdout);
+  }
+  std::fflush(stdout);
+  _exit(0);  // nothing is left to be done
+}

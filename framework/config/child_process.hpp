@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Another program, run to its end: the plugin scanner, the trial of a capture, gnuplot.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::config {
+
+struct ChildOptions {
+  std::string input = {};    ///< what it reads from its standard input
+  bool keep_errors = false;  ///< true: its standard error is collected; false: it goes to ours
+  /// Called once for every stretch of this length in which nothing came; zero: never.
+  std::chrono::milliseconds patience{0};
+  std::function<void(const std::string& output)> on_silence = {};
+};
+
+struct ChildResult {
+  std::string output, errors;
+  std::int64_t exit_code = 0;
+  int signal = 0;  ///< that ended it; 0: none
+
+  bool ok() const { return exit_code == 0 && signal == 0; }
+};
+
+/// Runs a program and collects what it writes. [any thread]
+/// @param command the program, by path or by a name in PATH, and its arguments
+/// @throws std::runtime_error when it cannot be started, with the reason of the system alone
+ChildResult run_child(std::vector<std::string> command, const ChildOptions& options = {});
+
+}  // namespace tofgraph::config

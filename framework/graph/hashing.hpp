@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The hashes of long inputs, made while frames flow.
+#pragma once
+
+#include "graph/graph.hpp"
+
+#include <thread>
+
+namespace tofgraph::graph {
+
+/// As long as it lives, the inputs' hashes are made beside the run, for whoever writes them at its end.
+class Hashing {
+ public:
+  explicit Hashing(Graph& graph)
+      : thread_([&graph](const std::stop_token& over) {
+          const auto stopped = [&] { return over.stop_requested() || graph.host().stopping.load(); };
+          for (const auto& node : graph.nodes()) {
+            for (const UsedFile& file : node->files()) file.hash->get(stopped);
+          }
+        }) {}
+
+ private:
+  std::jthread thread_;
+};
+
+}  // namespace tofgraph::graph
