@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 #include <algorithm>
 #include <chrono>
@@ -30,7 +31,7 @@ inline std::string duration_text(double seconds) {
 /// `[=====     ]  50 % text, 12 s, 12 s left`; without a share `text, 12 s`.
 inline std::string progress_bar(std::optional<double> share, std::string_view text, double elapsed) {
   if (!share) return fmt::format("{}, {}", text, duration_text(elapsed));
-  constexpr int width = 30;
+  constexpr int width = 20;
   const double done = std::clamp(*share, 0.0, 1.0);
   const int full = static_cast<int>(done * width);
   std::string bar =
@@ -77,7 +78,11 @@ class Progress {
 
   void draw() const {
     const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-    fmt::print(stderr, "\r\033[K{}", progress_bar(share_, text_, elapsed));
+    std::string line = progress_bar(share_, text_, elapsed);
+    winsize size{};  // a line that wraps could not be drawn over
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && line.size() >= size.ws_col)
+      line.resize(size.ws_col - 1U);
+    fmt::print(stderr, "\r\033[K{}", line);
     std::fflush(stderr);
   }
 

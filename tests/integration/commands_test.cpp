@@ -8,7 +8,10 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <chrono>
+#include <functional>
 #include <sstream>
+#include <thread>
 
 namespace tofgraph::tests {
 namespace {
@@ -16,24 +19,31 @@ namespace {
 const char* const commands[] = {"run",      "check",   "explain", "list",    "describe",
                                 "simulate", "gallery", "info",    "diagnose"};
 
-/// What a command line prints on a terminal.
-std::string on_a_terminal(const std::string& command, const std::filesystem::path& folder) {
+/// What a child prints on a terminal of its own.
+std::string printed(const std::function<void()>& child, unsigned short columns = 120) {
   int terminal = -1;
-  const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
-  if (child == 0) {
-    const std::string line = "cd '" + folder.string() +
-                             "' && export TERM=xterm TOFGRAPH='" TOFGRAPH_PROGRAM
-                             "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR "/tests/plugins'; unset NO_COLOR; " +
-                             command;
-    execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
-    _exit(127);
+  const winsize size{24, columns, 0, 0};
+  const pid_t process = forkpty(&terminal, nullptr, nullptr, &size);
+  if (process == 0) {
+    child();
+    _exit(0);
   }
   std::string text;
   char block[4096];
   for (ssize_t n = 0; (n = read(terminal, block, sizeof block)) > 0;) text.append(block, static_cast<std::size_t>(n));
   close(terminal);
-  waitpid(child, nullptr, 0);
+  waitpid(process, nullptr, 0);
   return text;
+}
+
+/// The same of a command line.
+std::string on_a_terminal(const std::string& command, const std::filesystem::path& folder,
+                          unsigned short columns = 120) {
+  const std::string line = "cd '" + folder.string() +
+                           "' && export TERM=xterm TOFGRAPH='" TOFGRAPH_PROGRAM
+                           "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR "/tests/plugins'; unset NO_COLOR; " +
+                           command;
+  return printed([&line] { execl("/bin/sh", "sh", "-c", line.c_str(), nullptr); }, columns);
 }
 
 bool has(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
@@ -154,11 +164,37 @@ TEST(Terminal, ABarEndsOnALineOfItsOwnWithItsTimes) {
   EXPECT_FALSE(has(shell("\"$TOFGRAPH\" run 'ramp frames=14 pause=0.2s ! null'", folder.path()).err, "["));
 }
 
+TEST(Terminal, ABarIsNoWiderThanTheTerminal) {
+  const TemporaryFolder folder;
+  const std::string said = on_a_terminal("\"$TOFGRAPH\" run 'ramp frames=11 pause=0.2s ! null'", folder.path(), 40);
+  std::size_t bars = 0;
+  for (std::size_t at = 0; (at = said.find("\r\033[K[", at)) != std::string::npos; ++bars) {
+    at += 4;
+    EXPECT_LT(said.find_first_of("\r\n", at) - at, 40U) << said;
+  }
+  EXPECT_GT(bars, 0U);
+}
+
+TEST(Terminal, ABarNeverGoesBack) {
+  const std::string said = printed([] {
+    const auto wait = [](int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); };
+    cli::Progress progress(false);
+    wait(2050);
+    progress.show(0.5, "first");
+    wait(250);
+    progress.show(0.2, "second");
+    cli::say("a message");
+  });
+  EXPECT_TRUE(has(said, " 50 % first")) << said;
+  EXPECT_TRUE(has(said, " 50 % second")) << said;
+  EXPECT_TRUE(has(said, "\r\033[Ka message\r\n")) << "not behind the bar: " << said;
+  EXPECT_TRUE(said.ends_with(" left\r\n")) << said;
+}
+
 TEST(Terminal, ABarTellsElapsedAndRemainingTime) {
-  EXPECT_EQ(cli::progress_bar(0.5, "two", 12), "[===============               ]  50 % two, 12 s, 12 s left");
-  EXPECT_EQ(cli::progress_bar(1, "all", 65), "[==============================] 100 % all, 1 min 05 s");
-  EXPECT_EQ(cli::progress_bar(0.25, "x", 3600),
-            "[=======                       ]  25 % x, 1 h 00 min, 3 h 00 min left");
+  EXPECT_EQ(cli::progress_bar(0.5, "two", 12), "[==========          ]  50 % two, 12 s, 12 s left");
+  EXPECT_EQ(cli::progress_bar(1, "all", 65), "[====================] 100 % all, 1 min 05 s");
+  EXPECT_EQ(cli::progress_bar(0.25, "x", 3600), "[=====               ]  25 % x, 1 h 00 min, 3 h 00 min left");
   EXPECT_EQ(cli::progress_bar(std::nullopt, "7 frames", 3), "7 frames, 3 s");
   EXPECT_EQ(cli::progress_bar(1.5, "", 1).find("150"), std::string::npos);
 }
