@@ -260,11 +260,15 @@ struct SurfaceWriter final : ChannelPictures {
     View view(*azimuth, *elevation, box);
     const auto [unit, per_si] = shown_unit(shown);
     const cv::Rect bar(dots.width - bar_width - scale_labels_width(shown, per_si) - 12, 55, bar_width, dots.height / 3);
-    view.fit(cv::Rect2d(75, 55, bar.x - 115, dots.height - 115));
+    constexpr int room_for_scale = 480;  // a narrower picture has its axis of values alone
+    const bool with_scale = dots.width >= room_for_scale;
+    view.fit(cv::Rect2d(75, 55, (with_scale ? bar.x : dots.width) - 115, dots.height - 115));
     cv::Mat canvas(dots, CV_8UC3, white);
     draw_axes(canvas, Box(view, front), image, shown, near_up);
-    draw_scale(canvas, bar, shown, per_si);
-    text(canvas, unit, {bar.x, bar.y - 12});
+    if (with_scale) {
+      draw_scale(canvas, bar, shown, per_si);
+      text(canvas, unit, {bar.x, bar.y - 12});
+    }
     text(canvas, title_of(unit, number), {16, 24});
     cv::Mat large;
     cv::resize(canvas, large, {}, supersampling, supersampling, cv::INTER_NEAREST);

@@ -98,6 +98,16 @@ TEST_F(SurfaceStage, HasTheColoursOfTheOtherPicturesAndTheirScale) {
   EXPECT_LT(cv::boundingRect(high).br().y, cv::boundingRect(low).y) << "the greatest value on top";
 }
 
+TEST_F(SurfaceStage, ANarrowPictureHasRoomForItsWords) {
+  for (const char* size : {"300", "479", "480", "720"}) {
+    const cv::Mat narrow = picture(limits + "size=" + size);
+    cv::Mat grey;
+    cv::cvtColor(narrow, grey, cv::COLOR_BGR2GRAY);
+    EXPECT_EQ(cv::countNonZero(grey.colRange(0, 2) < 250), 0) << size;
+    EXPECT_EQ(cv::countNonZero(grey.colRange(grey.cols - 2, grey.cols) < 250), 0) << size;
+  }
+}
+
 TEST_F(SurfaceStage, InvalidPixelsAreHoles) {
   const std::string above = limits + "azimuth='0 deg' elevation='85 deg'";
   const cv::Mat whole = coloured(picture(above));
