@@ -3,6 +3,7 @@
 /// @file The commands: each adds itself to the command line and gives back its exit code.
 #pragma once
 
+#include "cli/say.hpp"
 #include "graph/graph.hpp"
 
 #include <filesystem>
@@ -51,9 +52,6 @@ struct PipelineArguments {
 /// @param arguments what the module expects, see its header in cli/
 /// @returns the exit code
 int run_module(const std::string& name, const void* arguments);
-
-/// A message on standard error.
-void say(const std::string& text);
 
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
 void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");

@@ -12,20 +12,30 @@ void add_diagnose(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command =
       app.add_subcommand("diagnose", "Find the effects that a simulation lacks, add them, show that the gap shrinks");
-  command->add_option("--model", arguments->model, "The model file: what the simulation knows")->required();
+  command->add_option("--model", arguments->model, "The model file: what the simulation knows")
+      ->option_text("FILE")
+      ->required();
   command->add_option("--data", arguments->data, "The campaign file: measured captures with the truth of their scenes")
+      ->option_text("FILE")
       ->required();
   command->add_option("-o,--out", arguments->out, "A folder for report.html, report.json and the extended model.yaml")
+      ->option_text("FOLDER")
       ->required();
-  command->add_option("--max-effects", arguments->max_effects, "Effects that may be added; default: 6");
-  command->add_option("--seed", arguments->seed,
-                      "Of what is drawn: held-out levels, sign flips, bootstrap; default: 1");
+  command->add_option("--max-effects", arguments->max_effects, "Effects that may be added; default: 6")
+      ->option_text("N");
+  command->add_option("--seed", arguments->seed, "Of what is drawn: held-out levels, sign flips, bootstrap; default: 1")
+      ->option_text("N");
   command->add_option("--without", arguments->without, "An effect that is not a candidate; may be repeated")
+      ->option_text("EFFECT")
       ->expected(1)
       ->take_all();
-  command->add_option("--confidence", arguments->confidence,
-                      "Inject so many known truths into this design and report how often the search is right");
-  command->add_option("--threads", arguments->threads, "Threads; default: one a core")->check(CLI::Range(1, 1024));
+  command
+      ->add_option("--confidence", arguments->confidence,
+                   "Inject so many known truths into this design and report how often the search is right")
+      ->option_text("N");
+  command->add_option("--threads", arguments->threads, "Threads; default: one a core")
+      ->option_text("N")
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--skip-missing", arguments->skip_missing, "Go on without captures that cannot be read");
   command->add_flag("--force", arguments->force, "Replace outputs that exist");
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");

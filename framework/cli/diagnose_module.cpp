@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
+#include "cli/say.hpp"
 #include "config/diagnostics.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
@@ -18,12 +19,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* output_names[] = {"report.html", "report.json", "model.yaml", diagnosis::map_file_name,
+                                        diagnosis::unexplained_map_name};
+
 void check_outputs(const DiagnoseArguments& arguments) {
-  for (const char* name :
-       {"report.html", "report.json", "model.yaml", diagnosis::map_file_name, diagnosis::unexplained_map_name}) {
+  for (const char* name : output_names) {
     const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
     if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
+}
+
+/// The outputs that are there: those of a search before that this one has not are removed.
+std::string written(const fs::path& out) {
+  std::string text;
+  for (const char* name : output_names) {
+    if (fs::exists(out / name)) text += (text.empty() ? "" : ", ") + (out / name).string();
+  }
+  return text;
 }
 
 int diagnose(const DiagnoseArguments& arguments) {
@@ -50,7 +62,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   } catch (const std::invalid_argument& error) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
-  bar.clear();
+  bar.finish();
   const fs::path out(arguments.out);
   diagnosis::write_maps(*result, out);
   io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
@@ -60,7 +72,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   else
     io::write_file(out / diagnosis::unexplained_map_name, map);
   diagnosis::gap_report(*result).write(out / "report.html");
-  if (!arguments.quiet) fmt::print(stderr, "{}\n{}\n", diagnosis::summary(*result), (out / "report.html").string());
+  if (!arguments.quiet) say(fmt::format("{}\nwrote {}", diagnosis::summary(*result), written(out)));
   return 0;
 }
 

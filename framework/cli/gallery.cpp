@@ -12,9 +12,11 @@ void add_gallery(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<GalleryArguments>();
   CLI::App* command = app.add_subcommand("gallery", "A page that shows what every effect does");
   command->footer("Example: tofgraph gallery -o effects.html");
-  command->add_option("-o,--out", arguments->out, "The page (.html)")->required();
-  command->add_option("--camera", arguments->camera, "A profile by name or path; default: camcube2");
+  command->add_option("-o,--out", arguments->out, "The page (.html)")->option_text("FILE")->required();
+  command->add_option("--camera", arguments->camera, "A profile by name or path; default: camcube2")
+      ->option_text("CAMERA");
   command->add_option("--light", arguments->light, "reference (default) or physical")
+      ->option_text("LIGHT")
       ->check(CLI::IsMember({"reference", "physical"}));
   command->add_flag("--force", arguments->force, "Replace the page if it exists");
   command->callback([arguments, &common] {

@@ -29,8 +29,11 @@ int gallery(const GalleryArguments& arguments) {
     throw config::ConfigurationError(fmt::format("--camera {}: error: the gallery {}", arguments.camera, not_four));
   const graph::PluginRegistry registry(arguments.plugin_folders);
   Progress progress(arguments.quiet);
-  report::write_effect_gallery(registry, camera->view(), arguments.out,
-                               {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
+  const std::size_t effects = report::write_effect_gallery(
+      registry, camera->view(), arguments.out,
+      {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
+  progress.finish();
+  if (!arguments.quiet) say(fmt::format("wrote {}: {} effects", arguments.out, effects));
   return 0;
 }
 

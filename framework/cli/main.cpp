@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/slow_calls.hpp"
-
-#include "config/paths.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -28,26 +27,17 @@ int with_output_written(int code) {
   return failed;
 }
 
-/// A folder of the environment may be there on another machine only: a remark, no mistake.
-void look_at_plugin_path(Common& common) {
-  for (const auto& folder : config::plugin_path_from_environment()) {
-    if (!common.quiet && !std::filesystem::is_directory(folder))
-      say(fmt::format("warning: TOFGRAPH_PLUGIN_PATH: {} is not a folder", folder.string()));
-  }
-  common.plugin_folders = graph::plugin_path(common.plugin_folders);
-}
-
 }  // namespace
-
-void say(const std::string& text) { fmt::print(stderr, "{}{}", text, text.ends_with('\n') ? "" : "\n"); }
 
 void PipelineArguments::add_to(CLI::App& command) {
   command
       .add_option("PIPELINE", pipeline,
                   "A pipeline file, or the one-line form in quotes: \"reader file=a.h5 ! decoder ! writer path=b.pcd\"")
       ->required();
-  command.add_option("--camera", camera, "Camera profile by name or path; wins over the pipeline's");
-  command.add_option("--set", settings, "NODE.PARAMETER=VALUE: replaces a parameter of a node")
+  command.add_option("--camera", camera, "Camera profile by name or path; wins over the pipeline's")
+      ->option_text("CAMERA");
+  command.add_option("--set", settings, "Replaces a parameter of a node; may be repeated")
+      ->option_text("NODE.PARAMETER=VALUE")
       ->take_all()
       ->expected(1);
 }
@@ -86,6 +76,7 @@ int main(int argc, char** argv) {
   graph::tell_crashes();
   cli::Common common;
   CLI::App app("tofgraph turns what a time-of-flight camera measures into point clouds that are right.", "tofgraph");
+  app.formatter(cli::help_in_words());
   app.set_version_flag("--version", "tofgraph " TOFGRAPH_VERSION);
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.require_subcommand(1);
@@ -94,6 +85,7 @@ int main(int argc, char** argv) {
   app.add_flag("-v,--verbose", common.verbose, "Say more");
   app.add_option("--plugin-path", common.plugin_folders,
                  "Folder with plugins, searched before TOFGRAPH_PLUGIN_PATH; may be repeated")
+      ->option_text("FOLDER")
       ->take_all()
       ->expected(1);
   app.footer(
@@ -110,9 +102,16 @@ int main(int argc, char** argv) {
   cli::add_diagnose(app, common);
   try {
     app.parse(argc, argv);
-    cli::look_at_plugin_path(common);
+    common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
+      if (!common.quiet) cli::say("warning: " + problem);
+    });
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
+    const std::string unknown = error.get_exit_code() != 0 ? cli::unknown_word(app) : "";
+    if (!unknown.empty()) {
+      cli::say(unknown);
+      return cli::wrong_usage;
+    }
     return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);
   } catch (const config::ConfigurationError& error) {
     cli::say(error.what());

@@ -3,56 +3,93 @@
 /// @file A bar on the terminal for what takes longer than two seconds.
 #pragma once
 
+#include "cli/say.hpp"
+
 #include <fmt/format.h>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace tofgraph::cli {
 
-/// `[=====     ]  50 % text`
-inline std::string progress_bar(double share, std::string_view text) {
-  constexpr int width = 30;
-  const int full = std::clamp(static_cast<int>(share * width), 0, width);
-  return fmt::format("[{}{}] {:3.0f} % {}", std::string(static_cast<std::size_t>(full), '='),
-                     std::string(static_cast<std::size_t>(width - full), ' '), share * 100, text);
+/// `7 s`, `3 min 05 s`, `2 h 10 min`
+inline std::string duration_text(double seconds) {
+  const auto s = static_cast<std::int64_t>(std::lround(std::max(seconds, 0.0)));
+  if (s < 60) return fmt::format("{} s", s);
+  return s < 3600 ? fmt::format("{} min {:02} s", s / 60, s % 60)
+                  : fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
 }
 
-/// Draws on standard error where that is a terminal, not before two seconds and five times a second. Thread-safe.
+/// `[=====     ]  50 % text, 12 s, 12 s left`; without a share `text, 12 s`.
+inline std::string progress_bar(std::optional<double> share, std::string_view text, double elapsed) {
+  if (!share) return fmt::format("{}, {}", text, duration_text(elapsed));
+  constexpr int width = 20;
+  const double done = std::clamp(*share, 0.0, 1.0);
+  const int full = static_cast<int>(done * width);
+  std::string bar =
+      fmt::format("[{}{}] {:3.0f} % {}, {}", std::string(static_cast<std::size_t>(full), '='),
+                  std::string(static_cast<std::size_t>(width - full), ' '), done * 100, text, duration_text(elapsed));
+  if (done > 0.01 && done < 1) bar += fmt::format(", {} left", duration_text(elapsed * (1 - done) / done));
+  return bar;
+}
+
+/// Draws on standard error where that is a terminal, not before two seconds and five times a second; never goes back.
+/// What it has drawn stays, as a line of its own. Thread-safe.
 class Progress {
  public:
   explicit Progress(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
-  ~Progress() { clear(); }
+  ~Progress() { finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Takes the bar away, before a result is printed.
-  void clear() {
+  /// Ends the bar's line, before a result is printed.
+  void finish() {
     const std::lock_guard lock(mutex_);
-    if (drawn_) fmt::print(stderr, "\r\033[K");
-    drawn_ = false;
+    if (drawn_) {
+      draw();
+      fmt::print(stderr, "\n");
+    }
+    drawn_ = bar_stands = false;
   }
 
-  void show(double share, std::string_view text) {
+  /// @param share done, of 1; none: nobody knows
+  void show(std::optional<double> share, std::string_view text) {
     if (!shown_) return;
     const std::lock_guard lock(mutex_);
+    if (share) share_ = std::max(*share, share_.value_or(0));
+    text_ = text;
     const auto now = Clock::now();
     if (now < next_) return;
     next_ = now + std::chrono::milliseconds(200);
-    fmt::print(stderr, "\r\033[K{}", progress_bar(share, text));
-    std::fflush(stderr);
-    drawn_ = true;
+    draw();
+    drawn_ = bar_stands = true;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  void draw() const {
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+    std::string line = progress_bar(share_, text_, elapsed);
+    winsize size{};  // a line that wraps could not be drawn over
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && line.size() >= size.ws_col)
+      line.resize(size.ws_col - 1U);
+    fmt::print(stderr, "\r\033[K{}", line);
+    std::fflush(stderr);
+  }
+
   bool shown_, drawn_ = false;
-  Clock::time_point next_ = Clock::now() + std::chrono::seconds(2);
+  std::optional<double> share_;
+  std::string text_;
+  Clock::time_point start_ = Clock::now(), next_ = start_ + std::chrono::seconds(2);
   std::mutex mutex_;
 };
 

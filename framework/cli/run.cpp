@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
+#include "cli/written_files.hpp"
 
 #include "config/quantity.hpp"
 #include "graph/runner.hpp"
@@ -16,7 +17,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <map>
+#include <optional>
 #include <stop_token>
 #include <thread>
 
@@ -39,34 +40,29 @@ extern "C" void on_signal(int) {
   signals = 1;
 }
 
-/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress on
-/// a terminal after two seconds.
+/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress.
 class Watch {
  public:
-  Watch(graph::Runner& runner, bool progress)
-      : runner_(runner), progress_(progress), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
+  Watch(graph::Runner& runner, bool quiet)
+      : runner_(runner), progress_(quiet), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
 
  private:
   void watch(const std::stop_token& stop) {
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
-    bool drawn = false, passed_on = false, told = false;
+    bool passed_on = false, told = false;
     double interrupted_at = 0;
     while (!stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const double seconds = elapsed();
       if (signals != 0 && !passed_on) {
         passed_on = true;
         interrupted_at = seconds;
         runner_.stop();
       }
       if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
-      if (!progress_ || seconds < (drawn ? next_ : 2.0)) continue;
-      draw(seconds);
-      drawn = true;
-      next_ = seconds + 0.2;
+      show();
     }
-    if (drawn) fmt::print(stderr, "\r\033[K");
+    show();
+    progress_.finish();
   }
 
   /// @returns whether there was one
@@ -77,20 +73,23 @@ class Watch {
     return !calls.empty();
   }
 
-  void draw(double seconds) const {
+  void show() {
     const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
-    std::string text = expected != 0 ? progress_bar(static_cast<double>(frames) / static_cast<double>(expected),
-                                                    fmt::format("{} of {} frames", frames, expected))
-                                     : fmt::format("{} frames", frames);
-    text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / seconds);
+    std::optional<double> share;
+    if (expected != 0) share = static_cast<double>(frames) / static_cast<double>(expected);
+    std::string text = share ? fmt::format("{} of {} frames", frames, expected) : fmt::format("{} frames", frames);
+    text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / elapsed());
     if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
-    fmt::print(stderr, "\r\033[K{}", text);
+    progress_.show(share, text);
   }
 
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  using Clock = std::chrono::steady_clock;
   static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
   graph::Runner& runner_;
-  bool progress_;
-  double next_ = 0;
+  Progress progress_;
+  Clock::time_point start_ = Clock::now();
   std::jthread thread_;
 };
 
@@ -119,53 +118,21 @@ int write_statistics(const RunArguments& arguments, const graph::Graph& graph, c
   }
 }
 
-/// When the members of the numbered series at an output's path were written, those that are there.
-using Series = std::map<std::filesystem::path, std::filesystem::file_time_type>;
-
-Series series_at(const io::OutputPattern& pattern) {
-  Series series;
-  std::error_code error;
-  if (!pattern.numbered()) return series;
-  for (const auto& file : pattern.members()) series[file] = std::filesystem::last_write_time(file, error);
-  return series;
-}
-
-/// What a former run left of a series and this one did not replace, in one line; empty: nothing.
-std::string older_files(const io::OutputPattern& pattern, const Series& before) {
-  std::vector<std::string> older;
-  for (const auto& [file, time] : series_at(pattern)) {
-    const auto there = before.find(file);
-    if (there != before.end() && there->second == time) older.push_back(file.filename().string());
-  }
-  if (older.empty()) return {};
-  const std::string last = older.size() == 1 ? "" : fmt::format(" to {} ({} files)", older.back(), older.size());
-  return fmt::format("older files of this series stay: {}{}", older.front(), last);
-}
-
-/// The series that are there before a run.
-Series series_of(const graph::Graph& graph) {
-  Series all;
-  for (const auto& node : graph.nodes()) {
-    for (const io::OutputPattern& files : node->outputs()) all.merge(series_at(files));
-  }
-  return all;
-}
-
 /// The files that nodes wrote, and what a former run left among them.
-void report_outputs(const graph::Graph& graph, const graph::RunResult& result, const Series& before) {
+void report_outputs(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files) {
   for (const auto& node : graph.nodes()) {
     if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
-    for (const io::OutputPattern& files : node->outputs()) {
-      if (files.text().empty()) continue;
-      say(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(files.text()).string()));
-      if (const std::string older = older_files(files, before); !older.empty())
+    for (const io::OutputPattern& pattern : node->outputs()) {
+      if (pattern.text().empty()) continue;
+      say(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(pattern.text()).string()));
+      if (const std::string older = files.older(pattern); !older.empty())
         say(fmt::format("  {}: {}", node->name, older));
     }
   }
 }
 
 /// What came of a run, in words on standard error. @returns the exit code
-int report(const graph::Graph& graph, const graph::RunResult& result, const Series& before, const Common& common) {
+int report(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files, const Common& common) {
   if (!common.quiet) {
     say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, config::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
@@ -178,11 +145,14 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Seri
                       config::format_quantity(node.max_s, "s")));
     }
   }
+  const std::string written = common.quiet ? "" : files.summary(graph);
   if (!result.error.empty()) {
+    if (!written.empty()) say(written);
     say("error: " + result.error);
     return failed;
   }
-  if (!common.quiet && result.frames != 0) report_outputs(graph, result, before);
+  if (!common.quiet && result.frames != 0) report_outputs(graph, result, files);
+  if (!written.empty()) say(written);
   if (result.interrupted) {
     say("interrupted: the frames up to here are complete");
     return interrupted;
@@ -199,7 +169,7 @@ int run(const RunArguments& arguments, const Common& common) {
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }
-  const Series before = series_of(*graph);
+  const WrittenFiles files(*graph);
   graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
   options.threads = arguments.threads;
@@ -210,10 +180,10 @@ int run(const RunArguments& arguments, const Common& common) {
   sigaction(SIGTERM, &action, nullptr);
   graph::RunResult result;
   {
-    const Watch watch(runner, !common.quiet && isatty(STDERR_FILENO) != 0);
+    const Watch watch(runner, common.quiet);
     result = runner.run();
   }
-  return write_statistics(arguments, *graph, result, report(*graph, result, before, common));
+  return write_statistics(arguments, *graph, result, report(*graph, result, files, common));
 }
 
 }  // namespace
@@ -226,10 +196,14 @@ void add_run(CLI::App& app, Common& common) {
       "          tofgraph run \"capture_reader file=a.h5 ! four_phase_decoder ! optimized_bistatic ! point_cloud ! "
       "pcd_writer path=a.pcd\" --camera camcube2");
   arguments->add_to(*command);
-  command->add_option("--frames", arguments->frames, "Stop after so many frames")->check(CLI::Range(1, 1000000000));
+  command->add_option("--frames", arguments->frames, "Stop after so many frames")
+      ->option_text("N")
+      ->check(CLI::Range(1, 1000000000));
   command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")
+      ->option_text("N")
       ->check(CLI::Range(1, 1024));
-  command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file");
+  command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file")
+      ->option_text("FILE");
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--force", arguments->force, "Replace outputs that exist");

@@ -12,17 +12,26 @@ void add_simulate(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Make the recordings that a camera would make of a scene");
   command->add_option("SCENE", arguments->scene, "A scene file")->required();
-  command->add_option("-o,--out", arguments->out,
-                      "The capture (.h5); for a scene with a sequence, a folder with a campaign and its captures");
-  command->add_option("--model", arguments->model, "A model file: light and effects, in place of the scene's");
-  command->add_option("--preview", arguments->preview,
-                      "A picture (.png) of the first condition: phases, amplitude, distance, cloud");
-  command->add_option("--seed", arguments->seed, "Of the noise, in place of the scene's");
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "The capture (.h5); for a scene with a sequence, a folder with a campaign and its captures")
+      ->option_text("OUT");
+  command->add_option("--model", arguments->model, "A model file: light and effects, in place of the scene's")
+      ->option_text("FILE");
+  command
+      ->add_option("--preview", arguments->preview,
+                   "A picture (.png) of the first condition: phases, amplitude, distance, cloud")
+      ->option_text("FILE");
+  command->add_option("--seed", arguments->seed, "Of the noise, in place of the scene's")->option_text("N");
   command->add_option("--frames", arguments->frames, "Of each condition, in place of the scene's")
+      ->option_text("N")
       ->check(CLI::PositiveNumber);
   command->add_option("--compression", arguments->compression, "Of the captures: 0 (none, default) to 9")
+      ->option_text("N")
       ->check(CLI::Range(0, 9));
-  command->add_option("--threads", arguments->threads, "Threads; default: one a core")->check(CLI::Range(1, 1024));
+  command->add_option("--threads", arguments->threads, "Threads; default: one a core")
+      ->option_text("N")
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--truth", arguments->truth, "Add the depth and points without error, and the reflectivity");
   command->add_flag("--force", arguments->force, "Replace outputs that exist");
   command->footer("Example: tofgraph simulate pipelines/scenes/boxes.yaml -o boxes.h5 --preview boxes.png");

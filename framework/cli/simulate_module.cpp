@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress.hpp"
+#include "cli/say.hpp"
 #include "cli/simulate.hpp"
 #include "config/diagnostics.hpp"
 #include "io/campaign.hpp"
@@ -64,12 +65,12 @@ int simulate(const SimulateArguments& arguments) {
   config::Diagnostics diagnostics;
   const auto simulation = Simulation::read(arguments.scene, registry, changes, diagnostics);
   if (!simulation) throw config::ConfigurationError(diagnostics);
-  if (!arguments.quiet && !diagnostics.all().empty()) fmt::print(stderr, "{}", diagnostics.text());
+  if (!arguments.quiet && !diagnostics.all().empty()) say(diagnostics.text());
   const bool campaign = !simulation->scene().sequence.empty();
   check_outputs(arguments, campaign);
   if (!arguments.preview.empty()) {
     io::write_file(arguments.preview, preview_of(*simulation));
-    if (!arguments.quiet) fmt::print(stderr, "{}: a picture of the first frame\n", arguments.preview);
+    if (!arguments.quiet) say(fmt::format("wrote {}: a picture of the first frame", arguments.preview));
   }
   if (arguments.out.empty()) return 0;
 
@@ -86,9 +87,10 @@ int simulate(const SimulateArguments& arguments) {
     simulation::record_campaign(*simulation, arguments.out, options);
   else
     simulation::record(*simulation, 0, arguments.out, options);
+  progress.finish();
   if (!arguments.quiet)
-    fmt::print(stderr, "{}: {} condition{}, {} frames\n", arguments.out, simulation->conditions().size(),
-               simulation->conditions().size() == 1 ? "" : "s", all);
+    say(fmt::format("wrote {}: {} condition{}, {} frame{}", arguments.out, simulation->conditions().size(),
+                    simulation->conditions().size() == 1 ? "" : "s", all, all == 1 ? "" : "s"));
   return 0;
 }
 

@@ -40,6 +40,12 @@ std::vector<Claim> claims_of(const Node& node) {
 
 }  // namespace
 
+std::vector<io::OutputPattern> output_files(const Node& node) {
+  std::vector<io::OutputPattern> files;
+  for (Claim& claim : claims_of(node)) files.push_back(std::move(claim.files));
+  return files;
+}
+
 void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnostics& diagnostics) {
   std::vector<Claim> all;
   for (const auto& node : nodes) {

@@ -7,8 +7,12 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace tofgraph::graph {
+
+/// The files that a node may write, and those that stand beside them.
+std::vector<io::OutputPattern> output_files(const Node& node);
 
 /// Reports each node whose output files can have the name of another's. The files are those of the parameters of kind
 /// OUTPUT_FILE, and what stands beside them: the `choices` of such a parameter are the endings of its companions

@@ -169,7 +169,8 @@ nlohmann::json describe(const Plugin& d) {
   return json;
 }
 
-std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given) {
+std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given,
+                                               const std::function<void(const std::string&)>& problem) {
   std::vector<std::filesystem::path> path;
   for (const auto& folder : given) {
     constexpr std::string_view advice = "a plugin path is the folder that holds tofgraph_KIND_NAME.so";
@@ -181,7 +182,11 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
     if (access(folder.c_str(), R_OK | X_OK) != 0) refuse_folder("this folder cannot be read");
     path.push_back(std::filesystem::absolute(folder).lexically_normal());
   }
-  for (const auto& folder : config::plugin_path_from_environment()) path.push_back(std::filesystem::absolute(folder));
+  for (const auto& folder : config::plugin_path_from_environment()) {
+    if (problem && !std::filesystem::is_directory(folder))
+      problem(fmt::format("TOFGRAPH_PLUGIN_PATH: {} is not a folder", folder.string()));
+    path.push_back(std::filesystem::absolute(folder));
+  }
   path.push_back(config::plugin_folder());
   return path;
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -59,8 +60,10 @@ const char* level_name(const tofgraph_effect& effect);
 nlohmann::json describe(const Plugin& plugin);
 
 /// The folders that plugins are looked for in: those given, of TOFGRAPH_PLUGIN_PATH, the installed one. Absolute.
+/// @param problem is told which folders of the environment are not there: a remark, as on another machine they may be
 /// @throws ConfigurationError when a given one is not a folder that can be read
-std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given);
+std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given,
+                                               const std::function<void(const std::string&)>& problem = {});
 
 /// The plugins of a search path.
 class PluginRegistry {

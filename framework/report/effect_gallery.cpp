@@ -191,8 +191,8 @@ class Gallery {
 
 }  // namespace
 
-void write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
-                          const std::filesystem::path& file, const GalleryOptions& options) {
+std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
+                                 const std::filesystem::path& file, const GalleryOptions& options) {
   std::vector<graph::PluginFile> effects;
   for (const graph::PluginFile& plugin : registry.files()) {
     if (plugin.kind == "effect") effects.push_back(plugin);
@@ -211,6 +211,7 @@ void write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(effects.size()));
   }
   page.write(file);
+  return effects.size();
 }
 
 }  // namespace tofgraph::report

@@ -17,8 +17,8 @@ struct GalleryOptions {
 };
 
 /// Writes a page (HTML, self-contained) with all effects of a catalogue for a camera.
-/// @throws std::runtime_error
-void write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
-                          const std::filesystem::path& file, const GalleryOptions& options);
+/// @returns how many. @throws std::runtime_error
+std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
+                                 const std::filesystem::path& file, const GalleryOptions& options);
 
 }  // namespace tofgraph::report

@@ -3,6 +3,7 @@
 #include "report/plot.hpp"
 
 #include "config/child_process.hpp"
+#include "io/palettes.hpp"
 
 #include <fmt/format.h>
 
@@ -23,6 +24,15 @@ constexpr const char* style =
     "set tics textcolor rgb '#333333'\n"
     "set title font ',13'\n"
     "set key top left reverse Left samplen 2\n";
+
+std::string web_colour(io::Colour colour) { return fmt::format("#{:06x}", colour); }
+
+std::string palette(std::span<const io::Colour> steps) {
+  std::string text;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    text += fmt::format("{}{} '{}'", i == 0 ? "" : ", ", i, web_colour(steps[i]));
+  return fmt::format("set palette defined ({})\n", text);
+}
 
 std::string names(const char* axis, const std::vector<std::string>& texts, bool from_top) {
   std::string result;
@@ -49,10 +59,8 @@ std::string run_gnuplot(const std::string& whole) {
 
 }  // namespace
 
-const char* const signed_palette =
-    "set palette defined (-1 '#2166ac', -0.5 '#92c5de', 0 '#f7f7f7', 0.5 '#f4a582', 1 '#b2182b')\n";
-const char* const rising_palette =
-    "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+std::string signed_palette() { return palette(io::signed_colours); }
+std::string rising_palette() { return palette(io::rising_colours); }
 
 std::string quoted(const std::string& text) {
   std::string result = "'";
@@ -101,15 +109,16 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   double limit = map.limit.value_or(percentile_98(map.values));
   if (!(limit > 0)) limit = 1;
   std::string script = fmt::format("set title {}\nset cblabel {}\nunset key\n", quoted(map.title), quoted(map.unit));
-  script += map.signed_values ? signed_palette : rising_palette;
+  script += map.signed_values ? signed_palette() : rising_palette();
   script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
                         static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
   script += map.x_names.empty() && map.x_label.empty() ? "unset xtics\n" : names("x", map.x_names, false);
   script += map.y_names.empty() && map.y_label.empty() ? "unset ytics\n" : names("y", map.y_names, true);
   script += fmt::format("set xlabel {}\nset ylabel {}\n", quoted(map.x_label), quoted(map.y_label));
-  script +=
-      "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '#bbbbbb' fillstyle solid noborder\n";
+  script += fmt::format(
+      "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '{}' fillstyle solid noborder\n",
+      web_colour(io::invalid_colour));
   script += matrix_block("values", map.rows, map.columns, map.values);
   // A few fields are drawn one by one: viewers blur small images when they enlarge them.
   constexpr std::size_t few_fields = 2500;
@@ -120,8 +129,6 @@ std::string heat_map(const HeatMap& map, int width, int height) {
 }
 
 std::string curves(const Curves& plot, int width, int height) {
-  static constexpr std::array<const char*, 6> colours = {"#1f4e9c", "#c0392b", "#2a8c4a",
-                                                         "#8e44ad", "#d68910", "#555555"};
   std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
                                    quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
   script += "set key outside below horizontal\nset offsets graph 0.02, graph 0.02, graph 0, graph 0\n";
@@ -137,7 +144,7 @@ std::string curves(const Curves& plot, int width, int height) {
                             curve.error.empty() ? "0" : number(curve.error[k]));
     }
     script += "END\n";
-    const char* colour = colours.at(i % colours.size());
+    const std::string colour = web_colour(io::line_colours.at(i % io::line_colours.size()));
     const std::string how = curve.points && !curve.error.empty() ? "using 1:2:3 with yerrorbars pt 7 ps 0.5"
                             : curve.points                       ? "using 1:2 with points pt 7 ps 0.5"
                                                                  : "using 1:2 with lines lw 2";

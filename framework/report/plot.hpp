@@ -17,9 +17,9 @@ std::string gnuplot_png(const std::string& script, int width, int height);
 
 /// A text in gnuplot's quotes.
 std::string quoted(const std::string& text);
-/// gnuplot's palettes: blue - white - red, and rising (viridis).
-extern const char* const signed_palette;
-extern const char* const rising_palette;
+/// The palettes of io/palettes.hpp, as gnuplot's commands.
+std::string signed_palette();
+std::string rising_palette();
 /// A data block `$name` for `plot $name matrix`; the first row of values is the top one.
 std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
                          std::span<const double> values);

@@ -7,7 +7,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <numbers>
 #include <vector>
 
 namespace tofgraph::report {
@@ -16,20 +19,77 @@ namespace {
 /// Every n-th pixel: a picture of a few hundred dots shows no more.
 std::size_t stride_of(const PreviewFrame& frame) { return std::max<std::size_t>(1, frame.columns / 320); }
 
-std::string panel(const PreviewFrame& frame, std::span<const float> image, const std::string& title,
-                  const std::string& unit, bool around_zero) {
+/// Where things are in the picture, dots from its upper left corner. gnuplot's own layout lets titles, scales and the
+/// cloud lie over each other.
+struct Place {
+  double left, top, width, height;
+};
+
+/// Of what is drawn, dots.
+constexpr int picture_width = 1500;
+constexpr double image_width = 290, gap = 40, edge = 30, title_height = 80, below = 60, bar_width = 18, bar_room = 120,
+                 cloud_more = 130;
+
+class Layout {
+ public:
+  explicit Layout(const PreviewFrame& frame)
+      : image_height_(std::clamp(image_width * static_cast<double>(frame.rows) / static_cast<double>(frame.columns),
+                                 0.4 * image_width, 1.6 * image_width)) {}
+
+  int height() const {
+    return static_cast<int>(std::lround(title_height + 2 * image_height_ + below + 2 * edge + cloud_more));
+  }
+  Place phase(std::size_t i) const {
+    return {edge + static_cast<double>(i) * (image_width + gap), title_height, image_width, image_height_};
+  }
+  /// Amplitude and distance, each with a scale beside it.
+  Place lower(std::size_t i) const {
+    return {edge + static_cast<double>(i) * (image_width + bar_room), title_height + image_height_ + below + edge,
+            image_width, image_height_};
+  }
+  Place cloud() const {
+    const Place before = lower(2);
+    return {before.left + gap, before.top, picture_width - before.left - gap - bar_room, image_height_ + cloud_more};
+  }
+  static Place bar(const Place& image) { return {image.left + image.width + 12, image.top, bar_width, image.height}; }
+
+  std::string margins(const Place& place) const {
+    return fmt::format(
+        "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {}\nset bmargin at screen {}\n",
+        across(place.left), across(place.left + place.width), up(place.top), up(place.top + place.height));
+  }
+  /// gnuplot sets the title of a drawing in space where the drawing is.
+  std::string title(const Place& place, const std::string& words) const {
+    return fmt::format("unset title\nset label {} at screen {}, {} center font ',13'\n", quoted(words),
+                       across(place.left + place.width / 2), up(place.top - 27));
+  }
+  std::string scale(const Place& bar, const std::string& unit) const {
+    return fmt::format("set colorbox user origin {}, {} size {}, {}\nset cblabel {} offset 1.2\n", across(bar.left),
+                       up(bar.top + bar.height), across(bar.width), bar.height / height(), quoted(unit));
+  }
+
+ private:
+  static double across(double dots) { return dots / picture_width; }
+  double up(double dots) const { return 1 - dots / height(); }
+
+  double image_height_;
+};
+
+std::vector<double> seen(const PreviewFrame& frame, std::span<const float> image) {
   const std::size_t stride = stride_of(frame), rows = frame.rows / stride, columns = frame.columns / stride;
   std::vector<double> values;
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) values.push_back(image[r * stride * frame.columns + c * stride]);
   }
-  const double usual = percentile_98(values), limit = usual > 0 ? usual : 1;  // a dark image has a scale too
-  const std::string range = around_zero ? fmt::format("set cbrange [{}:{}]\n", -limit, limit) : "set cbrange [*:*]\n";
-  return fmt::format(
-             "set title {}\nset cblabel {}\nset size ratio -1\n{}{}set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n",
-             quoted(title), quoted(unit), around_zero ? signed_palette : rising_palette, range,
-             static_cast<double>(columns) - 0.5, static_cast<double>(rows) - 0.5) +
-         matrix_block("image", rows, columns, values) + "plot $image matrix using 1:2:3 with image\n";
+  return values;
+}
+
+/// An image with its title; colours and their range are set before.
+std::string panel(const PreviewFrame& frame, std::span<const float> image, const std::string& title) {
+  const std::size_t stride = stride_of(frame), rows = frame.rows / stride, columns = frame.columns / stride;
+  return fmt::format("set title {}\nset xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", quoted(title),
+                     static_cast<double>(columns) - 0.5, static_cast<double>(rows) - 0.5) +
+         matrix_block("image", rows, columns, seen(frame, image)) + "plot $image matrix using 1:2:3 with image\n";
 }
 
 /// "image 3: 0 deg, 16 MHz"
@@ -39,47 +99,122 @@ std::string title_of(const physics::Exposures& exposures, std::size_t k) {
   return frequency > 0 ? title + fmt::format(", {} MHz", physics::short_number(frequency * 1e-6)) : title;
 }
 
-std::string cloud(const PreviewFrame& frame) {
-  std::string script =
-      "set title 'the points, seen from above right'\nset cblabel 'z / m'\nset view 65, 25, 1.4, 1\n"
-      "set colorbox user origin 0.93, 0.08 size 0.01, 0.3\n"
-      "set view equal xyz\nset autoscale\nset border 0\nunset xlabel\nunset ylabel\nunset ztics\n";
-  script += rising_palette;
-  script += "set cbrange [*:*]\n$points << END\n";
+/// Four of the images (all where there are no more), in the same colours, with one scale.
+std::string phases(const PreviewFrame& frame, const Layout& layout) {
+  constexpr std::size_t most = 4;
+  const std::size_t n = frame.rows * frame.columns, images = frame.exposures.size();
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < std::min(most, images); ++i)
+    shown.push_back(images > most ? i * (images - 1) / (most - 1) : i);
+  std::vector<double> values;
+  for (const std::size_t k : shown)
+    std::ranges::copy(seen(frame, frame.phases.subspan(k * n, n)), std::back_inserter(values));
+  const double usual = percentile_98(values), limit = usual > 0 ? usual : 1;  // dark images have a scale too
+  std::string script = signed_palette() + fmt::format("set cbrange [{}:{}]\nunset colorbox\n", -limit, limit);
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const Place place = layout.phase(i);
+    if (i + 1 == shown.size()) script += layout.scale(Layout::bar(place), "counts");
+    script += layout.margins(place) +
+              panel(frame, frame.phases.subspan(shown[i] * n, n), title_of(frame.exposures, shown[i]));
+  }
+  return script;
+}
+
+/// Points that there are, the far ones first: near ones hide those behind.
+std::vector<std::span<const float>> points_of(const PreviewFrame& frame) {
   const std::size_t stride = 2 * stride_of(frame);
   std::vector<std::span<const float>> points;
   for (std::size_t r = 0; r < frame.rows; r += stride) {
     for (std::size_t c = 0; c < frame.columns; c += stride) {
       const auto p = frame.points.subspan(3 * (r * frame.columns + c), 3);
-      if (!std::isfinite(p[2])) continue;
-      points.push_back(p);
+      if (std::isfinite(p[2])) points.push_back(p);
     }
   }
-  std::ranges::sort(points, [](auto a, auto b) { return a[2] > b[2]; });  // near ones hide those behind
+  std::ranges::sort(points, [](auto a, auto b) { return a[2] > b[2]; });
+  return points;
+}
+
+/// An axis of the cloud: half steps about its values.
+struct Axis {
+  double first, last;
+  Axis(double low, double high, double step)
+      : first(std::floor(2 * low / step) * step / 2),
+        last(std::max(std::ceil(2 * high / step) * step / 2, first + step / 2)) {}
+  double length() const { return last - first; }
+  std::string script(const char* name, double step) const {
+    return fmt::format("set {0}range [{1}:{2}]\nset {0}tics {3} nomirror textcolor rgb '#333333'\n", name, first, last,
+                       step);
+  }
+};
+
+constexpr double tilt = 65, turn = 25;  // deg, of gnuplot's view
+
+/// Where gnuplot has to draw the box of the axes, so that it and the numbers about it stay within a place: its longest
+/// axis is as long as what gnuplot is given is high, whatever `set view` says.
+Place place_of_box(const Axis& x, const Axis& y, const Axis& z, const Place& place) {
+  constexpr double radian = std::numbers::pi / 180, numbers_beside = 130, numbers_below = 50;
+  const double c = std::cos(turn * radian), s = std::sin(turn * radian);
+  const double longest = std::max({x.length(), y.length(), z.length()});
+  const double width = (c * x.length() + s * y.length()) / longest;
+  const double height =
+      (std::sin(tilt * radian) * z.length() + std::cos(tilt * radian) * (s * x.length() + c * y.length())) / longest;
+  const double share =
+      std::min((place.width - numbers_beside) / width, (place.height - numbers_below) / height) / place.height;
+  const Place box{place.left, place.top, share * place.width, share * place.height};
+  return {place.left + (place.width - box.width) / 2, place.top + (place.height - numbers_below - box.height) / 2,
+          box.width, box.height};
+}
+
+/// 1, 2 or 5 times a power of ten: about four steps in a length.
+double step_of(double length) {
+  const double power = std::pow(10, std::floor(std::log10(length / 4)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (length / (factor * power) <= 5) return factor * power;
+  }
+  return 10 * power;
+}
+
+std::string cloud(const PreviewFrame& frame, const Layout& layout) {
+  const std::vector<std::span<const float>> points = points_of(frame);
+  if (points.empty()) return {};
+  std::array<double, 3> low, high;
+  double length = 1e-3;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto [least, most] = std::ranges::minmax(points, {}, [i](auto p) { return p[i]; });
+    low[i] = least[i];
+    high[i] = most[i];
+    length = std::max(length, high[i] - low[i]);
+  }
+  const double step = step_of(length);
+  const Axis x(low[0], high[0], step), y(low[2], high[2], step), z(-high[1], -low[1], step);
+  const Place place = layout.cloud();
+  std::string script = layout.margins(place_of_box(x, y, z, place)) + layout.scale(Layout::bar(place), "z / m") +
+                       layout.title(place, "the points, seen from above right");
+  script += fmt::format("set view {}, {}\nset view equal xyz\n", tilt, turn);
+  script +=
+      "set border 4095 lc rgb '#bbbbbb'\nset xyplane relative 0\n"
+      "set xlabel 'x / m' offset 0,-0.7\nset ylabel 'z / m' offset 3,-0.5\nset zlabel '-y / m' rotate\n";
+  script += x.script("x", step) + y.script("y", step) + z.script("z", step);
+  script += "$points << END\n";
   for (const auto& p : points) script += fmt::format("{:.5g} {:.5g} {:.5g}\n", p[0], p[2], -p[1]);
-  return !points.empty() ? script + "END\nsplot $points using 1:2:3:2 with points pt 7 ps 0.25 palette\n"
-                         : std::string();
+  return script + "END\nsplot $points using 1:2:3:2 with points pt 7 ps 0.3 palette\n";
 }
 
 }  // namespace
 
 std::string scene_preview(const PreviewFrame& frame) {
-  const std::size_t n = frame.rows * frame.columns;
+  const Layout layout(frame);
   std::string script = fmt::format(
-      "set multiplot layout 2,4 title {}\nunset key\nunset xtics\nunset ytics\n",
+      "set multiplot title {} font ',15'\nunset key\nunset xtics\nunset ytics\n",
       quoted(frame.exposures.size() > 4 ? fmt::format("{}: four of {} images", frame.title, frame.exposures.size())
                                         : frame.title));
-  constexpr std::size_t shown = 4;
-  const std::size_t images = frame.exposures.size();
-  for (std::size_t i = 0; i < shown; ++i) {
-    const std::size_t k = images > shown ? i * (images - 1) / (shown - 1) : i;
-    script += k < images ? panel(frame, frame.phases.subspan(k * n, n), title_of(frame.exposures, k), "counts", true)
-                         : "set multiplot next\n";
-  }
-  script += panel(frame, frame.amplitude, "amplitude", "counts", false);
-  script += panel(frame, frame.distance, "distance", "m", false);
-  script += "set size noratio 0.52, 0.6\nset origin 0.48, -0.06\n" + cloud(frame) + "unset multiplot\n";
-  return gnuplot_png(script, 1500, 720);
+  script += phases(frame, layout) + rising_palette() + "set cbrange [*:*]\n";
+  script += layout.margins(layout.lower(0)) + layout.scale(Layout::bar(layout.lower(0)), "counts") +
+            panel(frame, frame.amplitude, "amplitude");
+  script += layout.margins(layout.lower(1)) + layout.scale(Layout::bar(layout.lower(1)), "m") +
+            panel(frame, frame.distance, "distance");
+  script += cloud(frame, layout) + "unset multiplot\n";
+  return gnuplot_png(script, picture_width, layout.height());
 }
 
 }  // namespace tofgraph::report

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "io/palettes.hpp"
 
 namespace tofgraph {
 
@@ -69,6 +70,48 @@ inline std::vector<Tick> ticks(double low, double high) {
 
 inline void text(cv::Mat& picture, const std::string& words, cv::Point at) {
   cv::putText(picture, words, at, cv::FONT_HERSHEY_SIMPLEX, text_scale, black, 1, cv::LINE_AA);
+}
+
+inline cv::Vec3b dot_of(io::Colour colour) {
+  return {static_cast<std::uint8_t>(colour), static_cast<std::uint8_t>(colour >> 8U),
+          static_cast<std::uint8_t>(colour >> 16U)};
+}
+
+/// The colours of the levels 0 to 255.
+inline const cv::Mat& level_colours() {
+  static const cv::Mat colours = [] {
+    cv::Mat all(256, 1, CV_8UC3);
+    for (int i = 0; i < 256; ++i) all.at<cv::Vec3b>(i) = dot_of(io::colour_at(io::rising_colours, i / 255.0));
+    return all;
+  }();
+  return colours;
+}
+
+inline int width_of(const std::string& words) {
+  return cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, text_scale, 1, nullptr).width;
+}
+
+constexpr int beside_bar = 8;  // dots between a scale and its numbers
+
+/// How many dots the numbers beside a scale take.
+inline int scale_labels_width(const Range& range, double per_si) {
+  int width = 0;
+  for (const Tick& tick : ticks(range.low * per_si, range.high * per_si)) width = std::max(width, width_of(tick.label));
+  return beside_bar + width;
+}
+
+/// The scale: what each colour means, in a unit of which an SI unit has `per_si`.
+inline void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range, double per_si) {
+  cv::Mat ramp;
+  cv::flip(level_colours(), ramp, 0);
+  cv::resize(ramp, canvas(bar), bar.size(), 0, 0, cv::INTER_LINEAR);
+  cv::rectangle(canvas, bar, black);
+  const double low = range.low * per_si, high = range.high * per_si;
+  for (const Tick& tick : ticks(low, high)) {
+    const int y = bar.y + static_cast<int>(std::lround((high - tick.value) / (high - low) * (bar.height - 1)));
+    cv::line(canvas, {bar.x + bar.width, y}, {bar.x + bar.width + 4, y}, black);
+    text(canvas, tick.label, {bar.x + bar.width + beside_bar, y + 5});
+  }
 }
 
 /// A PNG with a line of text in it, which image viewers show as its description (PNG specification, tEXt).

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -19,32 +20,86 @@
 namespace tofgraph {
 namespace {
 
-const cv::Scalar invalid_grey(170, 170, 170);
+const cv::Scalar invalid_grey(dot_of(io::invalid_colour));
+constexpr int margin = 12, title_height = 24, bar_width = 22, legend_line = 20;
 
 /// Each pixel as zoom x zoom dots in the colour of its place in the range; invalid ones grey.
 cv::Mat colours(const cv::Mat& image, const Range& range, int zoom) {
   cv::Mat level, picture, valid, large;
   cv::compare(image, image, valid, cv::CMP_EQ);  // NaN equals nothing
   cv::Mat((image - range.low) * (255 / (range.high - range.low))).convertTo(level, CV_8U);
-  cv::applyColorMap(level, picture, cv::COLORMAP_VIRIDIS);
+  cv::applyColorMap(level, picture, level_colours());
   picture.setTo(invalid_grey, ~valid);
   cv::resize(picture, large, {}, zoom, zoom, cv::INTER_NEAREST);
   return large;
 }
 
-/// The scale: what each colour means, in `unit`, of which an SI unit has `per_si`.
-void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range, double per_si) {
-  cv::Mat ramp(256, 1, CV_8U), coloured;
-  for (int i = 0; i < 256; ++i) ramp.at<std::uint8_t>(i) = static_cast<std::uint8_t>(255 - i);
-  cv::applyColorMap(ramp, coloured, cv::COLORMAP_VIRIDIS);
-  cv::resize(coloured, canvas(bar), bar.size(), 0, 0, cv::INTER_LINEAR);
-  cv::rectangle(canvas, bar, black);
-  const double low = range.low * per_si, high = range.high * per_si;
-  for (const Tick& tick : ticks(low, high)) {
-    const int y = bar.y + static_cast<int>(std::lround((high - tick.value) / (high - low) * (bar.height - 1)));
-    cv::line(canvas, {bar.x + bar.width, y}, {bar.x + bar.width + 4, y}, black);
-    text(canvas, tick.label, {bar.x + bar.width + 8, y + 5});
+/// The colours of a pixel's flags. That it is invalid is shown where no other flag says why.
+std::vector<io::Colour> flag_colours_of(std::uint32_t flags) {
+  if (flags == 0) return {io::no_flag_colour};
+  if (flags == flag::invalid) return {io::invalid_colour};
+  flags &= ~std::uint32_t{flag::invalid};
+  std::vector<io::Colour> colours;
+  for (const io::FlagColour& known : io::flag_colours) {
+    if ((flags & known.bit) != 0) colours.push_back(known.colour);
+    flags &= ~std::uint32_t{known.bit};
   }
+  if (flags != 0) colours.push_back(io::other_flag_colour);
+  return colours;
+}
+
+/// A colour of a picture of flags, and what it means: a name and how many pixels.
+struct LegendLine {
+  io::Colour colour;
+  std::string words;
+};
+
+std::vector<LegendLine> flag_legend(const cv::Mat& image) {
+  std::array<std::size_t, io::flag_colours.size()> counts{};
+  std::size_t none = 0, other = 0;
+  std::for_each(image.begin<float>(), image.end<float>(), [&](float value) {
+    auto flags = static_cast<std::uint32_t>(value);
+    none += flags == 0 ? 1 : 0;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      counts[i] += (flags & io::flag_colours[i].bit) != 0 ? 1 : 0;
+      flags &= ~std::uint32_t{io::flag_colours[i].bit};
+    }
+    other += flags != 0 ? 1 : 0;
+  });
+  std::vector<LegendLine> lines = {{io::no_flag_colour, fmt::format("none: {}", none)}};
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    lines.push_back({io::flag_colours[i].colour, fmt::format("{}: {}", io::flag_colours[i].name, counts[i])});
+  lines.push_back({io::other_flag_colour, fmt::format("other: {}", other)});
+  return lines;
+}
+
+/// Each pixel as zoom x zoom dots, which take turns in the colours of its flags.
+cv::Mat flag_dots(const cv::Mat& image, int zoom) {
+  cv::Mat dots(image.rows * zoom, image.cols * zoom, CV_8UC3);
+  for (int r = 0; r < image.rows; ++r) {
+    for (int c = 0; c < image.cols; ++c) {
+      const std::vector<io::Colour> colours = flag_colours_of(static_cast<std::uint32_t>(image.at<float>(r, c)));
+      for (int y = r * zoom; y < (r + 1) * zoom; ++y) {
+        for (int x = c * zoom; x < (c + 1) * zoom; ++x)
+          dots.at<cv::Vec3b>(y, x) = dot_of(colours[static_cast<std::size_t>(x + y) % colours.size()]);
+      }
+    }
+  }
+  return dots;
+}
+
+/// The picture, its title above it, and room for a legend beside it.
+cv::Mat framed(const cv::Mat& dots, const cv::Size& legend, const std::string& title) {
+  const int width = std::max(dots.cols + legend.width + 3 * margin, width_of(title) + 2 * margin);
+  cv::Mat canvas(std::max(dots.rows, legend.height) + title_height + 2 * margin, width, CV_8UC3, white);
+  dots.copyTo(canvas(cv::Rect(margin, margin + title_height, dots.cols, dots.rows)));
+  text(canvas, title, {margin, margin + 12});
+  return canvas;
+}
+
+void draw_sample(cv::Mat& canvas, const cv::Rect& place, const cv::Scalar& colour, const std::string& words) {
+  cv::rectangle(canvas, place, colour, cv::FILLED);
+  text(canvas, words, {place.x + place.width + beside_bar, place.y + 14});
 }
 
 }  // namespace
@@ -52,7 +107,7 @@ void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range, double
 /// color: an 8-bit PNG of the picture enlarged, with a scale; perceptually uniform colours (viridis), invalid pixels
 /// grey; values beyond the range have the colours of its ends. uint16: a PNG of value / scale, rounded; 0 is invalid.
 /// float32: a TIFF of the values in SI, NaN where they are invalid. Channels of whole numbers, like flags, have no
-/// invalid values: 0 is a 0.
+/// invalid values: 0 is a 0. `flags` in colour, without given limits: a colour a flag, and a legend with their names.
 struct ImageWriter final : ChannelPictures {
   Param<Choice> format{
       this,
@@ -83,6 +138,11 @@ struct ImageWriter final : ChannelPictures {
       bytes = with_description(encoded(".png", counts(image)),
                                fmt::format("{}, {}{} per count{}", channel_, scale_, unit_.empty() ? "" : " " + unit_,
                                            whole_numbers_ ? "" : ", 0 is invalid"));
+    } else if (flags_as_colours()) {
+      const std::vector<LegendLine> legend = flag_legend(image);
+      std::string words;
+      for (const LegendLine& line : legend) words += (words.empty() ? "" : ", ") + line.words;
+      bytes = with_description(encoded(".png", flag_picture(image, legend, number)), "flags, pixels: " + words);
     } else {
       const Range shown = range(image);
       bytes = with_description(encoded(".png", picture(image, shown, number)),
@@ -118,20 +178,38 @@ struct ImageWriter final : ChannelPictures {
     return result;
   }
 
+  bool flags_as_colours() const {
+    return channel_ == "flags" && whole_numbers_ && minimum.keyword() == "auto" && maximum.keyword() == "auto";
+  }
+
+  int factor(const cv::Mat& image) const {
+    return zoom.given() ? static_cast<int>(*zoom) : std::max(1, (400 + image.rows - 1) / image.rows);
+  }
+
   cv::Mat picture(const cv::Mat& image, const Range& shown, std::uint64_t number) const {
-    const int factor = zoom.given() ? static_cast<int>(*zoom) : std::max(1, (400 + image.rows - 1) / image.rows);
-    const cv::Mat dots = colours(image, shown, factor);
+    const cv::Mat dots = colours(image, shown, factor(image));
     const auto [unit, per_si] = shown_unit(shown);
-    constexpr int margin = 12, title = 24, bar_width = 22, labels = 78;
+    constexpr int usual_labels = 78;  // so that pictures of a series have one size
+    const int labels = std::max({usual_labels, scale_labels_width(shown, per_si), beside_bar + width_of("invalid")});
     const int height = std::max(dots.rows, 160);
-    cv::Mat canvas(height + title + 2 * margin, dots.cols + bar_width + labels + 3 * margin, CV_8UC3, white);
-    dots.copyTo(canvas(cv::Rect(margin, margin + title, dots.cols, dots.rows)));
-    text(canvas, title_of(unit, number), {margin, margin + 12});
-    const cv::Rect bar(dots.cols + 2 * margin, margin + title, bar_width, height - 40);
+    cv::Mat canvas = framed(dots, {bar_width + labels, height}, title_of(unit, number));
+    const cv::Rect bar(dots.cols + 2 * margin, margin + title_height, bar_width, height - 2 * legend_line);
     draw_scale(canvas, bar, shown, per_si);
-    const cv::Rect sample(bar.x, bar.y + height - 20, bar_width, 18);
-    cv::rectangle(canvas, sample, invalid_grey, cv::FILLED);
-    text(canvas, "invalid", {sample.x + bar_width + 8, sample.y + 14});
+    draw_sample(canvas, {bar.x, bar.y + height - legend_line, bar_width, legend_line - 2}, invalid_grey, "invalid");
+    return canvas;
+  }
+
+  cv::Mat flag_picture(const cv::Mat& image, const std::vector<LegendLine>& legend, std::uint64_t number) const {
+    const cv::Mat dots = flag_dots(image, factor(image));
+    const int words = beside_bar + width_of(fmt::format("extrapolated: {}", image.total()));
+    const cv::Size beside(bar_width + words, legend_line * static_cast<int>(legend.size()));
+    cv::Mat canvas = framed(dots, beside, title_of(unit_, number));
+    cv::Rect place(dots.cols + 2 * margin, margin + title_height, bar_width, legend_line - 4);
+    for (const LegendLine& line : legend) {
+      draw_sample(canvas, place, cv::Scalar(dot_of(line.colour)), line.words);
+      cv::rectangle(canvas, place, black);
+      place.y += legend_line;
+    }
     return canvas;
   }
 

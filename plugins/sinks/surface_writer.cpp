@@ -17,6 +17,7 @@
 namespace tofgraph {
 namespace {
 
+constexpr int bar_width = 16;
 constexpr int supersampling = 3;  // dots per picture dot and axis, averaged: smooth edges
 const cv::Scalar wall_grey(228, 228, 228), grid_grey(205, 205, 205);
 
@@ -145,11 +146,9 @@ class Box {
 class Surface {
  public:
   /// @param heights of the pixels, 0 to 1; NaN: invalid
-  Surface(const cv::Mat& heights, const cv::Point3d& box) : heights_(heights), box_(box) {
-    cv::Mat ramp(1, 256, CV_8U);
-    for (int i = 0; i < 256; ++i) ramp.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
-    cv::applyColorMap(ramp, colours_, cv::COLORMAP_VIRIDIS);
-  }
+  /// @param near_up what is low has the colours of great values
+  Surface(const cv::Mat& heights, const cv::Point3d& box, bool near_up)
+      : heights_(heights), box_(box), near_up_(near_up) {}
 
   void draw(cv::Mat& canvas, const View& view, const cv::Point2d& front) const {
     const int rows = heights_.rows - 1, columns = heights_.cols - 1;
@@ -175,7 +174,8 @@ class Surface {
       corners[i] = cv::Point(cvRound(p.x), cvRound(p.y));
       mean += height / 4;
     }
-    const auto& colour = colours_.at<cv::Vec3b>(static_cast<int>(std::lround(mean * 255)));
+    const double level = near_up_ ? 1 - mean : mean;
+    const auto& colour = level_colours().at<cv::Vec3b>(static_cast<int>(std::lround(level * 255)));
     const cv::Scalar lit = cv::Scalar(colour) * brightness(r, c);
     cv::fillConvexPoly(canvas, corners.data(), 4, lit, cv::LINE_8, fraction_bits);
   }
@@ -192,14 +192,15 @@ class Surface {
 
   const cv::Mat& heights_;
   cv::Point3d box_;
-  cv::Mat colours_;
+  bool near_up_;
 };
 
 }  // namespace
 
 /// Heights over the image plane are the values within the range, cut at its ends; of lengths, what is near is up.
-/// Colours go with the height (viridis, bright is up), shaded by a light from the left. A facet between four neighbours
-/// of which one is invalid is left out. The axes of columns and rows are in pixels, that of the values in m, or mm
+/// Colours stand for values as in the pictures of image_writer (what is near is dark), with their scale beside the
+/// surface, and are shaded by a light from the left. A facet between four neighbours of which one is invalid is left
+/// out. The axes of columns and rows are in pixels, that of the values in m, or mm
 /// below 1 m.
 struct SurfaceWriter final : ChannelPictures {
   Param<double> azimuth{this,
@@ -257,14 +258,21 @@ struct SurfaceWriter final : ChannelPictures {
     }
     const cv::Point2d front(std::sin(*azimuth) < 0 ? -1 : 1, std::cos(*azimuth) < 0 ? -1 : 1);
     View view(*azimuth, *elevation, box);
-    view.fit(cv::Rect2d(75, 55, dots.width - 115, dots.height - 115));
+    const auto [unit, per_si] = shown_unit(shown);
+    const cv::Rect bar(dots.width - bar_width - scale_labels_width(shown, per_si) - 12, 55, bar_width, dots.height / 3);
+    constexpr int room_for_scale = 480;  // a narrower picture has its axis of values alone
+    const bool with_scale = dots.width >= room_for_scale;
+    view.fit(cv::Rect2d(75, 55, (with_scale ? bar.x : dots.width) - 115, dots.height - 115));
     cv::Mat canvas(dots, CV_8UC3, white);
     draw_axes(canvas, Box(view, front), image, shown, near_up);
-    const auto [unit, per_si] = shown_unit(shown);
+    if (with_scale) {
+      draw_scale(canvas, bar, shown, per_si);
+      text(canvas, unit, {bar.x, bar.y - 12});
+    }
     text(canvas, title_of(unit, number), {16, 24});
     cv::Mat large;
     cv::resize(canvas, large, {}, supersampling, supersampling, cv::INTER_NEAREST);
-    Surface(heights, box).draw(large, view.enlarged(supersampling), front);
+    Surface(heights, box, near_up).draw(large, view.enlarged(supersampling), front);
     cv::resize(large, canvas, dots, 0, 0, cv::INTER_AREA);
     return canvas;
   }

@@ -137,11 +137,13 @@ TEST(Diagnose, FaultyEffectPluginsAreNamedAndLeftOut) {
 /// tell in any other way.
 TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const TemporaryFolder folder;
-  const Outcome found = shell("$TOFGRAPH diagnose --quiet --model " TOFGRAPH_SOURCE_DIR
+  const Outcome found = shell("$TOFGRAPH diagnose --model " TOFGRAPH_SOURCE_DIR
                               "/pipelines/campaigns/thesis_model.yaml --data " TOFGRAPH_SOURCE_DIR
                               "/pipelines/campaigns/thesis_tables.yaml --out found",
                               folder.path());
   ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_NE(found.err.find("\nwrote found/report.html, found/report.json, found/model.yaml"), std::string::npos)
+      << found.err;
   const auto said = report(folder);
   EXPECT_LT(said["gap"]["held_out_after"].get<double>(), 0.2 * said["gap"]["held_out_before"].get<double>());
   EXPECT_EQ(said.at("verdict"), "named_with_rest");

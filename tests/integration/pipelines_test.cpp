@@ -93,6 +93,16 @@ TEST_F(Pipelines, QuickstartGivesTheCamerasOwnCloudTo4Millimetres) {
   EXPECT_EQ(provenance["stages"][0]["files"][0]["sha256"], sum);
 }
 
+/// Who tries the examples has a clean tree afterwards.
+TEST(OutputsOfTheExamples, AreIgnoredByGit) {
+  const fs::path source = TOFGRAPH_SOURCE_DIR;
+  if (shell("git rev-parse --git-dir", source).exit_code != 0) GTEST_SKIP() << "no repository";
+  for (const char* file : {"pipelines/out/quickstart/cloud_000000.pcd", "pipelines/out/board.h5", "boxes.h5",
+                           "boxes.png", "boxes.pcd", "boxes.provenance.json", "campaign/campaign.yaml", "effects.html",
+                           "gap/report.html", "found/model.yaml", "pipelines/campaigns/found/report.html"})
+    EXPECT_EQ(shell(std::string("git check-ignore -q ") + file, source).exit_code, 0) << file;
+}
+
 TEST_F(Pipelines, IdealBoardIsAPlaneAt500Millimetres) {
   const Outcome outcome = run("ideal_board.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

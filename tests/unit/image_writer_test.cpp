@@ -160,6 +160,52 @@ TEST_F(ImageStage, TheScaleIsBesideThePicture) {
   EXPECT_GT(cv::countNonZero(grey < 128), 100) << "numbers stand beside the bar";
 }
 
+TEST_F(ImageStage, FlagsHaveColoursOfTheirOwnAndNames) {
+  Harness stage(line("a_{frame}.png", "channel=flags zoom=4"));
+  stage.put<std::uint16_t>("flags", {2, 4}, {0, 1, 2, 1 | 2, 8, 2 | 8, 1024, 1 | 32768});
+  stage.run();
+  const cv::Mat picture = cv::imread((folder.path() / "a_0.png").string());
+  const auto dot = [&](int column, int row, int x = 0) {
+    return picture.at<cv::Vec3b>(36 + 4 * row, 12 + 4 * column + x);
+  };
+  const cv::Vec3b none_at_all = dot(0, 0), invalid = dot(1, 0), saturated = dot(2, 0), low = dot(0, 1), bad = dot(2, 1),
+                  other = dot(3, 1);
+  EXPECT_EQ(invalid, cv::Vec3b(170, 170, 170));
+  EXPECT_EQ(dot(3, 0), saturated) << "why it is invalid";
+  EXPECT_EQ(dot(3, 0, 1), saturated);
+  EXPECT_EQ(dot(1, 1), saturated) << "both flags, dot by dot";
+  EXPECT_EQ(dot(1, 1, 1), low);
+  const std::vector<cv::Vec3b> all = {none_at_all, invalid, saturated, low, bad, other};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) EXPECT_GT(cv::norm(all[i], all[k], cv::NORM_INF), 40) << i << " " << k;
+    cv::Mat sample;  // in the legend, right of the picture
+    cv::inRange(picture.colRange(12 + 16 + 12, picture.cols), cv::Scalar(all[i]), cv::Scalar(all[i]), sample);
+    EXPECT_GT(cv::countNonZero(sample), 200) << i;
+  }
+  expect_words(read_text(folder.path() / "a_0.png"),
+               "flags, pixels: none: 1, invalid: 3, saturated: 3, inconsistent: 0, low signal: 2");
+  expect_words(read_text(folder.path() / "a_0.png"), "bad pixel: 1, other: 1");
+}
+
+TEST_F(ImageStage, FlagsBetweenGivenLimitsAreNumbers) {
+  written("a_{frame}.png", "channel=flags minimum=0 maximum=4");
+  expect_words(read_text(folder.path() / "a_0.png"), "flags, colours from 0 to 4");
+}
+
+TEST_F(ImageStage, WideNumbersAndTitlesAreNotClipped) {
+  // The margin of 12 dots right of all words stays white, whatever their width.
+  for (const char* limits :
+       {"minimum='1 counts' maximum='12345678901 counts'", "minimum='1 counts' maximum='1.0000001 counts'"}) {
+    written("a_{frame}.png", std::string("channel=amplitude zoom=1 ") + limits);
+    const cv::Mat picture = cv::imread((folder.path() / "a_0.png").string());
+    cv::Mat grey;
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    EXPECT_EQ(cv::countNonZero(grey.colRange(grey.cols - 6, grey.cols) < 250), 0) << limits;
+    const cv::Rect ink = cv::boundingRect(cv::Mat(grey < 128));
+    EXPECT_GT(ink.br().x, 100) << limits;
+  }
+}
+
 TEST_F(ImageStage, AutomaticLimitsLeaveOutliersOut) {
   std::vector<float> values(1000);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i) / 1000;

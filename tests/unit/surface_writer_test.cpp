@@ -48,7 +48,9 @@ class SurfaceStage : public testing::Test {
   }
 };
 
-/// Dots that are part of the surface: axes and walls are grey.
+constexpr int scale_width = 100;  // of the picture's right side
+
+/// Dots that are part of the surface: axes and walls are grey, the scale of the colours stands on the right.
 cv::Mat coloured(const cv::Mat& picture) {
   cv::Mat result(picture.size(), CV_8U);
   std::transform(picture.begin<cv::Vec3b>(), picture.end<cv::Vec3b>(), result.begin<std::uint8_t>(),
@@ -56,6 +58,7 @@ cv::Mat coloured(const cv::Mat& picture) {
                    const auto [least, most] = std::minmax({dot[0], dot[1], dot[2]});
                    return most - least > 30 ? std::uint8_t{255} : std::uint8_t{0};
                  });
+  result.colRange(result.cols - scale_width, result.cols).setTo(0);
   return result;
 }
 
@@ -70,6 +73,39 @@ TEST_F(SurfaceStage, AFlatImageSeenFromAboveIsAPlateOfOneColour) {
   EXPECT_EQ(
       cv::norm(inside, cv::Mat(inside.size(), inside.type(), cv::Scalar(inside.at<cv::Vec3b>(0, 0))), cv::NORM_INF), 0);
   EXPECT_NEAR(static_cast<double>(seen.width) / seen.height, 60.0 / 40 / std::sin(85 * M_PI / 180), 0.01);
+}
+
+TEST_F(SurfaceStage, HasTheColoursOfTheOtherPicturesAndTheirScale) {
+  const std::string above = limits + "azimuth='0 deg' elevation='85 deg'";
+  // What is near is dark, as in image_writer: 600 mm is a tenth of the range, 1400 mm nine.
+  const auto brightness = [&](float value) {
+    set(0, rows - 1, 0, columns - 1, value);
+    const cv::Mat plate = picture(above);
+    const cv::Scalar mean = cv::mean(plate, coloured(plate));
+    return mean[0] + mean[1] + mean[2];
+  };
+  EXPECT_LT(brightness(0.6F), brightness(1.0F));
+  EXPECT_LT(brightness(1.0F), brightness(1.4F));
+  const cv::Mat side = picture(above).colRange(720 - scale_width, 720);
+  const auto dots = [&side](const cv::Vec3b& colour) {
+    cv::Mat same;
+    cv::inRange(side, cv::Scalar(colour) - cv::Scalar::all(6), cv::Scalar(colour) + cv::Scalar::all(6), same);
+    return same;
+  };
+  const cv::Mat low = dots({84, 1, 68}), high = dots({37, 231, 253});  // the ends of viridis
+  ASSERT_GT(cv::countNonZero(low), 10);
+  ASSERT_GT(cv::countNonZero(high), 10);
+  EXPECT_LT(cv::boundingRect(high).br().y, cv::boundingRect(low).y) << "the greatest value on top";
+}
+
+TEST_F(SurfaceStage, ANarrowPictureHasRoomForItsWords) {
+  for (const char* size : {"300", "479", "480", "720"}) {
+    const cv::Mat narrow = picture(limits + "size=" + size);
+    cv::Mat grey;
+    cv::cvtColor(narrow, grey, cv::COLOR_BGR2GRAY);
+    EXPECT_EQ(cv::countNonZero(grey.colRange(0, 2) < 250), 0) << size;
+    EXPECT_EQ(cv::countNonZero(grey.colRange(grey.cols - 2, grey.cols) < 250), 0) << size;
+  }
 }
 
 TEST_F(SurfaceStage, InvalidPixelsAreHoles) {

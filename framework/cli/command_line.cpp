@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.hpp"
+
+#include "config/diagnostics.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <vector>
+
+namespace tofgraph::cli {
+namespace {
+
+class Help : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string& value = option->get_option_text();
+    return fmt::format("{}{}{}", value.empty() ? "" : " ", value,
+                       option->get_required() && !option->get_positional() ? " (required)" : "");
+  }
+
+  /// A command has none: in their place stand the options of all commands.
+  std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const override {
+    const CLI::App* all = app->get_parent();
+    if (all == nullptr) return Formatter::make_subcommands(app, mode);
+    return make_group("Options of all commands", false, all->get_options([all](const CLI::Option* option) {
+      return option != all->get_help_ptr() && option != all->get_version_ptr();
+    }));
+  }
+};
+
+std::vector<std::string> options_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+/// ", did you mean 'x'?", or nothing.
+std::string guess(const std::string& word, const std::vector<std::string>& known) {
+  const std::string near = config::nearest(word, known);
+  return near.empty() ? "" : fmt::format(", did you mean '{}'?", near);
+}
+
+}  // namespace
+
+std::shared_ptr<CLI::FormatterBase> help_in_words() { return std::make_shared<Help>(); }
+
+std::string unknown_word(const CLI::App& app) {
+  const std::vector<std::string> rest = app.remaining(true);
+  if (rest.empty()) return {};
+  const std::string word = rest.front().substr(0, rest.front().find('='));
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
+  if (word.starts_with("-")) {
+    std::vector<std::string> known = options_of(app);
+    for (const CLI::App* one : chosen) {
+      for (std::string& name : options_of(*one)) known.push_back(std::move(name));
+    }
+    const std::string near = guess(word, known);
+    return fmt::format("error: there is no option '{}'{}", word,
+                       near.empty() ? fmt::format("\n         options: tofgraph{} --help", command) : near);
+  }
+  if (!chosen.empty())
+    return fmt::format("error: '{}' is one argument too many\n         arguments: tofgraph{} --help", rest.front(),
+                       command);
+  std::vector<std::string> commands;
+  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))
+    commands.push_back(one->get_name());
+  const std::string near = guess(rest.front(), commands);
+  return fmt::format("error: there is no command '{}'{}", rest.front(),
+                     near.empty() ? "\n         " + config::suggestion(rest.front(), commands, "commands") : near);
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The command line itself: its help, its guesses, what it says on a terminal and what it says of files.
+#include "cli/progress.hpp"
+#include "tests/program.hpp"
+
+#include <pty.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <sstream>
+#include <thread>
+
+namespace tofgraph::tests {
+namespace {
+
+const char* const commands[] = {"run",      "check",   "explain", "list",    "describe",
+                                "simulate", "gallery", "info",    "diagnose"};
+
+/// What a child prints on a terminal of its own.
+std::string printed(const std::function<void()>& child, unsigned short columns = 120) {
+  int terminal = -1;
+  const winsize size{24, columns, 0, 0};
+  const pid_t process = forkpty(&terminal, nullptr, nullptr, &size);
+  if (process == 0) {
+    child();
+    _exit(0);
+  }
+  std::string text;
+  char block[4096];
+  for (ssize_t n = 0; (n = read(terminal, block, sizeof block)) > 0;) text.append(block, static_cast<std::size_t>(n));
+  close(terminal);
+  waitpid(process, nullptr, 0);
+  return text;
+}
+
+/// The same of a command line.
+std::string on_a_terminal(const std::string& command, const std::filesystem::path& folder,
+                          unsigned short columns = 120) {
+  const std::string line = "cd '" + folder.string() +
+                           "' && export TERM=xterm TOFGRAPH='" TOFGRAPH_PROGRAM
+                           "' TOFGRAPH_PLUGIN_PATH='" TOFGRAPH_BINARY_DIR "/tests/plugins'; unset NO_COLOR; " +
+                           command;
+  return printed([&line] { execl("/bin/sh", "sh", "-c", line.c_str(), nullptr); }, columns);
+}
+
+bool has(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
+
+TEST(Commands, AnUnknownOneIsNamedWithTheNearest) {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& arguments) {
+    const Outcome outcome = shell("\"$TOFGRAPH\" " + arguments, folder.path());
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(outcome.out, "");
+    return outcome.err;
+  };
+  EXPECT_EQ(said("simulat"), "error: there is no command 'simulat', did you mean 'simulate'?\n");
+  EXPECT_EQ(said("simulat s.yaml -o x.h5"), "error: there is no command 'simulat', did you mean 'simulate'?\n");
+  EXPECT_TRUE(has(said("zebra"), "there is no command 'zebra'\n         commands: run, check, explain"));
+  EXPECT_EQ(said("run a.yaml --frmaes=3"), "error: there is no option '--frmaes', did you mean '--frames'?\n");
+  EXPECT_EQ(said("list --quite"), "error: there is no option '--quite', did you mean '--quiet'?\n");
+  EXPECT_EQ(said("--plugin-pth here run a.yaml"),
+            "error: there is no option '--plugin-pth', did you mean '--plugin-path'?\n");
+  EXPECT_TRUE(has(said("info a.h5 b.h5"), "'b.h5' is one argument too many"));
+}
+
+TEST(Commands, HelpIsInWordsAndListsTheOptionsOfAllCommands) {
+  const TemporaryFolder folder;
+  for (const std::string command : commands) {
+    const Outcome help = shell("\"$TOFGRAPH\" " + command + " --help", folder.path());
+    EXPECT_EQ(help.exit_code, 0);
+    for (const char* option : {"--quiet", "--verbose", "--plugin-path FOLDER"})
+      EXPECT_TRUE(has(help.out, option)) << command << " " << option << "\n" << help.out;
+    for (const char* type : {"TEXT", "UINT", "INT", "FLOAT", "REQUIRED", "[1 - ", "{"})
+      EXPECT_FALSE(has(help.out, type)) << command << " " << type << "\n" << help.out;
+  }
+  EXPECT_TRUE(has(shell("\"$TOFGRAPH\" run --help", folder.path()).out, "--frames N "));
+  EXPECT_TRUE(has(shell("\"$TOFGRAPH\" diagnose --help", folder.path()).out, "--model FILE (required)"));
+}
+
+TEST(Commands, AFolderOfTheEnvironmentThatIsNotThereIsARemark) {
+  const TemporaryFolder folder;
+  const std::string away = "export TOFGRAPH_PLUGIN_PATH=/away; \"$TOFGRAPH\" list cameras";
+  const Outcome told = shell(away, folder.path());
+  EXPECT_EQ(told.exit_code, 0);
+  EXPECT_EQ(told.err, "warning: TOFGRAPH_PLUGIN_PATH: /away is not a folder\n");
+  EXPECT_EQ(shell(away + " --quiet", folder.path()).err, "");
+}
+
+TEST(Commands, DescribeSaysOfEachValueWhetherItWasMeasured) {
+  const TemporaryFolder folder;
+  const auto line_of = [](const std::string& text, const std::string& key) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      if (has(line, "  " + key + " ")) return line;
+    return std::string();
+  };
+  const std::string own = shell("\"$TOFGRAPH\" describe camcube2_calibrated", folder.path()).out;
+  for (const char* key : {"focal_length", "principal_point", "distortion"})
+    EXPECT_TRUE(has(line_of(own, key), " measured ")) << key << "\n" << own;
+  EXPECT_TRUE(has(line_of(own, "pixel_pitch"), " nominal ")) << own;
+  const std::string camcube = shell("\"$TOFGRAPH\" describe camcube2", folder.path()).out;
+  for (const char* key : {"width", "focal_length", "modulation_frequency", "sources", "gain"})
+    EXPECT_TRUE(has(line_of(camcube, key), " nominal ")) << key << "\n" << camcube;
+}
+
+TEST(Files, RunSaysHowManyThereAreAndTheFirstAndTheLast) {
+  const TemporaryFolder folder;
+  const std::string line = "\"$TOFGRAPH\" run 'ramp frames=3 ! notes path=out/b_{frame}.csv total=sum.txt' ";
+  const Outcome run = shell(line, folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has(run.err, "wrote 5 files: out/b_0.csv ... sum.txt\n")) << run.err;
+  EXPECT_EQ(shell(line + "--force --quiet", folder.path()).err, "");
+}
+
+TEST(Files, OfAFormerRunDoNotCount) {
+  const TemporaryFolder folder;
+  const std::string line = " 'ramp frames=9 ! notes path=b_{frame}.csv' --force";
+  ASSERT_EQ(shell("\"$TOFGRAPH\" run" + line, folder.path()).exit_code, 0);
+  const Outcome again = shell("\"$TOFGRAPH\" run --frames 2" + line, folder.path());
+  EXPECT_TRUE(has(again.err, "wrote 3 files: b_0.csv ... b.notes.txt\n")) << again.err;
+  const Outcome failing =
+      shell("\"$TOFGRAPH\" run 'ramp frames=9 ! notes path=c_{frame}.csv fail_at=1' --force", folder.path());
+  EXPECT_EQ(failing.exit_code, 1);
+  EXPECT_TRUE(has(failing.err, "wrote 2 files: c_0.csv ... c.notes.txt\n")) << failing.err;
+}
+
+TEST(Files, SimulateSaysWhatItWrote) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "s.yaml",
+             "scene: 1\ncamera: camcube2\nframes: 1\nobjects:\n  - {type: board, distance: 1 m}\n");
+  EXPECT_EQ(shell("\"$TOFGRAPH\" simulate s.yaml -o a.h5 --preview a.png", folder.path()).err,
+            "wrote a.png: a picture of the first frame\nwrote a.h5: 1 condition, 1 frame\n");
+}
+
+TEST(Terminal, HasErrorsInRedAndWarningsInYellow) {
+  const TemporaryFolder folder;
+  const std::string error = "\"$TOFGRAPH\" simulat", red = "\033[1;31merror\033[0m: there is no command";
+  EXPECT_TRUE(has(on_a_terminal(error, folder.path()), red));
+  for (const char* plain : {"NO_COLOR=1 ", "TERM=dumb "}) {
+    const std::string said = on_a_terminal(plain + error, folder.path());
+    EXPECT_TRUE(said.starts_with("error: there is no command")) << said;
+  }
+  EXPECT_FALSE(has(on_a_terminal(error + " 2>&1 | cat", folder.path()), "\033"));
+  EXPECT_TRUE(has(on_a_terminal("TOFGRAPH_PLUGIN_PATH=/away \"$TOFGRAPH\" list cameras", folder.path()),
+                  "\033[1;33mwarning\033[0m: TOFGRAPH_PLUGIN_PATH"));
+  write_text(folder.path() / "a.yaml", "pipeline: 1\nnodes:\n  - {name: grab, stage: rump}  # error: none\n");
+  const std::string check = on_a_terminal("\"$TOFGRAPH\" check a.yaml", folder.path());
+  EXPECT_TRUE(has(check, "a.yaml:3:25: \033[1;31merror\033[0m: there is no stage")) << check;
+  EXPECT_TRUE(has(check, "# error: none")) << "what the user wrote stays as it is\n" << check;
+}
+
+TEST(Terminal, ABarEndsOnALineOfItsOwnWithItsTimes) {
+  const TemporaryFolder folder;
+  const std::string said = on_a_terminal("\"$TOFGRAPH\" run 'ramp frames=14 pause=0.2s ! null'", folder.path());
+  EXPECT_TRUE(has(said, " left")) << said;
+  const auto last = said.rfind("\r\033[K[");
+  ASSERT_NE(last, std::string::npos) << said;
+  const std::string line = said.substr(last, said.find('\n', last) - last);
+  EXPECT_TRUE(has(line, "] 100 % 14 of 14 frames")) << line;
+  EXPECT_TRUE(has(said.substr(last + line.size()), "\n14 frames in ")) << said;
+  EXPECT_FALSE(has(shell("\"$TOFGRAPH\" run 'ramp frames=14 pause=0.2s ! null'", folder.path()).err, "["));
+}
+
+TEST(Terminal, ABarIsNoWiderThanTheTerminal) {
+  const TemporaryFolder folder;
+  const std::string said = on_a_terminal("\"$TOFGRAPH\" run 'ramp frames=11 pause=0.2s ! null'", folder.path(), 40);
+  std::size_t bars = 0;
+  for (std::size_t at = 0; (at = said.find("\r\033[K[", at)) != std::string::npos; ++bars) {
+    at += 4;
+    EXPECT_LT(said.find_first_of("\r\n", at) - at, 40U) << said;
+  }
+  EXPECT_GT(bars, 0U);
+}
+
+TEST(Terminal, ABarNeverGoesBack) {
+  const std::string said = printed([] {
+    const auto wait = [](int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); };
+    cli::Progress progress(false);
+    wait(2050);
+    progress.show(0.5, "first");
+    wait(250);
+    progress.show(0.2, "second");
+    cli::say("a message");
+  });
+  EXPECT_TRUE(has(said, " 50 % first")) << said;
+  EXPECT_TRUE(has(said, " 50 % second")) << said;
+  EXPECT_TRUE(has(said, "\r\033[Ka message\r\n")) << "not behind the bar: " << said;
+  EXPECT_TRUE(said.ends_with(" left\r\n")) << said;
+}
+
+TEST(Terminal, ABarTellsElapsedAndRemainingTime) {
+  EXPECT_EQ(cli::progress_bar(0.5, "two", 12), "[==========          ]  50 % two, 12 s, 12 s left");
+  EXPECT_EQ(cli::progress_bar(1, "all", 65), "[====================] 100 % all, 1 min 05 s");
+  EXPECT_EQ(cli::progress_bar(0.25, "x", 3600), "[=====               ]  25 % x, 1 h 00 min, 3 h 00 min left");
+  EXPECT_EQ(cli::progress_bar(std::nullopt, "7 frames", 3), "7 frames, 3 s");
+  EXPECT_EQ(cli::progress_bar(1.5, "", 1).find("150"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
