@@ -16,9 +16,21 @@
 namespace tofgraph::graph {
 namespace {
 
+/// Of a number whose default is zero, as that of an effect that is off: a size that does something; NaN: none is known.
+double usual_size(const tofgraph_parameter& p) {
+  if (p.kind != TOFGRAPH_KIND_NUMBER) return std::numeric_limits<double>::quiet_NaN();
+  if (!std::isnan(p.typical)) return p.typical;
+  if (p.default_value != nullptr && std::string_view(p.default_value) == "none")
+    return std::clamp(1000.0, std::fmax(p.minimum, -1e300), std::fmin(p.maximum, 1e300));
+  const bool zero = p.default_value != nullptr && config::parse_quantity(p.default_value, p.unit).value == 0;
+  const bool off = zero && std::string_view(p.unit).find('|') == std::string_view::npos && *p.choices == 0;
+  return off && p.maximum > 0 ? p.maximum / 2 : std::numeric_limits<double>::quiet_NaN();
+}
+
 /// What to write instead: the default where there is one, else something of the right kind.
 std::string example(const tofgraph_parameter& p, const config::Position& at) {
   const auto of = [&](std::string_view value) { return "example: " + config::assignment(at, p.name, value); };
+  if (const double usual = usual_size(p); !std::isnan(usual)) return of(config::format_quantity(usual, p.unit));
   if (p.default_value != nullptr && *p.default_value != 0) return of(p.default_value);
   const std::vector<std::string> choices = split_words(p.choices);
   const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
@@ -160,8 +172,9 @@ void ParameterValues::parse(const tofgraph_parameter& p, const config::Value& va
     problem = parse_number(p, value, out);
   else if (p.kind == TOFGRAPH_KIND_CHOICE && !is_choice(p, value)) {
     const std::vector<std::string> choices = split_words(p.choices);
-    diagnostics.error(value.at, fmt::format("'{}' is '{}'", p.name, text),
-                      config::suggestion(text, choices, "choices"));
+    const std::string near = config::nearest(text, choices);
+    diagnostics.error(value.at, fmt::format("'{}' is '{}', expected one of: {}", p.name, text, p.choices),
+                      near.empty() ? example(p, value.at) : fmt::format("did you mean '{}'?", near));
     return;
   } else {
     problem = parse_text(p, value, text, out);
@@ -193,8 +206,9 @@ std::string ParameterValues::parse_numbers(const tofgraph_parameter& p, const co
                                            tofgraph_value& out) {
   std::string problem;
   auto& list = kept_->lists.emplace_back();
+  const config::Value several = config::without_quotes(value);
   const std::vector<config::Value> one = {value};
-  for (const config::Value& item : value.is_list() ? value.items : one) {
+  for (const config::Value& item : several.is_list() ? several.items : one) {
     Number number;
     const bool right = parse_number(p, item, number, problem);
     list.push_back(number.value);
