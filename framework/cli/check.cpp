@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/campaign.hpp"
 #include "cli/commands.hpp"
 
 #include "io/campaign.hpp"
@@ -71,6 +72,8 @@ std::string check_scene(const config::Value& document, config::Diagnostics& diag
 
 std::string check_campaign(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
   const io::Campaign campaign = io::read_campaign(document, diagnostics);
+  const CampaignArguments captures{document, campaign, diagnostics};
+  run_module("campaign", &captures);
   const std::size_t conditions = campaign.conditions.size();
   const std::string problem =
       campaign.camera ? physics::not_the_four(physics::exposures_of(campaign.camera->view())) : std::string();

@@ -64,6 +64,20 @@ TEST_F(Check, ARecordedCorrectionIsNotAppliedAgain) {
   }
 }
 
+TEST_F(Check, OpensTheCapturesOfACampaign) {
+  const std::string recording = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
+  write("broken.h5", read_text(recording).substr(0, 5000));
+  write("campaign.yaml",
+        "campaign: 1\ncamera: camcube2\nconditions:\n"
+        "  - {id: a, capture: broken.h5, board: {distance: 1 m}}\n"
+        "  - {id: b, capture: " +
+            recording + ", frames: [0, 19], board: {distance: 1 m}}\n");
+  const Outcome outcome = check("campaign.yaml");
+  expect_said(outcome, 2, "campaign.yaml:4:22: error: 'capture': ");
+  expect_said(outcome, 2, "campaign.yaml:5:22: error: 'capture': the capture is 176 x 132 px, the camera 'camcube2'");
+  expect_said(outcome, 2, "'capture': the capture has 3 frames, which count from 0: frame 19 is not there");
+}
+
 TEST_F(Check, SaysWhatOtherCommandsNeedOfAProfile) {
   const Outcome outcome = check(profiles + "o3d303.yaml");
   expect_said(outcome, 0,
