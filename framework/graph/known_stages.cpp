@@ -11,7 +11,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-constexpr std::size_t longest_way = 3;  // stages one after the other; more is no advice
+constexpr std::size_t longest_way = 3;  // stages one after the other; more would help nobody
 
 bool has(const Names& names, const std::string& name) { return std::ranges::find(names, name) != names.end(); }
 
