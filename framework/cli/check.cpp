@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/campaign.hpp"
 #include "cli/commands.hpp"
 
 #include "io/campaign.hpp"
 #include "io/profile.hpp"
+#include "simulation/files/camera_needs.hpp"
 #include "simulation/files/model.hpp"
 #include "simulation/files/scene_file.hpp"
 
@@ -15,8 +17,26 @@
 namespace tofgraph::cli {
 namespace {
 
+/// What a simulation or a search will say of a camera; pipelines need none of it.
+void warn_of_camera(const io::Camera& camera, const char* who, std::vector<simulation::Need> missing,
+                    const config::Position& at, config::Diagnostics& diagnostics) {
+  if (missing.empty()) return;
+  diagnostics.warning(at,
+                      fmt::format("{} cannot use the camera '{}': its profile has no {}", who, camera.view().name,
+                                  simulation::keys_of(missing)),
+                      simulation::added_to_profile(camera, missing));
+}
+
 std::string check_profile(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
-  io::read_profile(document, diagnostics);
+  const io::CameraPtr camera = io::read_profile(document, diagnostics);
+  if (!camera) return {};
+  const tofgraph_camera& view = camera->view();
+  std::vector<simulation::Need> missing = simulation::missing_for_light(view);
+  warn_of_camera(*camera, "diagnose", missing, document.at, diagnostics);
+  if (!(view.frame_rate > 0)) missing.push_back({"frame_rate", "frame_rate: 80 Hz"});
+  warn_of_camera(*camera, "simulate", missing, document.at, diagnostics);
+  if (!simulation::has_noise(view))
+    diagnostics.warning(document.at, "the profile has no read_noise and shot_noise: a scene must write noise: none");
   return "the profile is right";
 }
 
@@ -36,9 +56,14 @@ std::string check_model(const config::Value& document, config::Diagnostics& diag
 
 std::string check_scene(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
   const simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
+  config::Diagnostics of_model;  // of its own, so that a mistake in the scene hides none in the model
   const simulation::Model model =
-      simulation::model_of_scene(scene.model, graph::PluginRegistry(common.plugin_folders), diagnostics);
-  if (scene.camera) simulation::make_effects(model, scene.camera->view(), diagnostics);
+      simulation::model_of_scene(scene.model, graph::PluginRegistry(common.plugin_folders), of_model);
+  if (scene.camera) simulation::make_effects(model, scene.camera->view(), of_model);
+  if (scene.camera && !simulation::is_for(model, *scene.camera))
+    of_model.warning(document.at, fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera,
+                                              scene.camera->view().name));
+  diagnostics.add(of_model.all());
   if (!diagnostics.ok()) return {};
   const std::size_t conditions = simulation::expand(scene).size();
   return fmt::format("the scene is right, {} object{}, {} condition{}", scene.objects.size(),
@@ -47,10 +72,15 @@ std::string check_scene(const config::Value& document, config::Diagnostics& diag
 
 std::string check_campaign(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
   const io::Campaign campaign = io::read_campaign(document, diagnostics);
+  const CampaignArguments captures{document, campaign, diagnostics};
+  run_module("campaign", &captures);
   const std::size_t conditions = campaign.conditions.size();
   const std::string problem =
       campaign.camera ? physics::not_the_four(physics::exposures_of(campaign.camera->view())) : std::string();
   if (!problem.empty()) diagnostics.warning(document.at, fmt::format("diagnose {}", problem));
+  if (campaign.camera)
+    warn_of_camera(*campaign.camera, "diagnose", simulation::missing_for_light(campaign.camera->view()), document.at,
+                   diagnostics);
   return fmt::format("the campaign is right, {} condition{}", conditions, conditions == 1 ? "" : "s");
 }
 

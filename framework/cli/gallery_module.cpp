@@ -15,7 +15,8 @@ namespace {
 
 int gallery(const GalleryArguments& arguments) {
   const auto profile = io::find_profile(arguments.camera, std::filesystem::current_path());
-  if (profile.empty() || !std::filesystem::exists(profile)) {
+  std::error_code error;
+  if (profile.empty() || !std::filesystem::exists(profile, error)) {
     const std::vector<std::string> names = io::profile_names();
     throw config::ConfigurationError(fmt::format("--camera {}: error: there is no such profile\n         {}",
                                                  arguments.camera,

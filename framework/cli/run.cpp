@@ -98,7 +98,8 @@ std::string statistics_problem(const RunArguments& arguments) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
   std::string problem = io::write_error(path);
-  if (problem.empty() && !arguments.force && std::filesystem::exists(path))
+  std::error_code error;
+  if (problem.empty() && !arguments.force && std::filesystem::exists(path, error))
     problem = "the file exists\n         --force replaces it";
   return problem.empty() ? problem : fmt::format("--stats {}: error: {}", arguments.stats, problem);
 }

@@ -51,9 +51,10 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   const fs::path out = fs::path(arguments.out).lexically_normal();
   if (!campaign) return refuse("--out", io::output_problem(out, arguments.force));
   refuse("--out", io::write_error(out / "campaign.yaml"));
-  if (fs::exists(out) && !fs::is_directory(out))
+  std::error_code error;
+  if (fs::exists(out, error) && !fs::is_directory(out, error))
     refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
-  if (fs::exists(out) && !fs::is_empty(out) && !arguments.force)
+  if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force)
     refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces what a campaign has in it",
                                 out.string()));
 }

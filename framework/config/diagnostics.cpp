@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <tuple>
 
 namespace tofgraph::config {
 namespace {
@@ -28,7 +29,8 @@ std::string shown(const Diagnostic& d) {
     out += ": ";
   }
   out += d.severity == Severity::error ? "error: " : "warning: ";
-  out += d.message + "\n";
+  out += d.message;
+  if (!d.message.ends_with('\n')) out += '\n';  // as what another file's mistakes say
   if (d.at.source && d.at.line > 0) {
     const std::string line = line_of(d.at.source->text, d.at.line);
     const std::size_t before = std::min(d.at.column - 1, line.size());
@@ -69,12 +71,27 @@ void Diagnostics::warning(const Position& at, std::string message, std::string h
   all_.push_back({Severity::warning, at, std::move(message), std::move(hint)});
 }
 
+void Diagnostics::add(const ConfigurationError& failure, const Position& at) {
+  if (failure.mistakes().empty()) error(at, failure.what());
+  add(failure.mistakes());
+}
+
+void Diagnostics::add(const std::vector<Diagnostic>& mistakes) {
+  for (const Diagnostic& mistake : mistakes) {
+    all_.push_back(mistake);
+    if (mistake.severity == Severity::error) ++errors_;
+  }
+}
+
 std::string Diagnostics::text() const {
   std::vector<const Diagnostic*> order;
-  for (const Diagnostic& d : all_) order.push_back(&d);
-  std::ranges::stable_sort(order, [](const Diagnostic* a, const Diagnostic* b) {
-    if (a->at.source != b->at.source) return false;
-    return std::pair(a->at.line, a->at.column) < std::pair(b->at.line, b->at.column);
+  std::vector<const SourceText*> sources;  // in the order in which they were found fault with
+  for (const Diagnostic& d : all_) {
+    order.push_back(&d);
+    if (std::ranges::find(sources, d.at.source.get()) == sources.end()) sources.push_back(d.at.source.get());
+  }
+  std::ranges::stable_sort(order, {}, [&](const Diagnostic* d) {
+    return std::tuple(std::ranges::find(sources, d->at.source.get()), d->at.line, d->at.column);
   });
   std::string out;
   for (const Diagnostic* d : order) out += shown(*d);

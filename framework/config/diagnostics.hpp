@@ -40,16 +40,22 @@ struct Diagnostic {
   std::string hint;  ///< what to write instead, an example; may be empty
 };
 
+class ConfigurationError;
+
 /// All mistakes of one check, in the order of their places.
 class Diagnostics {
  public:
   void error(const Position& at, std::string message, std::string hint = {});
   void warning(const Position& at, std::string message, std::string hint = {});
 
+  /// The mistakes of another file that a value names, each with its own place. @param at the value's
+  void add(const ConfigurationError& error, const Position& at);
+  void add(const std::vector<Diagnostic>& mistakes);
+
   bool ok() const { return errors_ == 0; }
   std::size_t errors() const { return errors_; }
   const std::vector<Diagnostic>& all() const { return all_; }
-  /// Each as `file:line:column: error: message`, the line, marks under the place, the hint.
+  /// Each as `file:line:column: error: message`, the line, marks under the place, the hint; file by file.
   std::string text() const;
 
  private:
@@ -60,8 +66,15 @@ class Diagnostics {
 /// Thrown where a configuration cannot be used; what() is the text of all its mistakes.
 class ConfigurationError : public std::runtime_error {
  public:
-  explicit ConfigurationError(const Diagnostics& diagnostics) : std::runtime_error(diagnostics.text()) {}
+  explicit ConfigurationError(const Diagnostics& diagnostics)
+      : std::runtime_error(diagnostics.text()), mistakes_(diagnostics.all()) {}
   explicit ConfigurationError(const std::string& text) : std::runtime_error(text) {}
+
+  /// One by one; empty where there is nothing but the text.
+  const std::vector<Diagnostic>& mistakes() const { return mistakes_; }
+
+ private:
+  std::vector<Diagnostic> mistakes_;
 };
 
 /// The candidate that is nearest to a name (edit distance with transpositions), or "" when none is near.

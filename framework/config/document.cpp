@@ -110,6 +110,8 @@ std::string Value::described() const {
     case Kind::null:
       return "nothing";
     case Kind::scalar:
+      if (quoted && text.starts_with('[') && text.ends_with(']'))
+        return fmt::format("the text '{}' (without the quotes it is a list)", text);
       return fmt::format("'{}'", text);
     case Kind::list:
       return "a list";
@@ -136,6 +138,15 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
 }
 
 Value parse_value(const std::string& text, const Position& at) { return parse(at.source, text, at); }
+
+Value without_quotes(const Value& value) {
+  if (value.kind != Value::Kind::scalar || !value.text.starts_with('[') || !value.text.ends_with(']')) return value;
+  try {
+    return parse_value(value.text, value.at);
+  } catch (const ConfigurationError&) {
+    return value;
+  }
+}
 
 std::string yaml_word(const std::string& text) {
   const auto plain = [](char c) {

@@ -49,6 +49,9 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
 /// A value written on the command line: YAML, but positions refer to the given place.
 Value parse_value(const std::string& text, const Position& at);
 
+/// A list that was written in quotes, "[1, 2]", as the list that it shows; every other value as it is.
+Value without_quotes(const Value& value);
+
 /// A word as YAML reads it back, quoted where it has to be.
 std::string yaml_word(const std::string& text);
 /// A value in one line, such that it is read back the same.

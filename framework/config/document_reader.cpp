@@ -21,7 +21,7 @@ Reader::Reader(const Value& map, Diagnostics& diagnostics, std::string what)
 }
 
 const Entry* Reader::take(std::string_view key) {
-  known_.emplace_back(key);
+  if (std::ranges::find(known_, key) == known_.end()) known_.emplace_back(key);
   return map_.find(key);
 }
 
@@ -139,12 +139,12 @@ std::vector<double> Reader::numbers(std::string_view key, std::string_view unit,
   const Entry* entry = take(key);
   if (entry == nullptr) return values;
   const std::string hint = fmt::format("example: {}: {}", key, example);
-  if (!entry->value.is_list()) {
-    diagnostics_.error(entry->value.at, fmt::format("'{}' is {}, expected a list", key, entry->value.described()),
-                       hint);
+  const Value list = without_quotes(entry->value);
+  if (!list.is_list()) {
+    diagnostics_.error(list.at, fmt::format("'{}' is {}, expected a list", key, list.described()), hint);
     return values;
   }
-  for (const Value& item : entry->value.items) {
+  for (const Value& item : list.items) {
     const auto parsed = parse_quantity(item.text, unit);
     if (!item.is_scalar() || !parsed.ok()) {
       diagnostics_.error(item.at,

@@ -3,6 +3,7 @@
 #include "graph/graph.hpp"
 
 #include "config/paths.hpp"
+#include "graph/known_stages.hpp"
 #include "graph/outputs.hpp"
 #include "graph/resolved_pipeline.hpp"
 #include "io/profile.hpp"
@@ -59,6 +60,8 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   host_.version = TOFGRAPH_VERSION;
   host_.plugin_path = config::joined_path(options.plugin_folders);
   const PluginRegistry registry(options.plugin_folders);
+  const KnownStages known_stages(registry, pipeline.nodes);
+  host_.known_stages = &known_stages;
   const ResolvedPipeline written(pipeline, registry, diagnostics);
   for (const auto& [hidden, before] : registry.hidden()) {
     const auto used = [&name = hidden.name](const NodeSpec& node) { return node.stage == name; };
@@ -68,9 +71,12 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   }
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   make_nodes(written, diagnostics);
+  if (camera_ && !camera_->file.empty()) host_.inputs.push_back(camera_->file);
+  for (const auto& node : nodes_) std::ranges::copy(node->values().files(), std::back_inserter(host_.inputs));
   // Without the camera that was named, every stage that needs one would complain.
   if (!pipeline.camera || camera_) prepare(diagnostics);
   check_outputs(nodes_, diagnostics);
+  host_.known_stages = nullptr;
 }
 
 void Graph::make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics) {
@@ -175,8 +181,11 @@ bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics)
       diagnostics.error(input.at, fmt::format("the stage {} has no input '{}'", self.stage().name, input.port),
                         config::suggestion(input.port, ports, "inputs"));
     } else if (std::ranges::none_of(alternatives(*port), has)) {
-      diagnostics.error(input.at, fmt::format("node '{}' gives no {} for the input '{}' of '{}'", input.node,
-                                              port->channel, input.port, self.name));
+      diagnostics.error(
+          input.at,
+          fmt::format("node '{}' gives no {} for the input '{}' of '{}'", input.node,
+                      fmt::join(alternatives(*port), " or "), input.port, self.name),
+          host_.known_stages->way_to(alternatives(*port), nodes_[inputs_[node][k]]->output(), self.stage().name));
     } else {
       continue;
     }
@@ -211,6 +220,7 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
     }
     names.resize(std::max(names.size(), streams.size()), "");
     good[i] = right && node.prepare(streams, names, diagnostics);
+    for (const UsedFile& file : node.files()) host_.inputs.emplace_back(file.path);
   }
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     nodes_[i]->set_provenance(

@@ -22,13 +22,17 @@
 
 namespace tofgraph::graph {
 
+class KnownStages;
+
 /// What all instances of a run share.
 struct Host {
   bool overwrite = false;
   std::atomic<bool> stopping{false};
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
   std::string version;
-  std::string plugin_path;  ///< folders with colons between
+  std::string plugin_path;                      ///< folders with colons between
+  const KnownStages* known_stages = nullptr;    ///< for advice, while a graph is checked
+  std::vector<std::filesystem::path> inputs{};  ///< files that the graph reads: no output may take their place
 };
 
 /// A file that shaped a result.

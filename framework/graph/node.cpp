@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/node.hpp"
 
+#include "graph/known_stages.hpp"
 #include "graph/validation.hpp"
 
 #include <tofgraph/array.hpp>
@@ -75,13 +76,17 @@ bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diag
   if (!failure) return true;
   const config::Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
   const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
-  const bool known = failure->parameter.empty() ||
-                     std::ranges::any_of(stage().own_parameters,
-                                         [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
-  diagnostics.error(
-      where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())),
-      known ? ""
-            : fmt::format("the stage has no such parameter: a defect of the plugin {}", stage().file.path.string()));
+  const auto parameter = std::ranges::find_if(
+      stage().own_parameters, [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
+  const bool known = failure->parameter.empty() || parameter != stage().own_parameters.end();
+  std::string hint;
+  if (!known)
+    hint = fmt::format("the stage has no such parameter: a defect of the plugin {}", stage().file.path.string());
+  const std::string text = values_.text_of(failure->parameter);
+  if (known && !failure->parameter.empty() && parameter->kind == TOFGRAPH_KIND_TEXT && text.starts_with('['))
+    hint = "a list has no quotes: " + config::assignment(at, failure->parameter, text);
+  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())),
+                    std::move(hint));
   return false;
 }
 
@@ -98,7 +103,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   }
   const Stream& first = *inputs.front();
   if (first.camera) right = values_.images_fit(first.camera->view(), diagnostics) && right;
-  if (!right || !check_outputs(first, first_bound, diagnostics)) return false;
+  if (!right || !check_outputs(first, first_bound, diagnostics) || !spares_inputs(diagnostics)) return false;
   leaving_.stream = first;
   leaving_.stream.exposures_known = !is_source();
   leaving_.stream.history.push_back(index);
@@ -117,6 +122,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   if (!prepared || !choose_files(first.frames, diagnostics)) return false;
   leaving_.stream.exposures_known = true;
   if (is_source()) size_images();
+  if (is_source()) complete_history();
   if (!check_exposures(diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
@@ -130,6 +136,24 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
                              nullptr);
   }
   return true;
+}
+
+/// Nothing may be written over what is read meanwhile. Asked before the stage itself is, which would only say that the
+/// file exists.
+bool Node::spares_inputs(config::Diagnostics& diagnostics) const {
+  bool right = true;
+  for (std::size_t i = 0; i < stage().parameter_count; ++i) {
+    const tofgraph_parameter& p = stage().own_parameters[i];
+    const bool writes = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
+    const std::string path = writes && values_.data()[i].text != nullptr ? values_.data()[i].text : "";
+    if (path.empty()) continue;
+    try {
+      const std::string problem = io::input_problem(io::OutputPattern(path), host_.inputs);
+      if (!problem.empty()) right = tell(Failure{p.name, problem}, diagnostics);
+    } catch (const std::runtime_error&) {  // not a pattern: told where the files are chosen
+    }
+  }
+  return right;
 }
 
 /// The names of what the node writes, and whether it may. @param frames how many come, 0: unknown
@@ -184,6 +208,20 @@ bool Node::check_exposures(config::Diagnostics& diagnostics) const {
     return false;
   }
   return true;
+}
+
+/// A recording names the stages that its channels went through; what these count as is known from their declarations.
+void Node::complete_history() {
+  if (host_.known_stages == nullptr) return;
+  for (Channel& channel : leaving_.stream.channels) {
+    const std::vector<std::string> recorded = channel.applied;
+    for (const std::string& stage_name : recorded) {
+      if (stage_name == stage().name) continue;
+      for (const std::string& word : host_.known_stages->added_by(stage_name)) {
+        if (!channel.has_applied(word)) channel.applied.push_back(word);
+      }
+    }
+  }
 }
 
 /// Images that were announced before the source chose camera and exposures have the size that these give them.

@@ -59,9 +59,13 @@ class Node {
   bool bind(const Stream& stream, std::vector<const Channel*>& bound, config::Diagnostics& diagnostics) const;
   bool check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
                    config::Diagnostics& diagnostics) const;
+  std::string remedy(const std::vector<std::string>& channels, const Stream& stream) const;
+  std::string instead_of(const std::string& word, const Channel& channel, const Stream& stream) const;
+  void complete_history();
   void announce_outputs(const std::vector<const Channel*>& bound);
   bool check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
                      config::Diagnostics& diagnostics) const;
+  bool spares_inputs(config::Diagnostics& diagnostics) const;
   bool choose_files(std::uint64_t frames, config::Diagnostics& diagnostics);
   std::vector<std::string> names_made() const;
   std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The meaning of ports against the meaning of channels: what a node may read, change and make.
+#include "graph/known_stages.hpp"
 #include "graph/node.hpp"
 
 #include <tofgraph/array.hpp>
@@ -25,6 +26,33 @@ std::string names_of(const Stream& stream) {
   return names.empty() ? "nothing" : joined(names, ", ");
 }
 
+/// "4 x 2 x 132 x 176": a port's shape with the sizes that are known.
+std::string shape_text(const tofgraph_port& port, const Stream& stream) {
+  std::string text;
+  for (const std::string& word : split_words(port.shape)) {
+    const tofgraph_camera* camera = stream.camera ? &stream.camera->view() : nullptr;
+    const std::string size = word == "H" && camera != nullptr   ? fmt::format("{}", camera->height)
+                             : word == "W" && camera != nullptr ? fmt::format("{}", camera->width)
+                             : word == "P"                      ? fmt::format("{}", stream.all_exposures().size())
+                                                                : word;
+    text += (text.empty() ? "" : " x ") + size;
+  }
+  return text;
+}
+
+/// Where no stage can make what is missing from what arrives: why not.
+std::string why_no_way(const std::vector<std::string>& wanted, const Stream& stream, const std::string& node) {
+  if (std::ranges::find(wanted, "distance") == wanted.end()) return {};
+  for (const char* name : {"range", "depth", "points"}) {
+    if (stream.find(name) == nullptr) continue;
+    return fmt::format(
+        "'distance' is half of the travelled path, '{}' no longer is: the bent light path has been "
+        "corrected already, take '{}' out",
+        name, node);
+  }
+  return {};
+}
+
 }  // namespace
 
 bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, config::Diagnostics& diagnostics) const {
@@ -44,17 +72,23 @@ bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, config
     if (bound.back() != nullptr) {
       right = check_input(stream, port, *bound.back(), diagnostics) && right;
     } else if ((port.flags & TOFGRAPH_PORT_OPTIONAL) == 0) {
-      const bool rays = names.front() == "rays";
-      diagnostics.error(
-          at,
-          fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage().name,
-                      chosen ? wanted : joined(names, " or "), names_of(stream)),
-          rays ? "the rays are those of the camera: --camera NAME, or camera: NAME at the top of the pipeline file"
-               : "");
+      const std::vector<std::string> needed = chosen ? std::vector{wanted} : names;
+      diagnostics.error(at,
+                        fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage().name,
+                                    joined(needed, " or "), names_of(stream)),
+                        remedy(needed, stream));
       right = false;
     }
   }
   return right;
+}
+
+std::string Node::remedy(const std::vector<std::string>& channels, const Stream& stream) const {
+  if (channels.front() == "rays")
+    return "the rays are those of the camera: --camera NAME, or camera: NAME at the top of the pipeline file";
+  if (host_.known_stages == nullptr) return {};
+  const std::string way = host_.known_stages->way_to(channels, stream, stage().name);
+  return way.empty() ? why_no_way(channels, stream, name) : way;
 }
 
 bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
@@ -68,14 +102,15 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
         fmt::format("'{}' is {}, expected {}", channel.name, element_name(channel.type), element_name(port.type)));
   }
   if (!fits_shape(channel, port.shape))
-    return error(fmt::format("'{}' is {}, expected the shape {}", channel.name, channel.described(), port.shape));
+    return error(
+        fmt::format("'{}' is {}, expected the shape {}", channel.name, channel.described(), shape_text(port, stream)));
   if (*port.unit != 0 && channel.unit != port.unit) {
     return error(fmt::format("'{}' is in {}, expected {}", channel.name,
                              channel.unit.empty() ? "no unit" : channel.unit, port.unit));
   }
   for (const std::string& word : split_words(port.refuses)) {
     if (channel.has_applied(word))
-      return error(fmt::format("'{}' already has {} applied", channel.name, word), "take one of the two out");
+      return error(fmt::format("'{}' already has {} applied", channel.name, word), instead_of(word, channel, stream));
   }
   const std::vector<std::string> needs = split_words(port.needs);
   const bool has_one = std::ranges::any_of(needs, [&](const std::string& word) { return channel.has_applied(word); });
@@ -90,6 +125,21 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
                      : fmt::format("put '{}' before the node that makes '{}'", name, other.name));
   }
   return true;
+}
+
+/// What was done too early, or twice: what to change.
+std::string Node::instead_of(const std::string& word, const Channel& channel, const Stream& stream) const {
+  const bool same = std::ranges::any_of(std::span(stage().ports, stage().port_count), [&](const tofgraph_port& port) {
+    const std::vector<std::string> adds = split_words(port.adds);
+    return std::ranges::find(adds, word) != adds.end();
+  });
+  if (stream.is_from_source(channel)) return fmt::format("the recording has it already: take '{}' out", name);
+  if (same || host_.known_stages == nullptr) return "a correction is applied once: take one of the two out";
+  for (const std::string& other : channel.applied) {
+    const std::vector<std::string> adds = host_.known_stages->added_by(other);
+    if (std::ranges::find(adds, word) != adds.end()) return fmt::format("put '{}' before {}", name, other);
+  }
+  return "take one of the two out";
 }
 
 std::vector<std::string> Node::names_made() const {

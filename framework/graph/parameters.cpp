@@ -16,9 +16,21 @@
 namespace tofgraph::graph {
 namespace {
 
+/// Of a number whose default is zero, as that of an effect that is off: a size that does something; NaN: none is known.
+double usual_size(const tofgraph_parameter& p) {
+  if (p.kind != TOFGRAPH_KIND_NUMBER) return std::numeric_limits<double>::quiet_NaN();
+  if (!std::isnan(p.typical)) return p.typical;
+  if (p.default_value != nullptr && std::string_view(p.default_value) == "none")
+    return std::clamp(1000.0, std::fmax(p.minimum, -1e300), std::fmin(p.maximum, 1e300));
+  const bool zero = p.default_value != nullptr && config::parse_quantity(p.default_value, p.unit).value == 0;
+  const bool off = zero && std::string_view(p.unit).find('|') == std::string_view::npos && *p.choices == 0;
+  return off && p.maximum > 0 ? p.maximum / 2 : std::numeric_limits<double>::quiet_NaN();
+}
+
 /// What to write instead: the default where there is one, else something of the right kind.
 std::string example(const tofgraph_parameter& p, const config::Position& at) {
   const auto of = [&](std::string_view value) { return "example: " + config::assignment(at, p.name, value); };
+  if (const double usual = usual_size(p); !std::isnan(usual)) return of(config::format_quantity(usual, p.unit));
   if (p.default_value != nullptr && *p.default_value != 0) return of(p.default_value);
   const std::vector<std::string> choices = split_words(p.choices);
   const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
@@ -66,6 +78,17 @@ std::string range_problem(const tofgraph_parameter& p, double value) {
 std::string absolute_path(const config::Value& value, const std::string& text) {
   const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
   return std::filesystem::absolute(base / text).lexically_normal().string();
+}
+
+std::string words_of(const config::Value& list) {
+  std::string text;
+  for (const config::Value& item : list.items) text += (text.empty() ? "" : " ") + item.text;
+  return text;
+}
+
+bool is_choice(const tofgraph_parameter& p, const config::Value& value) {
+  const std::vector<std::string> choices = split_words(p.choices);
+  return value.is_scalar() && std::ranges::find(choices, value.text) != choices.end();
 }
 
 std::string list_text(const config::Value& list) {
@@ -134,87 +157,99 @@ bool ParameterValues::parse_number(const tofgraph_parameter& p, const config::Va
 void ParameterValues::parse(const tofgraph_parameter& p, const config::Value& value, tofgraph_value& out,
                             config::Diagnostics& diagnostics) {
   if (p.kind == TOFGRAPH_KIND_IMAGE) return parse_image(p, value, out, diagnostics);
-  std::string problem;
-  const bool list_of_words = value.is_list() && (p.kind == TOFGRAPH_KIND_TEXT);
-  std::string text = value.text;
-  if (list_of_words) {
-    text.clear();
-    for (const config::Value& item : value.items) text += (text.empty() ? "" : " ") + item.text;
-  }
   if (value.kind == config::Value::Kind::null && out.given != 0) {
     diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p, value.at));
     return;
   }
-  const std::vector<std::string> choices = split_words(p.choices);
-  const bool word = std::ranges::find(choices, text) != choices.end() && value.is_scalar();
-  if (!value.is_scalar() && !list_of_words && p.kind != TOFGRAPH_KIND_NUMBERS)
+  const bool list_of_words = value.is_list() && p.kind == TOFGRAPH_KIND_TEXT;
+  const std::string text = list_of_words ? words_of(value) : value.text;
+  std::string problem;
+  if (p.kind == TOFGRAPH_KIND_NUMBERS)
+    problem = parse_numbers(p, value, out);
+  else if (!value.is_scalar() && !list_of_words)
     problem = "is not one value";
-  else
-    switch (p.kind) {
-      case TOFGRAPH_KIND_BOOL: {
-        bool yes = false;
-        if (!parse_bool(text, yes)) problem = "is neither true nor false";
-        out.integer = yes ? 1 : 0;
-        break;
-      }
-      case TOFGRAPH_KIND_INTEGER: {
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out.integer);
-        if (error != std::errc() || end != text.data() + text.size())
-          problem = "is not a whole number";
-        else
-          problem = range_problem(p, static_cast<double>(out.integer));
-        break;
-      }
-      case TOFGRAPH_KIND_NUMBER:
-        if (word) {
-          out.text = keep(text);
-        } else {
-          Number number;
-          if (!parse_number(p, value, number, problem) && !choices.empty())
-            problem += fmt::format(" (or a word: {})", p.choices);
-          out.number = number.value;
-          out.text = keep(number.unit);
-        }
-        break;
-      case TOFGRAPH_KIND_CHOICE:
-        out.text = keep(text);
-        if (!word) {
-          diagnostics.error(value.at, fmt::format("'{}' is '{}'", p.name, text),
-                            config::suggestion(text, choices, "choices"));
-          return;
-        }
-        break;
-      case TOFGRAPH_KIND_NUMBERS: {
-        auto& list = kept_->lists.emplace_back();
-        const std::vector<config::Value> one = {value};
-        for (const config::Value& item : value.is_list() ? value.items : one) {
-          Number number;
-          const bool right = parse_number(p, item, number, problem);
-          list.push_back(number.value);
-          if (!right) break;
-        }
-        out.numbers = list.data();
-        out.count = list.size();
-        break;
-      }
-      case TOFGRAPH_KIND_INPUT_FILE:
-      case TOFGRAPH_KIND_INPUT_FOLDER:
-      case TOFGRAPH_KIND_OUTPUT_FILE:
-      case TOFGRAPH_KIND_FRAME_FILES:
-        out.text = text.empty() ? "" : keep(absolute_path(value, text));
-        if (text.empty() && out.given != 0) problem = "is empty";
-        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FOLDER && !std::filesystem::is_directory(out.text))
-          problem = "is not an existing folder";
-        if (!text.empty() && p.kind == TOFGRAPH_KIND_INPUT_FILE) files_.emplace_back(out.text);
-        break;
-      default:
-        out.text = keep(text);
-    }
+  else if (p.kind == TOFGRAPH_KIND_NUMBER)
+    problem = parse_number(p, value, out);
+  else if (p.kind == TOFGRAPH_KIND_CHOICE && !is_choice(p, value)) {
+    const std::vector<std::string> choices = split_words(p.choices);
+    const std::string near = config::nearest(text, choices);
+    diagnostics.error(value.at, fmt::format("'{}' is '{}', expected one of: {}", p.name, text, p.choices),
+                      near.empty() ? example(p, value.at) : fmt::format("did you mean '{}'?", near));
+    return;
+  } else {
+    problem = parse_text(p, value, text, out);
+  }
   if (!problem.empty()) {
     diagnostics.error(value.at, fmt::format("'{}' is {}: it {}", p.name, value.described(), problem),
                       example(p, value.at));
   }
   shown_[p.name] = value.is_list() && !list_of_words ? list_text(value) : text;
+}
+
+std::string ParameterValues::parse_number(const tofgraph_parameter& p, const config::Value& value,
+                                          tofgraph_value& out) {
+  if (is_choice(p, value)) {
+    out.text = keep(value.text);
+    return {};
+  }
+  Number number;
+  std::string problem;
+  if (!parse_number(p, value, number, problem) && *p.choices != 0)
+    problem += fmt::format(" (or a word: {})", p.choices);
+  out.number = number.value;
+  out.text = keep(number.unit);
+  return problem;
+}
+
+/// One number stands for a list of one.
+std::string ParameterValues::parse_numbers(const tofgraph_parameter& p, const config::Value& value,
+                                           tofgraph_value& out) {
+  std::string problem;
+  auto& list = kept_->lists.emplace_back();
+  const config::Value several = config::without_quotes(value);
+  const std::vector<config::Value> one = {value};
+  for (const config::Value& item : several.is_list() ? several.items : one) {
+    Number number;
+    const bool right = parse_number(p, item, number, problem);
+    list.push_back(number.value);
+    if (!right) break;
+  }
+  out.numbers = list.data();
+  out.count = list.size();
+  return problem;
+}
+
+/// What is one word or path, or becomes a whole number or a truth.
+std::string ParameterValues::parse_text(const tofgraph_parameter& p, const config::Value& value,
+                                        const std::string& text, tofgraph_value& out) {
+  switch (p.kind) {
+    case TOFGRAPH_KIND_BOOL: {
+      bool yes = false;
+      const bool known = parse_bool(text, yes);
+      out.integer = yes ? 1 : 0;
+      return known ? "" : "is neither true nor false";
+    }
+    case TOFGRAPH_KIND_INTEGER: {
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out.integer);
+      if (error != std::errc() || end != text.data() + text.size()) return "is not a whole number";
+      return range_problem(p, static_cast<double>(out.integer));
+    }
+    case TOFGRAPH_KIND_INPUT_FILE:
+    case TOFGRAPH_KIND_INPUT_FOLDER:
+    case TOFGRAPH_KIND_OUTPUT_FILE:
+    case TOFGRAPH_KIND_FRAME_FILES: {
+      out.text = text.empty() ? "" : keep(absolute_path(value, text));
+      if (text.empty()) return out.given != 0 ? "is empty" : "";
+      std::error_code error;
+      if (p.kind == TOFGRAPH_KIND_INPUT_FILE) files_.emplace_back(out.text);
+      if (p.kind == TOFGRAPH_KIND_INPUT_FOLDER && !std::filesystem::is_directory(out.text, error))
+        return "is not an existing folder";
+      return {};
+    }
+    default:
+      out.text = keep(text);
+      return {};
+  }
 }
 
 /// A file, or {file, dataset, unit}: the values of the pixels, read here and once.

@@ -59,6 +59,11 @@ class ParameterValues {
   };
   bool parse_number(const tofgraph_parameter& parameter, const config::Value& item, Number& number,
                     std::string& problem) const;
+  /// By kind; each gives what is wrong, or nothing.
+  std::string parse_number(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out);
+  std::string parse_numbers(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out);
+  std::string parse_text(const tofgraph_parameter& parameter, const config::Value& value, const std::string& text,
+                         tofgraph_value& out);
   const char* keep(std::string text);
 
   config::Position at_;

@@ -72,7 +72,7 @@ NodeSpec parse_node(const config::Value& value, config::Diagnostics& diagnostics
   for (const config::Entry& entry : value.entries) {
     const config::Value& v = entry.value;
     if (entry.key == "inputs")
-      node.inputs = parse_inputs(v, diagnostics);
+      node.inputs = parse_inputs(config::without_quotes(v), diagnostics);
     else if (entry.key == "queue")
       node.queue = parse_queue(v, diagnostics);
     else if (entry.key != "name" && entry.key != "stage")
@@ -248,8 +248,9 @@ config::Value pipeline_from_line(const std::string& line, const std::string& cam
 }
 
 config::Value document_of(const std::string& file_or_line, const std::string& camera) {
+  std::error_code error;  // a line can be longer than any file's name
   const bool file = file_or_line.ends_with(".yaml") || file_or_line.ends_with(".yml") ||
-                    std::filesystem::is_regular_file(file_or_line);
+                    std::filesystem::is_regular_file(file_or_line, error);
   if (!file) return pipeline_from_line(file_or_line, camera);
   config::Value document = config::load_document(file_or_line);
   if (camera.empty()) return document;

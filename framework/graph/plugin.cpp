@@ -178,7 +178,8 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
       throw config::ConfigurationError(
           fmt::format("plugin path {}: error: {}\n         {}", folder.string(), why, advice));
     };
-    if (!std::filesystem::is_directory(folder)) refuse_folder("this is not a folder");
+    std::error_code error;
+    if (!std::filesystem::is_directory(folder, error)) refuse_folder("this is not a folder");
     if (access(folder.c_str(), R_OK | X_OK) != 0) refuse_folder("this folder cannot be read");
     path.push_back(std::filesystem::absolute(folder).lexically_normal());
   }

@@ -50,7 +50,9 @@ double scale_of(const std::string& unit, const std::string& wanted) {
 ImageFile::ImageFile(std::string parameter, std::string file, const std::string& dataset, const std::string& unit,
                      const std::string& wanted)
     : parameter_(std::move(parameter)), file_(std::move(file)), unit_(wanted) {
-  if (!std::filesystem::is_regular_file(file_)) throw std::runtime_error(fmt::format("there is no file {}", file_));
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file_, error))
+    throw std::runtime_error(fmt::format("there is no file {}", file_));
   io::ImageData image = read(file_, dataset);
   values_ = std::move(image.values);
   const double scale = scale_of(unit.empty() ? image.unit : unit, wanted);

@@ -214,6 +214,18 @@ std::string existing_problem(const fs::path& existing) {
 
 }  // namespace
 
+std::string input_problem(const OutputPattern& pattern, std::span<const fs::path> inputs) {
+  std::error_code error;
+  for (const fs::path& file : pattern.members()) {
+    for (const fs::path& input : inputs) {
+      if (fs::equivalent(file, input, error))
+        return fmt::format("{} is read by this pipeline, it cannot be written too: give the output another name",
+                           file.string());
+    }
+  }
+  return {};
+}
+
 std::string output_problem(const OutputPattern& pattern, bool overwrite) {
   std::string problem = write_error(pattern.path(0));
   if (!problem.empty() || overwrite) return problem;

@@ -182,7 +182,8 @@ std::vector<std::string> profile_names() {
 std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base) {
   if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return (base / name).lexically_normal();
   std::filesystem::path file = config::profile_folder() / (name + ".yaml");
-  return std::filesystem::exists(file) ? file : std::filesystem::path{};
+  std::error_code error;  // of a name that no file can have
+  return std::filesystem::exists(file, error) ? file : std::filesystem::path{};
 }
 
 io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics) {
@@ -236,15 +237,17 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
 io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics) {
   const auto base = name.at.source ? name.at.source->base : std::filesystem::path{};
   const auto file = find_profile(name.text, base);
-  if (file.empty()) {
-    diagnostics.error(name.at, fmt::format("there is no camera profile '{}'", name.text),
+  std::error_code error;
+  if (file.empty() || !std::filesystem::exists(file, error)) {
+    const std::string what = file.empty() ? fmt::format("'{}'", name.text) : file.string();
+    diagnostics.error(name.at, fmt::format("there is no camera profile {}", what),
                       config::suggestion(name.text, profile_names(), "profiles") + " (or a path to a .yaml file)");
     return nullptr;
   }
   try {
     return load_profile(file);
-  } catch (const config::ConfigurationError& error) {
-    diagnostics.error(name.at, fmt::format("the camera profile cannot be used:\n{}", error.what()));
+  } catch (const config::ConfigurationError& failure) {
+    diagnostics.add(failure, name.at);
     return nullptr;
   }
 }

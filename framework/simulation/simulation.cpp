@@ -65,25 +65,22 @@ std::vector<float> true_depth(const std::vector<Hit>& hits) {
 std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, const graph::PluginRegistry& registry,
                                              const SimulationChanges& changes, config::Diagnostics& diagnostics) {
   SceneFile scene = read_scene(file, diagnostics);
-  if (!diagnostics.ok()) return nullptr;
   if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
   if (changes.frames) scene.frames = *changes.frames;
-  Model model = changes.model.empty() ? model_of_scene(scene.model, registry, diagnostics)
-                                      : load_model(changes.model, registry, diagnostics);
-  const tofgraph_camera& camera = scene.camera->view();
   const config::Value& document = scene.document;
-  if (!model.camera.empty() && model.camera != camera.name)
-    diagnostics.warning(document.at,
-                        fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
-  std::vector<EffectPtr> effects = make_effects(model, camera, diagnostics, changes.host);
-  look_closely(model, camera, diagnostics);
-  if (scene.noise.from == SceneNoise::From::profile && !noise_of(scene).known())
-    diagnostics.error(document.at,
-                      fmt::format("the profile of the camera '{}' has no read_noise and shot_noise", camera.name),
-                      "example: noise: {read_noise: 3 counts, shot_noise: 0.012 counts}, or noise: none");
-  if (!(camera.frame_rate > 0))
-    diagnostics.error(document.at, fmt::format("the profile of the camera '{}' has no frame_rate", camera.name),
-                      "example: frame_rate: 80 Hz");
+  config::Diagnostics of_model;  // of its own, so that a mistake in the scene hides none in the model
+  Model model = changes.model.empty() ? model_of_scene(scene.model, registry, of_model)
+                                      : load_model(changes.model, registry, of_model);
+  std::vector<EffectPtr> effects;
+  if (scene.camera) {
+    const tofgraph_camera& camera = scene.camera->view();
+    if (!is_for(model, *scene.camera))
+      of_model.warning(document.at,
+                       fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
+    effects = make_effects(model, camera, of_model, changes.host);
+    if (of_model.ok()) look_closely(model, camera, of_model);
+  }
+  diagnostics.add(of_model.all());
   if (!diagnostics.ok()) return nullptr;
   load_assets(scene, diagnostics);
   if (!diagnostics.ok()) return nullptr;

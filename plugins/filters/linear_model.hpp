@@ -21,7 +21,7 @@ struct LinearTable {
 
 /// The ports of such a model, and its arithmetic. A depth that would not be in front of the lens is invalid.
 struct LinearModel : Filter {
-  In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised"}};
+  In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised non_linearity"}};
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
   InOut<float> sigma{

@@ -155,7 +155,7 @@ TEST_F(Exposures, ACaptureThatContradictsItselfIsTold) {
   expect_error(
       read, {"'phases' is float32 9 x 24 x 32, counts, that are 9 images, but the camera's profile has 6 exposures"});
   capture({0, 2, 4}, {}, 9);
-  expect_error(read, {"odd.h5", "/frames/phases", "expected N x 3 x 24 x 32"});
+  expect_error(read, {"odd.h5", "/frames/phases", "expected 1 x 3 x 24 x 32"});
   capture({0, 2, 4}, {20e6, 20e6}, 3);
   expect_error(read, {"odd.h5", "exposure_phase_rad has 3 values, exposure_frequency_hz has 2"});
   capture({0, 2, 2}, {}, 3);

@@ -25,10 +25,10 @@ class Formats : public testing::TestWithParam<std::string> {};
 TEST_P(Formats, ExamplesAreRight) {
   const TemporaryFolder folder;
   const std::string files =
-      "mkdir captures && touch captures/white_0500.h5 && cp \"" TOFGRAPH_SOURCE_DIR
+      "mkdir captures && cp \"" TOFGRAPH_SOURCE_DIR
       "/pipelines/campaigns/thesis_offset_tables.csv\" . && "
-      "\"$TOFGRAPH\" run --quiet \"simulator distance='500 mm' frames=1 ! capture_writer path=board.h5\" --camera "
-      "camcube2";
+      "\"$TOFGRAPH\" run --quiet \"simulator distance='500 mm' frames=20 ! capture_writer path=board.h5\" --camera "
+      "camcube2 && cp board.h5 captures/white_0500.h5";
   io::write_pixel_maps((folder.path() / "pattern.h5").string(), {{"map", "m", std::vector<double>(204 * 204)}}, 204,
                        204);
   const Outcome made = shell(files, folder.path());

@@ -159,6 +159,28 @@ TEST(CaptureDamage, TurnedBitsNeverCrashAndNeverTakeMuchMemory) {
   }
 }
 
+/// HDF5 prints its errors from each thread that did not say otherwise.
+TEST(CaptureDamage, HDF5SaysNothingOfItsOwnFromAnyThread) {
+  const TemporaryFolder folder;
+  std::string content = own_recording(folder.path());
+  std::vector<std::size_t> streams;  // compressed frames begin with these bytes
+  for (std::size_t at = 0; (at = content.find("\x78\x01", at)) != std::string::npos; ++at) streams.push_back(at);
+  ASSERT_EQ(streams.size(), 3U);
+  for (std::size_t i = 2; i < 8; ++i) content[streams[1] + i] = '\xff';
+  write_text(folder.path() / "damaged.h5", content);
+  const CaptureReader reader(folder.path() / "damaged.h5");  // tries the first and the last frame
+  testing::internal::CaptureStderr();
+  std::string why;
+  std::thread([&] {
+    why = thrown([&] {
+      std::vector<float> frame(48 * 64);
+      reader.read(0, 1, frame.data());
+    });
+  }).join();
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_NE(why.find("damaged.h5: frame 1 of distance: "), std::string::npos) << why;
+}
+
 // The trial in a process of its own, by itself.
 
 /// What a trial says of a program that a shell runs.

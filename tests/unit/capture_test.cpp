@@ -202,14 +202,14 @@ TEST_F(CaptureFile, NoFramesAndNoMeasurement) {
 
 TEST_F(CaptureFile, WronglyShapedChannel) {
   { RawCapture(path).head(3, 2).dataset("range", {1, 3, 2}, ramp(6)).metadata(1); }
-  expect_words(why(), {"/frames/range is 1 x 3 x 2 float32, expected N x 2 x 3 float32"});
+  expect_words(why(), {"/frames/range is 1 x 3 x 2 float32, expected 1 x 2 x 3 float32"});
   { RawCapture(path).head(3, 2).dataset("range", {1, 2, 3}, std::vector<double>(6)).metadata(1); }
-  expect_words(why(), {"/frames/range is 1 x 2 x 3 float64, expected N x 2 x 3 float32"});
+  expect_words(why(), {"/frames/range is 1 x 2 x 3 float64, expected 1 x 2 x 3 float32"});
   { RawCapture(path).head(3, 2).dataset("phases", {1, 2, 3}, ramp(6)).metadata(1); }
   expect_words(why(),
-               {"/frames/phases is 1 x 2 x 3 float32, expected N x P (3 to 32) x 2 x 3 float32 or int16 or int32"});
+               {"/frames/phases is 1 x 2 x 3 float32, expected 1 x P (3 to 32) x 2 x 3 float32 or int16 or int32"});
   { RawCapture(path).head(3, 2).dataset("taps", {1, 4, 2, 2, 3}, std::vector<std::int16_t>(48)).metadata(1); }
-  expect_words(why(), {"/frames/taps is 1 x 4 x 2 x 2 x 3 int16, expected N x P (3 to 32) x 2 x 2 x 3 uint16"});
+  expect_words(why(), {"/frames/taps is 1 x 4 x 2 x 2 x 3 int16, expected 1 x P (3 to 32) x 2 x 2 x 3 uint16"});
   {
     RawCapture(path)
         .head(3, 2)

@@ -175,6 +175,7 @@ TEST_F(WriterStage, AFullDiskEndsTheRunAndNothingHasTheFinalName) {
             folder.path());
   EXPECT_EQ(outcome.exit_code, 1);
   expect_words(outcome.err, "node 'capture_writer' (capture_writer), frame ");
+  EXPECT_EQ(outcome.err.find("HDF5-DIAG"), std::string::npos) << outcome.err;
   EXPECT_EQ(listing(disk.path()), std::vector<std::string>{"a.h5.part"});
   const Outcome rest = shell("\"$TOFGRAPH\" run 'capture_reader file=" + file + ".part ! null'", folder.path());
   EXPECT_EQ(rest.exit_code, 0) << rest.err;

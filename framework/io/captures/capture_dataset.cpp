@@ -233,7 +233,8 @@ std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) c
     return wanted == 0 ? found >= physics::min_exposures && found <= physics::max_exposures : found == wanted;
   });
   if (!same_extent || std::ranges::find(types, channel.type) == types.end())
-    fail(fmt::format("is {}, expected N x {} {}", described(), shown(extent), names_of(types)));
+    fail(fmt::format("is {}, expected {} x {} {}: the capture is of {} x {} px (width x height)", described(), size_[0],
+                     shown(extent), names_of(types), header.width, header.height));
   if (!channel.unit.empty() && channel.unit != info->unit)
     fail(fmt::format("is in {}, expected {}", channel.unit, *info->unit != 0 ? info->unit : "no unit"));
   channel.unit = info->unit;

@@ -20,7 +20,8 @@ herr_t keep_description(unsigned, const H5E_error2_t* error, void* text) {
 }  // namespace
 
 Lock::Lock() : lock_(mutex()) {
-  static const bool silenced = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;  // errors are exceptions here
+  // Errors are exceptions here. A library that was built for threads prints them once for each of them.
+  thread_local const bool silenced = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   static_cast<void>(silenced);
 }
 

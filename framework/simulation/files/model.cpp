@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/files/model.hpp"
 
+#include "io/profile.hpp"
+
 #include <fmt/format.h>
 
 namespace tofgraph::simulation {
@@ -49,12 +51,14 @@ Model read_model(const Value& document, const graph::PluginRegistry& registry, D
   reader.take("name");
   reader.take("comment");
   model.camera = reader.word("camera", "");
+  if (const Entry* camera = document.find("camera")) model.camera_at = camera->value.at;
   const std::string light = reader.word("light", "reference");
   if (light != "reference" && light != "physical") {
     const Entry* entry = document.find("light");
     const std::vector<std::string> choices = {"reference", "physical"};
-    diagnostics.error(entry->value.at, fmt::format("light is '{}'", light),
-                      config::suggestion(light, choices, "choices"));
+    const std::string near = config::nearest(light, choices);
+    diagnostics.error(entry->value.at, fmt::format("'light' is '{}', expected one of: reference physical", light),
+                      near.empty() ? "example: light: reference" : fmt::format("did you mean '{}'?", near));
   }
   model.physical = light == "physical";
   if (const Entry* effects = reader.take("effects")) {
@@ -77,7 +81,28 @@ Model model_of_scene(const std::optional<Value>& model, const graph::PluginRegis
                      Diagnostics& diagnostics) {
   if (!model) return {};
   if (model->is_map()) return read_model(*model, registry, diagnostics);
-  return load_model(config::path_at(model->text, model->at), registry, diagnostics);
+  const std::filesystem::path file = config::path_at(model->text, model->at);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return {};  // told where the scene was read
+  try {
+    return load_model(file, registry, diagnostics);
+  } catch (const config::ConfigurationError& failure) {
+    diagnostics.add(failure, model->at);
+    return {};
+  }
+}
+
+bool is_for(const Model& model, const io::Camera& camera) {
+  if (model.camera.empty() || model.camera == camera.view().name) return true;
+  const auto base = model.camera_at.source ? model.camera_at.source->base : std::filesystem::path{};
+  const std::filesystem::path file = io::find_profile(model.camera, base);
+  std::error_code error;
+  if (!camera.file.empty() && std::filesystem::equivalent(file, camera.file, error)) return true;
+  try {
+    return !file.empty() && std::string_view(io::load_profile(file)->view().name) == camera.view().name;
+  } catch (const config::ConfigurationError&) {
+    return false;  // a profile that cannot be read is another one
+  }
 }
 
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics,

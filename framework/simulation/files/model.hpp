@@ -6,6 +6,7 @@
 #include "config/document.hpp"
 #include "graph/parameters.hpp"
 #include "graph/plugin.hpp"
+#include "io/camera.hpp"
 #include "simulation/files/effect.hpp"
 
 #include <nlohmann/json.hpp>
@@ -24,8 +25,9 @@ struct ModelEffect {
 };
 
 struct Model {
-  std::string camera;     ///< a profile's name or path, "" where the model is part of a scene
-  bool physical = false;  ///< light: physical
+  std::string camera;          ///< a profile's name or path, "" where the model is part of a scene
+  config::Position camera_at;  ///< where it was written
+  bool physical = false;       ///< light: physical
   std::vector<ModelEffect> effects;
 };
 
@@ -40,6 +42,9 @@ Model load_model(const std::filesystem::path& file, const graph::PluginRegistry&
 /// The model of a scene: a map in it, a file that it names, or, where there is none, the ideal camera.
 Model model_of_scene(const std::optional<config::Value>& model, const graph::PluginRegistry& registry,
                      config::Diagnostics& diagnostics);
+
+/// Whether the profile that a model names, by name or path, is this camera's; a model that names none is for all.
+bool is_for(const Model& model, const io::Camera& camera);
 
 /// The effects, made for a camera; what they refuse and remark goes to the diagnostics at the place of the parameter.
 /// @param host whom later remarks go to; default: standard error

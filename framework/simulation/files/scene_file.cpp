@@ -3,6 +3,7 @@
 #include "simulation/files/scene_file.hpp"
 
 #include "io/profile.hpp"
+#include "simulation/files/camera_needs.hpp"
 #include "simulation/files/sequence.hpp"
 
 #include <fmt/format.h>
@@ -21,16 +22,23 @@ using config::Value;
 
 constexpr std::int64_t endless_count = std::numeric_limits<std::int64_t>::max();
 
-void read_camera(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics) {
-  if (entry == nullptr) return;
-  scene.camera = io::find_camera(entry->value, diagnostics);
-  if (!scene.camera) return;
-  try {
-    physics::geometry_of(scene.camera->view());
-  } catch (const std::invalid_argument& problem) {
-    diagnostics.error(entry->value.at, problem.what());
-    scene.camera.reset();
-  }
+/// All that a simulation needs of the profile, told at once; without its lens and its light no scene can be looked at.
+void check_camera(const Entry& entry, SceneFile& scene, Diagnostics& diagnostics) {
+  const tofgraph_camera& camera = scene.camera->view();
+  std::vector<Need> missing = missing_for_light(camera);
+  if (!(camera.frame_rate > 0)) missing.push_back({"frame_rate", "frame_rate: 80 Hz"});
+  if (!missing.empty())
+    diagnostics.error(entry.value.at,
+                      fmt::format("the profile of the camera '{}' has no {}, which a simulation needs", camera.name,
+                                  keys_of(missing)),
+                      added_to_profile(*scene.camera, missing));
+  if (scene.noise.from == SceneNoise::From::profile && !has_noise(camera))
+    diagnostics.error(entry.value.at,
+                      fmt::format("the profile of the camera '{}' has no read_noise and shot_noise", camera.name),
+                      fmt::format("write noise: none in the scene, or add the camera's own read_noise and shot_noise "
+                                  "to {}",
+                                  place_of_profile(*scene.camera)));
+  if (!(camera.focal_length > 0) || camera.light_count == 0) scene.camera.reset();
 }
 
 /// Distances of several frequencies need a range in which they are not ambiguous.
@@ -51,7 +59,7 @@ void read_output(const Entry& entry, SceneFile& scene, Diagnostics& diagnostics)
   if (items.empty()) diagnostics.error(entry.value.at, "'output' is an empty list", "example: output: phases");
   for (const Value& item : items) {
     if (std::ranges::find(known, item.text) == known.end())
-      diagnostics.error(item.at, fmt::format("'output' is {}", item.described()),
+      diagnostics.error(item.at, fmt::format("'output' is {}, expected one of: phases taps distance", item.described()),
                         config::suggestion(item.text, known, "outputs"));
     else if (std::ranges::find(scene.output, item.text) != scene.output.end())
       diagnostics.error(item.at, fmt::format("'output' names '{}' twice", item.text));
@@ -73,7 +81,7 @@ void read_noise(const Entry& entry, SceneNoise& noise, Diagnostics& diagnostics)
   else if (entry.value.text != "profile")
     diagnostics.error(entry.value.at,
                       fmt::format("'noise' is {}, expected profile, none or numbers", entry.value.described()),
-                      "example: noise: {read_noise: 3 counts, shot_noise: 0.012 counts}");
+                      "example: noise: none");
 }
 
 void read_model(Reader& reader, const Value& document, SceneFile& scene) {
@@ -126,7 +134,8 @@ SceneFile read_scene(const Value& document, Diagnostics& diagnostics) {
   Reader reader(document, diagnostics, "the scene");
   reader.take("scene");
   scene.name = reader.word("name", "");
-  read_camera(reader.need("camera", "camcube2"), scene, diagnostics);
+  const Entry* camera = reader.need("camera", "camcube2");
+  if (camera != nullptr) scene.camera = io::find_camera(camera->value, diagnostics);
   read_model(reader, document, scene);
   scene.frames = reader.whole_number("frames", "4", scene.frames, 1, endless_count);
   if (const Entry* output = reader.take("output")) read_output(*output, scene, diagnostics);
@@ -134,6 +143,7 @@ SceneFile read_scene(const Value& document, Diagnostics& diagnostics) {
       output != nullptr && scene.camera && std::ranges::find(scene.output, "distance") != scene.output.end())
     check_range(*output, scene.camera->view(), diagnostics);
   if (const Entry* noise = reader.take("noise")) read_noise(*noise, scene.noise, diagnostics);
+  if (scene.camera) check_camera(*camera, scene, diagnostics);
   scene.seed = reader.whole_number("seed", "1", scene.seed, 0, endless_count);
   scene.subpixels = reader.whole_number("subpixels", "3", scene.subpixels, 1, 16);
   scene.settings.integration_time = 1e-3;

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What the stages of the search path declare, asked for advice: which of them makes what is missing.
+#pragma once
+
+#include "graph/pipeline.hpp"
+#include "graph/plugin.hpp"
+#include "graph/stream.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+/// Descriptors are read when the first question is asked: a graph without mistakes asks none.
+class KnownStages {
+ public:
+  /// Both must live as long as this. @param nodes of the pipeline: a stage that is there already is named by its node
+  KnownStages(const PluginRegistry& registry, const std::vector<NodeSpec>& nodes)
+      : registry_(registry), nodes_(nodes) {}
+
+  /// What to put before a node of this stage so that one of these channels arrives; empty where nothing makes them.
+  std::string way_to(const std::vector<std::string>& channels, const Stream& stream, const std::string& stage) const;
+  /// The words that a stage adds to the history of what it makes; none for a stage that is not known.
+  std::vector<std::string> added_by(const std::string& stage) const;
+
+ private:
+  struct Step {
+    std::string stage;
+    std::vector<std::string> makes;
+    std::vector<std::vector<std::string>> reads;  ///< of each port that must be served, its alternatives
+    std::vector<std::string> adds;
+  };
+  using Names = std::vector<std::string>;
+
+  const std::vector<Step>& steps() const;
+  std::string named(Names stages) const;
+  Names missing_for(const Names& stages, const Names& have) const;
+  Names makers_of(const Names& channels, const Names& have, const std::string& except) const;
+
+  const PluginRegistry& registry_;
+  const std::vector<NodeSpec>& nodes_;
+  mutable std::optional<std::vector<Step>> steps_;
+};
+
+}  // namespace tofgraph::graph

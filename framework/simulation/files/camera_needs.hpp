@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a camera's profile may leave out and a simulation of the camera needs.
+#pragma once
+
+#include "io/camera.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::simulation {
+
+/// A key that is not there.
+struct Need {
+  std::string key;
+  std::string example;  ///< as it would be written
+};
+
+/// What the light of a frame cannot be computed without; a search for effects needs it too.
+std::vector<Need> missing_for_light(const tofgraph_camera& camera);
+
+bool has_noise(const tofgraph_camera& camera);
+
+/// "gain, contrast and frame_rate"
+std::string keys_of(const std::vector<Need>& missing);
+
+/// The profile's file, or how it is called where it has none.
+std::string place_of_profile(const io::Camera& camera);
+
+/// The advice to write them into the profile, with an example of each.
+std::string added_to_profile(const io::Camera& camera, const std::vector<Need>& missing);
+
+}  // namespace tofgraph::simulation

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What `check` finds that depends on more than one file, and what it must not find fault with.
+#include <gtest/gtest.h>
+
+#include "io/captures/capture.hpp"
+#include "tests/program.hpp"
+
+namespace tofgraph::tests {
+namespace {
+
+const std::string profiles = TOFGRAPH_SOURCE_DIR "/devices/profiles/";
+
+class Check : public testing::Test {
+ protected:
+  Outcome check(const std::string& file) const { return shell("$TOFGRAPH check " + file, folder_.path()); }
+  void write(const std::string& name, const std::string& text) const { write_text(folder_.path() / name, text); }
+
+  TemporaryFolder folder_;
+};
+
+void expect_said(const Outcome& outcome, int code, const std::string& words) {
+  EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+  EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+}
+
+TEST_F(Check, ACameraIsTheSameByNameAndByPath) {
+  write("model.yaml", "model: 1\ncamera: " + profiles + "camcube2.yaml\neffects: []\n");
+  write("other.yaml", "model: 1\ncamera: " + profiles + "camcube3.yaml\neffects: []\n");
+  const auto scene = [](const std::string& camera, const std::string& model) {
+    return "scene: 1\ncamera: " + camera + "\nmodel: " + model + "\nobjects: [{type: board, distance: 1 m}]\n";
+  };
+  write("scene.yaml", scene("camcube2", "model.yaml"));
+  write("wrong.yaml", scene("camcube2", "other.yaml"));
+  EXPECT_EQ(check("scene.yaml").err, "scene.yaml: the scene is right, 1 object, 1 condition\n");
+  expect_said(check("wrong.yaml"), 0, "warning: the model is for the camera '" + profiles + "camcube3.yaml'");
+  const Outcome simulated = shell("$TOFGRAPH simulate scene.yaml -o a.h5", folder_.path());
+  EXPECT_EQ(simulated.exit_code, 0);
+  EXPECT_EQ(simulated.err.find("warning"), std::string::npos) << simulated.err;
+}
+
+/// A recording of another program says by which stage its distances were corrected, and nothing else.
+TEST_F(Check, ARecordedCorrectionIsNotAppliedAgain) {
+  io::CaptureHeader header;
+  header.camera = "camcube2";
+  header.width = header.height = 204;
+  for (const std::string applied : {"optimized_bistatic", "median", ""}) {
+    io::CaptureWriter writer(folder_.path() / "a.h5", header,
+                             {{"distance", TOFGRAPH_TYPE_F32, {204, 204}, "m", "", applied, ""}}, {0, true});
+    std::vector<float> values(204 * 204, 1);
+    const tofgraph_view view{
+        .type = TOFGRAPH_TYPE_F32, .rank = 2, .data = values.data(), .extent = {204, 204}, .stride = {816, 4}};
+    writer.append({}, {&view, 1});
+    writer.finish();
+    for (const std::string stage : {"optimized_bistatic", "simple_bistatic", "perpendicular_illumination"}) {
+      const Outcome outcome = check("'capture_reader file=a.h5 ! " + stage + " ! null' --camera camcube2");
+      if (applied == "optimized_bistatic")
+        expect_said(outcome, 2, "'distance' already has non_linearity applied");
+      else if (applied == "median")
+        expect_said(outcome, 2, "the recording has it already: take '" + stage + "' out");
+      else
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    }
+  }
+}
+
+TEST_F(Check, OpensTheCapturesOfACampaign) {
+  const std::string recording = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
+  write("broken.h5", read_text(recording).substr(0, 5000));
+  write("campaign.yaml",
+        "campaign: 1\ncamera: camcube2\nconditions:\n"
+        "  - {id: a, capture: broken.h5, board: {distance: 1 m}}\n"
+        "  - {id: b, capture: " +
+            recording + ", frames: [0, 19], board: {distance: 1 m}}\n");
+  const Outcome outcome = check("campaign.yaml");
+  expect_said(outcome, 2, "campaign.yaml:4:22: error: 'capture': ");
+  expect_said(outcome, 2, "campaign.yaml:5:22: error: 'capture': the capture is 176 x 132 px, the camera 'camcube2'");
+  expect_said(outcome, 2, "'capture': the capture has 3 frames, which count from 0: frame 19 is not there");
+}
+
+TEST_F(Check, SaysWhatOtherCommandsNeedOfAProfile) {
+  const Outcome outcome = check(profiles + "o3d303.yaml");
+  expect_said(outcome, 0,
+              "simulate cannot use the camera 'o3d303': its profile has no focal length in metres, sources");
+  expect_said(outcome, 0, "the profile has no read_noise and shot_noise: a scene must write noise: none");
+  const Outcome whole = check(profiles + "camcube2.yaml");
+  EXPECT_EQ(whole.err.find("warning"), std::string::npos) << whole.err;
+}
+
+TEST_F(Check, NamesThatNoFileCanHaveAreMistakesLikeOthers) {
+  const std::string name(300, 'a');
+  const std::string at = " --camera camcube2";
+  expect_said(check("'simulator scene=" + name + " ! null'" + at), 2, "File name too long");
+  expect_said(check("'capture_reader file=" + name + " ! null'" + at), 2, "there is no such file");
+  expect_said(check("'simulator distance=1m ! pcd_writer path=" + name + ".pcd'" + at), 2, "error: ");
+  expect_said(shell("$TOFGRAPH list --plugin-path " + name, folder_.path()), 2, "this is not a folder");
+  expect_said(check(name), 2, "error: ");
+  write("scene.yaml", "scene: 1\ncamera: " + name + "\nmodel: " + name + "\nobjects:\n  - {type: mesh, file: " + name +
+                          ".ply, position: [0 m, 0 m, 1 m]}\n");
+  expect_said(check("scene.yaml"), 2, "scene.yaml:2:9: error: there is no camera profile");
+  write("campaign.yaml",
+        "campaign: 1\ncamera: camcube2\nconditions:\n  - {id: a, capture: " + name + ".h5, board: {distance: 1 m}}\n");
+  expect_said(check("campaign.yaml"), 2, "campaign.yaml:4:22: error: 'capture': there is no file");
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
