@@ -37,6 +37,8 @@ Outcome diagnose(const TemporaryFolder& folder, const std::string& options = "",
                folder.path());
 }
 
+bool says(const Outcome& outcome, const std::string& text) { return outcome.err.find(text) != std::string::npos; }
+
 nlohmann::json report(const TemporaryFolder& folder, const std::string& out = "found") {
   return nlohmann::json::parse(read_text(folder.path() / out / "report.json"));
 }
@@ -81,9 +83,11 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   }
   write_text(missing, "no capture");
   const Outcome refused = diagnose(folder);
-  EXPECT_NE(refused.exit_code, 0);
-  EXPECT_NE(refused.err.find(missing.filename().string()), std::string::npos) << refused.err;
-  EXPECT_NE(refused.err.find("--skip-missing"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.exit_code, 1) << "the file is there, as far as the campaign can tell";
+  EXPECT_TRUE(says(refused, "error: condition '" + missing.stem().string() + "'")) << refused.err;
+  EXPECT_TRUE(says(refused, missing.filename().string() + ": is not an HDF5 file, or cannot be opened\n"))
+      << refused.err;
+  EXPECT_TRUE(says(refused, "--skip-missing goes on without it\n")) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "found/report.json"));
   const Outcome skipped = diagnose(folder, "--skip-missing");
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
@@ -92,7 +96,8 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   std::filesystem::remove(missing);
   const Outcome absent = diagnose(folder, "", "absent");
   EXPECT_EQ(absent.exit_code, 2);
-  EXPECT_NE(absent.err.find(missing.filename().string()), std::string::npos) << absent.err;
+  EXPECT_TRUE(says(absent, "'capture': there is no file data/captures/" + missing.filename().string() + "\n"))
+      << absent.err;
   const Outcome without = diagnose(folder, "--skip-missing", "without");
   ASSERT_EQ(without.exit_code, 0) << without.err;
   EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
@@ -102,8 +107,8 @@ TEST(Diagnose, TwoConditionsAreTooFew) {
   const TemporaryFolder folder;
   simulate(folder, "1 m, 2 m", "", 2);
   const Outcome refused = diagnose(folder);
-  EXPECT_NE(refused.exit_code, 0);
-  EXPECT_NE(refused.err.find("2 conditions can be used, and a search needs 3 at least"), std::string::npos)
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(says(refused, "data/campaign.yaml: error: 2 conditions can be used, and a search needs 3 at least"))
       << refused.err;
 }
 
@@ -163,8 +168,10 @@ TEST(Diagnose, AnEffectThatIsNoneIsRefusedWithTheNameThatWasMeant) {
   const TemporaryFolder folder;
   simulate(folder, "1 m, 2 m, 3 m", "", 2);
   const Outcome refused = diagnose(folder, "--without wigling");
-  EXPECT_NE(refused.exit_code, 0);
-  EXPECT_NE(refused.err.find("wiggling"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(says(refused, "--without: error: there is no effect 'wigling'\n")) << refused.err;
+  EXPECT_TRUE(says(refused, "did you mean 'wiggling'?\n")) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "found"));
 }
 
 }  // namespace

@@ -60,7 +60,11 @@ TEST(Graph, BranchesJoinByFrameNumber) {
       "  - {name: joined, stage: scale, channel: depth, factor: 2, inputs: {depth: slow, depth|distance: grab}}\n"
       "  - {stage: collect, path: a.txt}\n");
   Outcome outcome = run("p.yaml", folder);
-  EXPECT_EQ(outcome.exit_code, 2) << "no port has that name";
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("p.yaml:5:99: error: the stage scale has no input 'depth|distance'\n"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("inputs: depth\n"), std::string::npos) << "what it has instead: " << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.txt"));
   write_text(folder.path() / "p.yaml",
              "pipeline: 1\nnodes:\n"
              "  - {name: grab, stage: ramp, frames: 200}\n"

@@ -131,11 +131,23 @@ TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
   EXPECT_EQ(found(), 0u);
 }
 
+/// Too few for anything that wanders along the order to be told from an effect: then none is allowed for.
 TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
   conditions.resize(4);
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = i;
   measure();
-  EXPECT_NO_THROW(search_for({"crosstalk"}, "", 9));
+  const SearchResult result = search_for({"crosstalk"}, "", 9);
+  ASSERT_EQ(names(result), std::vector<std::string>{"crosstalk"});
+  // As great as it was hidden, and nothing is left of the gap.
+  const std::vector<double> hidden = random_term(effect("crosstalk"), 1, 9).values;
+  const std::vector<double>& seen = result.after.state.terms[0].values;
+  ASSERT_EQ(seen.size(), hidden.size());
+  for (std::size_t i = 0; i < hidden.size(); ++i) EXPECT_NEAR(seen[i], hidden[i], 0.01 * std::abs(hidden[i]));
+  EXPECT_TRUE(result.rest.empty());
+  EXPECT_EQ(result.patterns_without_axis(), 0U);
+  EXPECT_NEAR(result.lack_of_fit, 1, 4 * std::sqrt(2 / result.freedom));
+  // The order is one of the axes that the gap was seen along.
+  EXPECT_TRUE(std::ranges::any_of(result.where, [](const Pattern& p) { return p.axis == "order measured"; }));
 }
 
 }  // namespace
