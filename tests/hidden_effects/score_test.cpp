@@ -31,6 +31,12 @@ std::string name_of(const Case& what) {
   return name.empty() ? "nothing_" + std::to_string(what.seed) : name;
 }
 
+/// Effects that the observables show, but not the depth: its gap is the noise's with them and without.
+bool is_level(const Case& what) {
+  return what.effects == std::vector<std::string>{"tap_mismatch"} ||
+         what.effects == std::vector<std::string>{"source_amplitude"};
+}
+
 class QuickScore : public testing::TestWithParam<Case> {};
 
 TEST_P(QuickScore, IsRight) {
@@ -43,8 +49,38 @@ TEST_P(QuickScore, IsRight) {
     EXPECT_TRUE(score.verdict == "unknown" || score.verdict == "named_with_rest") << score.line();
   else
     EXPECT_TRUE(is_right(score)) << score.line();
-  if (!what.effects.empty() && what.without.empty() && std::isfinite(closed(score))) {
-    EXPECT_GT(closed(score), 0.9) << score.line();
+  if (what.effects.empty() || !what.without.empty()) return;
+  const std::optional<double> share = closed(score);
+  ASSERT_EQ(share.has_value(), !is_level(what)) << score.line();
+  if (share)
+    EXPECT_GT(*share, 0.9) << score.line();
+  else
+    EXPECT_LE(score.after, score.before + 0.05 * score.floor) << score.line();
+}
+
+/// Gaps in the depth: before, after, and the noise's.
+Score gap(double before, double after, double floor) {
+  return {.what = {.suite = "quick", .effects = {"wiggling"}}, .before = before, .after = after, .floor = floor};
+}
+
+TEST(Closed, IsTheShareOfWhatIsAboveTheNoise) {
+  EXPECT_DOUBLE_EQ(closed(gap(5, 2, 1)).value(), 0.75);
+  EXPECT_DOUBLE_EQ(closed(gap(5, 6, 1)).value(), -0.25);
+  EXPECT_FALSE(closed(gap(1.2, 0, 1)));
+  EXPECT_TRUE(closed(gap(1.21, 0, 1)));
+}
+
+/// It would pass for a gap that is not there.
+TEST(Closed, WhatIsNoNumberIsNotClosed) {
+  const double none = std::nan("");
+  for (const Score& score : {gap(none, 1, 1), gap(5, none, 1), gap(5, 1, none)}) {
+    ASSERT_TRUE(closed(score));
+    EXPECT_FALSE(*closed(score) > 0.9);
+    EXPECT_NE(table({score, gap(5, 1, 1), gap(1, 1, 1)}).find("1 of 2 (50 %), median 100 %, 1 more with no gap above"),
+              std::string::npos)
+        << table({score, gap(5, 1, 1), gap(1, 1, 1)});
+    EXPECT_NE(table({score, score, gap(5, 1, 1)}).find("1 of 3 (33 %), median -inf %, 0 more"), std::string::npos)
+        << table({score, score, gap(5, 1, 1)});
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -46,9 +47,9 @@ std::string percent(std::size_t part, std::size_t all) {
                                 100.0 * static_cast<double>(part) / static_cast<double>(all));
 }
 
+/// What is no number is less than all that are.
 double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::nan("");
+  for (double& value : values) value = std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
   std::ranges::sort(values);
   return values[values.size() / 2];
 }
@@ -115,18 +116,21 @@ std::string unknown_rows(const std::string& name, const std::vector<Score>& scor
 
 std::string gap_rows(const std::vector<Score>& scores) {
   std::vector<double> shares;
-  std::size_t intervals = 0, hold = 0;
+  std::size_t intervals = 0, hold = 0, level = 0;
   for (const Score& score : scores) {
     if (score.what.effects.empty() || !score.what.without.empty() || score.blind) continue;
-    const double share = closed(score);
-    if (std::isfinite(share)) shares.push_back(share);
+    if (const std::optional<double> share = closed(score))
+      shares.push_back(*share);
+    else
+      ++level;
     intervals += score.intervals;
     hold += score.intervals_hold;
   }
   if (shares.empty()) return "";
   const auto enough = static_cast<std::size_t>(std::ranges::count_if(shares, [](double s) { return s >= 0.9; }));
   return row("held-out gap above the noise closed to 90 %", "all",
-             percent(enough, shares.size()) + fmt::format(", median {:.0f} %", 100 * median(shares))) +
+             percent(enough, shares.size()) +
+                 fmt::format(", median {:.0f} %, {} more with no gap above the noise", 100 * median(shares), level)) +
          row("95 % intervals that hold the truth", "90 to 99 %", percent(hold, intervals));
 }
 
@@ -206,9 +210,9 @@ bool is_right(const Score& score) {
   return score.found == score.what.effects.size() && score.wrong == 0 && !has_loose_tie(score);
 }
 
-double closed(const Score& score) {
+std::optional<double> closed(const Score& score) {
   const double open = score.before - score.floor;
-  if (!(open > 0.2 * score.floor)) return std::nan("");
+  if (open <= 0.2 * score.floor) return std::nullopt;
   return (score.before - score.after) / open;
 }
 

@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
+
 namespace tofgraph::hidden {
 
 /// One case's outcome, as a line of scores.csv.
@@ -39,9 +41,9 @@ Score judge(const Case& what, const nlohmann::json& report, const Effects& hidde
 /// Every hidden effect named, or in a documented tie with what is named, and nothing else.
 bool is_right(const Score& score);
 
-/// The share of what can be closed of the held-out gap that was closed; NaN where the gap does not rise above the
-/// noise.
-double closed(const Score& score);
+/// The share of what can be closed of the held-out gap that was closed; nothing where the gap does not rise above
+/// the noise. Of a gap that is no number the share is NaN, which is no share that is great enough.
+std::optional<double> closed(const Score& score);
 
 /// The table of the suites, as Markdown.
 std::string table(const std::vector<Score>& scores);
