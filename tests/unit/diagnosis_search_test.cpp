@@ -131,7 +131,7 @@ TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
   EXPECT_EQ(found(), 0u);
 }
 
-/// Too few for anything that wanders along the order to be told from an effect: then none is allowed for.
+/// Four conditions: fewer than a wave over the order needs.
 TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
   conditions.resize(4);
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = i;
