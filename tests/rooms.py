@@ -3,13 +3,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Holds the house to its plan: no arrow from a lower room to a higher one, no long file, no long function, no old name.
 
-    tests/rooms.py [--build BUILD] [--dot]
+    tests/rooms.py [--build BUILD] [--root ROOT] [--dot]
 
 Arrows are the includes in the sources and the links that CMake writes to BUILD/rooms.txt; --dot prints them as a graph.
-Prints each breach and exits with 1 when there is any.
+Prints each breach and exits with 1 when there is any. Sources are the files that git knows; all in the folders of
+sources where the tree is no git repository.
 """
 
 import argparse
+import fnmatch
 import pathlib
 import re
 import subprocess
@@ -21,6 +23,7 @@ ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "gra
          "report", "calibration", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "simulation/files", "simulation"}
+FOLDERS = ["framework", "plugins", "devices", "tests"]  # of sources
 MAX_FILE_LINES, MAX_FUNCTION_LINES = 350, 60
 # Names that were replaced by the field's own. framework/diagnosis still has its old ones.
 OLD_NAMES = re.compile(
@@ -36,9 +39,24 @@ def without_comments_and_strings(text):
     return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m.group(0)), text)
 
 
-def tracked(*patterns):
-    out = subprocess.run(["git", "ls-files", *patterns], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    return [pathlib.Path(line) for line in out.splitlines() if (ROOT / line).is_file()]
+def known_to_git():
+    """The paths that git knows, or None where it is not there or the tree is none of its own."""
+    if not (ROOT / ".git").exists():  # the tree may lie in the repository of something else
+        return None
+    try:
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
+    except FileNotFoundError:
+        return None
+    return listed.stdout.split("\0") if listed.returncode == 0 else None
+
+
+def sources(*patterns):
+    """Paths from the root that match; * matches / too."""
+    paths = known_to_git()
+    if paths is None:
+        paths = [str(path.relative_to(ROOT)) for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*"))]
+    return [pathlib.Path(path) for path in paths
+            if any(fnmatch.fnmatchcase(path, pattern) for pattern in patterns) and (ROOT / path).is_file()]
 
 
 def room_of(path):
@@ -50,7 +68,7 @@ def room_of(path):
 
 def include_arrows():
     """(from, to, place) of every include of one of our own files."""
-    for file in tracked("framework/*.[ch]pp", "framework/*.h", "plugins/*.[ch]pp", "devices/*.[ch]pp"):
+    for file in sources("framework/*.[ch]pp", "framework/*.h", "plugins/*.[ch]pp", "devices/*.[ch]pp"):
         inside = file.parts[0] == "framework"
         room = room_of(file.relative_to("framework")) if inside else file.parts[0]
         if room is None:
@@ -87,7 +105,7 @@ def long_functions(text):
             continue
         head = line
         first = start
-        while first > 0 and lines[first - 1].strip() and not re.search(r"[;{}:]\s*$", lines[first - 1]):
+        while first > 0 and lines[first - 1].strip() and not re.search(r"^#|[;{}:]\s*$", lines[first - 1]):
             first -= 1
             head = lines[first] + " " + head
         head = re.sub(r"^template <.*?> (?=\w)", "", head.strip())
@@ -105,7 +123,7 @@ def breaches(build):
     for room, target, place in [*include_arrows(), *link_arrows(build)]:
         if not allowed(room, target):
             yield f"{place}: {room} uses {target}"
-    for file in tracked("*.[ch]pp", "*.h"):
+    for file in sources("*.[ch]pp", "*.h"):
         text = (ROOT / file).read_text()
         lines = text.count("\n")
         if lines > MAX_FILE_LINES:
@@ -122,19 +140,24 @@ def breaches(build):
 
 
 def main():
+    global ROOT
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build", help="the build folder; default: build")
+    parser.add_argument("--root", type=pathlib.Path, default=ROOT, help="of the sources; default: this project's")
+    parser.add_argument("--build", type=pathlib.Path, help="the build folder; default: build")
     parser.add_argument("--dot", action="store_true", help="print the arrows as a graph for dot")
     arguments = parser.parse_args()
+    ROOT = arguments.root.resolve()
+    build = arguments.build or ROOT / "build"
     if arguments.dot:
-        arrows = {(room, target) for room, target, _ in [*include_arrows(), *link_arrows(arguments.build)]}
+        arrows = {(room, target) for room, target, _ in [*include_arrows(), *link_arrows(build)]}
         print("digraph rooms {")
         for room, target in sorted(arrows):
             print(f'  "{room}" -> "{target}";')
         print("}")
         return 0
-    found = list(breaches(arguments.build))
-    print("\n".join(found))
+    found = list(breaches(build))
+    for breach in found:
+        print(breach)
     return 1 if found else 0
 
 

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""rooms.py on small trees that are wrong in one way each."""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).resolve().parent / "rooms.py"
+
+GOOD = {
+    "framework/graph/graph.cpp": '#include "io/frame.hpp"\n#include <tofgraph/plugin.h>\n\nint f() { return 0; }\n',
+    "framework/io/frame.hpp": "#pragma once\n",
+    "framework/diagnosis/search.cpp": '#include "graph/graph.hpp"\nint fallback;\n',
+    "plugins/filters/crop.cpp": '#include "physics/lens.hpp"\n',
+    "tests/unit/long_enough_test.cpp": "\n" * 350,
+    "build/rooms.txt": "tofgraph_graph:tofgraph_io;tofgraph_config\ntofgraph_io:tofgraph_config\n",
+}
+
+
+def function(lines):
+    """A function of so many lines."""
+    return "int long_one(int a) {\n" + "  a += 1;\n" * (lines - 3) + "  return a;\n}\n"
+
+
+class Rooms(unittest.TestCase):
+    git = False
+
+    def setUp(self):
+        self.above = pathlib.Path(tempfile.mkdtemp(prefix="tofgraph-rooms-"))
+        self.addCleanup(shutil.rmtree, self.above)
+        self.root = self.above / "tofgraph"
+        for name, text in GOOD.items():
+            self.write(name, text)
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+    def add_to_git(self):
+        if self.git:
+            subprocess.run(["git", "init", "-q", "."], cwd=self.root, check=True)
+            subprocess.run(["git", "add", "."], cwd=self.root, check=True)
+
+    def said(self, *arguments):
+        self.add_to_git()
+        run = subprocess.run([sys.executable, SCRIPT, "--root", self.root, *arguments], capture_output=True, text=True)
+        self.assertEqual(run.stderr, "")
+        return run.returncode, run.stdout
+
+    def expect(self, *breaches):
+        self.assertEqual(self.said(), (1, "".join(breach + "\n" for breach in breaches)))
+
+    def test_a_tree_without_breaches(self):
+        self.assertEqual(self.said(), (0, ""))
+
+    def test_an_include_from_a_higher_room(self):
+        self.write("framework/io/frame.hpp", '#pragma once\n#include "graph/graph.hpp"\n')
+        self.expect("framework/io/frame.hpp:2: io uses graph")
+
+    def test_an_include_past_the_border(self):
+        self.write("plugins/filters/crop.cpp", '#include "graph/graph.hpp"\n')
+        self.expect("plugins/filters/crop.cpp:1: plugins uses graph")
+
+    def test_a_link_to_a_higher_room(self):
+        self.write("build/rooms.txt", "tofgraph_io:tofgraph_config;tofgraph_graph\n")
+        self.expect("links of tofgraph_io: io uses graph")
+
+    def test_a_link_in_another_build_folder(self):
+        self.write("elsewhere/rooms.txt", "tofgraph_config:tofgraph_cli\n")
+        self.assertEqual(self.said("--build", str(self.root / "elsewhere")),
+                         (1, "links of tofgraph_config: config uses cli\n"))
+
+    def test_a_long_function(self):
+        self.write("framework/io/frame.cpp", "\n" + function(60))
+        self.assertEqual(self.said(), (0, ""))
+        self.write("framework/io/frame.cpp", "\n" + function(61))
+        self.expect("framework/io/frame.cpp:2: a function of 61 lines, at most 60")
+
+    def test_a_long_method_of_a_plugin(self):
+        body = "".join("  " + line + "\n" for line in function(70).splitlines())
+        self.write("plugins/filters/crop.cpp", "struct Crop {\n" + body + "};\n")
+        self.expect("plugins/filters/crop.cpp:2: a function of 70 lines, at most 60")
+
+    def test_a_long_file(self):
+        self.write("tests/unit/long_enough_test.cpp", "\n" * 351)
+        self.expect("tests/unit/long_enough_test.cpp: 351 lines, at most 350")
+
+    def test_a_long_header_of_a_device(self):
+        self.write("devices/camera/driver.h", "\n" * 400)
+        self.expect("devices/camera/driver.h: 400 lines, at most 350")
+
+    def test_an_old_name(self):
+        self.write("framework/io/frame.cpp", "// in a comment fallback is a word\nint fallback = 1;\n")
+        self.expect("framework/io/frame.cpp:2: 'fallback' is an old name")
+
+    def test_an_old_word_in_a_message(self):
+        self.write("framework/io/frame.cpp", 'auto a = "there is no file", b = "is no longer", c = "is no such file";\n')
+        self.assertEqual(self.said(), (0, ""))
+        self.write("framework/io/frame.cpp", 'auto a = "this is no capture";\n')
+        self.expect("framework/io/frame.cpp:1: 'is no ' is an old name")
+
+    def test_all_at_once(self):
+        self.write("framework/io/frame.hpp", '#include "graph/graph.hpp"\n' + function(62) + "int mood;\n" + "\n" * 400)
+        self.expect("framework/io/frame.hpp:1: io uses graph",
+                    "framework/io/frame.hpp: 464 lines, at most 350",
+                    "framework/io/frame.hpp:2: a function of 62 lines, at most 60",
+                    "framework/io/frame.hpp:64: 'mood' is an old name")
+
+    def test_arrows_as_a_graph(self):
+        code, said = self.said("--dot")
+        self.assertEqual(code, 0)
+        self.assertIn('  "graph" -> "io";\n', said)
+        self.assertNotIn('"io" -> "graph"', said)
+
+
+@unittest.skipIf(shutil.which("git") is None, "there is no git")
+class RoomsInGit(Rooms):
+    git = True
+
+    def test_what_git_does_not_know_is_nobodys(self):
+        self.add_to_git()
+        self.write("framework/io/scratch.cpp", '#include "cli/cli.hpp"\n')
+        self.git = False
+        self.assertEqual(self.said(), (0, ""))
+        self.git = True
+        self.expect("framework/io/scratch.cpp:1: io uses cli")
+
+
+@unittest.skipIf(shutil.which("git") is None, "there is no git")
+class RoomsBelowAnotherRepository(Rooms):
+    """A source tree that was unpacked in the repository of something else, which knows none of its files."""
+
+    def setUp(self):
+        super().setUp()
+        subprocess.run(["git", "init", "-q", "."], cwd=self.above, check=True)
+
+
+if __name__ == "__main__":
+    unittest.main()
