@@ -37,7 +37,7 @@ std::string check_profile(const config::Value& document, config::Diagnostics& di
   warn_of_camera(*camera, "simulate", missing, document.at, diagnostics);
   if (!simulation::has_noise(view))
     diagnostics.warning(document.at, "the profile has no read_noise and shot_noise: a scene must write noise: none");
-  return "the profile is right";
+  return "the profile is valid";
 }
 
 std::string check_model(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
@@ -51,7 +51,7 @@ std::string check_model(const config::Value& document, config::Diagnostics& diag
     const io::CameraPtr profile = io::find_camera(camera->value, diagnostics);
     if (profile) simulation::make_effects(model, profile->view(), diagnostics);
   }
-  return fmt::format("the model is right, {} effect{}", effects, effects == 1 ? "" : "s");
+  return fmt::format("the model is valid, {} effect{}", effects, effects == 1 ? "" : "s");
 }
 
 std::string check_scene(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
@@ -66,7 +66,7 @@ std::string check_scene(const config::Value& document, config::Diagnostics& diag
   diagnostics.add(of_model.all());
   if (!diagnostics.ok()) return {};
   const std::size_t conditions = simulation::expand(scene).size();
-  return fmt::format("the scene is right, {} object{}, {} condition{}", scene.objects.size(),
+  return fmt::format("the scene is valid, {} object{}, {} condition{}", scene.objects.size(),
                      scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
 }
 
@@ -81,7 +81,7 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   if (campaign.camera)
     warn_of_camera(*campaign.camera, "diagnose", simulation::missing_for_light(campaign.camera->view()), document.at,
                    diagnostics);
-  return fmt::format("the campaign is right, {} condition{}", conditions, conditions == 1 ? "" : "s");
+  return fmt::format("the campaign is valid, {} condition{}", conditions, conditions == 1 ? "" : "s");
 }
 
 /// How a kind of file is checked; gives what is said when it is right.
@@ -101,12 +101,12 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
     config::Diagnostics diagnostics;
     const std::string said = kind.check(document, diagnostics, common);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    if (!diagnostics.all().empty()) say(diagnostics.text());
+    if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
     if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));
     return done;
   }
   const auto graph = build(document, arguments, common, force);
-  if (!common.quiet) say(fmt::format("{}: the pipeline is right, {} nodes", arguments.pipeline, graph->nodes().size()));
+  if (!common.quiet) say(fmt::format("{}: the pipeline is valid, {} nodes", arguments.pipeline, graph->nodes().size()));
   return done;
 }
 
@@ -114,12 +114,12 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
 
 void add_check(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
-  CLI::App* command =
-      app.add_subcommand("check", "Say every mistake in a pipeline, profile, scene or campaign; run nothing");
+  CLI::App* command = app.add_subcommand(
+      "check", "Report every error in a pipeline, profile, scene, model or campaign, without running it");
   command->footer("Example: tofgraph check pipelines/quickstart.yaml --set save.encoding=ascii");
   arguments->add_to(*command);
   auto force = std::make_shared<bool>(false);
-  command->add_flag("--force", *force, "Outputs that exist may be replaced");
+  command->add_flag("--force", *force, "Existing outputs may be replaced");
   command->callback([=, &common] { common.command = [=, &common] { return check(*arguments, *force, common); }; });
 }
 

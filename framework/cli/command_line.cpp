@@ -5,7 +5,9 @@
 #include "config/diagnostics.hpp"
 
 #include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include <vector>
 
@@ -57,6 +59,9 @@ std::string unknown_word(const CLI::App& app) {
   if (word.starts_with("-")) {
     std::vector<std::string> known = options_of(app);
     for (const CLI::App* one : chosen) {
+      const std::vector<std::string> own = options_of(*one);
+      if (std::ranges::find(own, word) != own.end())
+        return fmt::format("error: '{}' is an option of '{}': write it after that word", word, one->get_name());
       for (std::string& name : options_of(*one)) known.push_back(std::move(name));
     }
     const std::string near = guess(word, known);

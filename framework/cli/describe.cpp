@@ -44,7 +44,7 @@ std::string typical(const json& p) {
 void print_parameter(const json& p) {
   std::string type = text_of(p, "type");
   if (p.contains("choices")) type += fmt::format(" ({})", text_of(p, "choices"));
-  if (p.contains("companions")) type += fmt::format(" (and {} beside it)", text_of(p, "companions"));
+  if (p.contains("companions")) type += fmt::format(" (and {} next to it)", text_of(p, "companions"));
   const std::string otherwise =
       p["required"].get<bool>() ? "required"
       : p["default"].is_null()
@@ -130,7 +130,7 @@ void print_profile(const json& camera) {
                text_of(value, "value"));
   const json& range = camera["unambiguous_range_m"];
   fmt::print("\na frame: {}{}\n", text_of(camera, "exposures"),
-             range.is_null() ? "; no range in which the distance is unambiguous is known"
+             range.is_null() ? "; the unambiguous range is unknown"
                              : fmt::format("; unambiguous to {:.4g} m", range.get<double>()));
   if (!text_of(camera, "source").empty()) fmt::print("\nsource: {}\n", text_of(camera, "source"));
 }
@@ -174,7 +174,8 @@ void add_describe(CLI::App& app, Common& common) {
   auto name = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
-      "describe", "Say what a stage or effect reads, makes and can be set to, or what is known of a camera");
+      "describe",
+      "Show what a stage or effect reads and makes and which parameters it has, or what is known of a camera");
   command->footer("Example: tofgraph describe non_local_means");
   command->add_option("NAME", *name, "A stage, an effect, or a camera profile by name or path")->required();
   command->add_flag("--json", *as_json, "As JSON");

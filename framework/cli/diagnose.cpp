@@ -23,7 +23,9 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->required();
   command->add_option("--max-effects", arguments->max_effects, "Effects that may be added; default: 6")
       ->option_text("N");
-  command->add_option("--seed", arguments->seed, "Of what is drawn: held-out levels, sign flips, bootstrap; default: 1")
+  command
+      ->add_option("--seed", arguments->seed,
+                   "Seed of the random choices: held-out levels, sign flips, bootstrap; default: 1")
       ->option_text("N");
   command->add_option("--without", arguments->without, "An effect that is not a candidate; may be repeated")
       ->option_text("EFFECT")
@@ -31,13 +33,13 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->take_all();
   command
       ->add_option("--confidence", arguments->confidence,
-                   "Inject so many known truths into this design and report how often the search is right")
+                   "Inject this number of known truths into this design and report how often the search is right")
       ->option_text("N");
-  command->add_option("--threads", arguments->threads, "Threads; default: one a core")
+  command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--skip-missing", arguments->skip_missing, "Go on without captures that cannot be read");
-  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->add_flag("--skip-missing", arguments->skip_missing, "Continue without captures that cannot be read");
+  command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {

@@ -12,6 +12,7 @@
 #include <malloc.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <thread>
 
 namespace tofgraph::cli {
@@ -24,7 +25,9 @@ constexpr const char* output_names[] = {"report.html", "report.json", "model.yam
 
 void check_outputs(const DiagnoseArguments& arguments) {
   for (const char* name : output_names) {
-    const std::string problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
+    const std::array<fs::path, 2> inputs = {arguments.model, arguments.data};
+    std::string problem = io::input_problem(fs::path(arguments.out) / name, inputs);
+    if (problem.empty()) problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
     if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
 }

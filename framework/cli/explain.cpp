@@ -12,7 +12,7 @@ namespace tofgraph::cli {
 void add_explain(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   auto drawing = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand("explain", "Say what happens to the numbers, channel by channel");
+  CLI::App* command = app.add_subcommand("explain", "Show what happens to the numbers, channel by channel");
   command->footer("Example: tofgraph explain pipelines/quickstart.yaml --dot > graph.dot");
   arguments->add_to(*command);
   command->add_flag("--dot", *drawing, "The graph in the DOT language instead");

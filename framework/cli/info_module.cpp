@@ -110,7 +110,7 @@ void print_setting(const json& settings, const char* key, const char* name, cons
 void print_exposures(const json& exposures) {
   fmt::print("\na frame: {} (by {})\n", exposures["text"].get<std::string>(), exposures["from"].get<std::string>());
   if (exposures["images"].get<std::uint64_t>() != exposures["list"].size())
-    fmt::print("         but it holds {} images: give a profile that has their exposures\n",
+    fmt::print("         but it holds {} images: give a profile with their exposures\n",
                exposures["images"].get<std::uint64_t>());
 }
 

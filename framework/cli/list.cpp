@@ -59,10 +59,10 @@ void tell_strays(const Common& common) {
     }
     std::ranges::sort(strays);
     if (strays.empty()) continue;
-    say(
-        fmt::format("warning: {}: left out, as a plugin is called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
-                    "effect): {}",
-                    folder.string(), fmt::join(strays, ", ")));
+    say(fmt::format(
+        "warning: {}: ignored, because a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
+        "effect): {}",
+        folder.string(), fmt::join(strays, ", ")));
   }
 }
 

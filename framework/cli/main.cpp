@@ -34,7 +34,7 @@ void PipelineArguments::add_to(CLI::App& command) {
       .add_option("PIPELINE", pipeline,
                   "A pipeline file, or the one-line form in quotes: \"reader file=a.h5 ! decoder ! writer path=b.pcd\"")
       ->required();
-  command.add_option("--camera", camera, "Camera profile by name or path; wins over the pipeline's")
+  command.add_option("--camera", camera, "Camera profile by name or path; overrides the pipeline's")
       ->option_text("CAMERA");
   command.add_option("--set", settings, "Replaces a parameter of a node; may be repeated")
       ->option_text("NODE.PARAMETER=VALUE")
@@ -45,7 +45,7 @@ void PipelineArguments::add_to(CLI::App& command) {
 void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name) {
   for (const auto& [hidden, before] : registry.hidden()) {
     if (common.quiet || (!name.empty() && hidden.name != name)) continue;
-    say(fmt::format("warning: {} hides {}: the first in the plugin path is taken", before.path.string(),
+    say(fmt::format("warning: {} hides {}: the first in the plugin path is used", before.path.string(),
                     hidden.path.string()));
   }
 }
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
   using namespace tofgraph;
   graph::tell_crashes();
   cli::Common common;
-  CLI::App app("tofgraph turns what a time-of-flight camera measures into point clouds that are right.", "tofgraph");
+  CLI::App app("tofgraph turns what a time-of-flight camera measures into correct point clouds.", "tofgraph");
   app.formatter(cli::help_in_words());
   app.set_version_flag("--version", "tofgraph " TOFGRAPH_VERSION);
   app.set_help_flag("-h,--help", "Print this help and exit");

@@ -97,7 +97,9 @@ class Watch {
 std::string statistics_problem(const RunArguments& arguments) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
+  const std::filesystem::path pipeline = arguments.pipeline;
   std::string problem = io::write_error(path);
+  if (problem.empty()) problem = io::input_problem(path, std::span(&pipeline, 1));
   std::error_code error;
   if (problem.empty() && !arguments.force && std::filesystem::exists(path, error))
     problem = "the file exists\n         --force replaces it";
@@ -114,7 +116,7 @@ int write_statistics(const RunArguments& arguments, const graph::Graph& graph, c
     io::write_file(arguments.stats, graph::statistics_json(graph, result).dump(2) + "\n");
     return code;
   } catch (const std::exception& error) {
-    say(fmt::format("error: the statistics of the run are not written: {}", error.what()));
+    say(fmt::format("error: the statistics of the run could not be written: {}", error.what()));
     return code == done ? failed : code;
   }
 }
@@ -197,17 +199,17 @@ void add_run(CLI::App& app, Common& common) {
       "          tofgraph run \"capture_reader file=a.h5 ! four_phase_decoder ! optimized_bistatic ! point_cloud ! "
       "pcd_writer path=a.pcd\" --camera camcube2");
   arguments->add_to(*command);
-  command->add_option("--frames", arguments->frames, "Stop after so many frames")
+  command->add_option("--frames", arguments->frames, "Stop after this number of frames")
       ->option_text("N")
       ->check(CLI::Range(1, 1000000000));
-  command->add_option("--threads", arguments->threads, "Threads that work on frames; default: one a core")
+  command->add_option("--threads", arguments->threads, "Threads that process frames; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));
   command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file")
       ->option_text("FILE");
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
-  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->callback(
       [arguments, &common] { common.command = [arguments, &common] { return run(*arguments, common); }; });
 }

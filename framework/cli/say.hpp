@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include <unistd.h>
 #include <atomic>
 #include <cstdlib>
@@ -50,8 +52,9 @@ inline std::string coloured(std::string_view text) {
 /// A message on standard error.
 inline void say(const std::string& text) {
   static const bool colours = colours_wanted();
-  fmt::print(stderr, "{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "", colours ? coloured(text) : text,
-             text.ends_with('\n') ? "" : "\n");
+  const std::string line = fmt::format("{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "",
+                                       colours ? coloured(text) : text, text.ends_with('\n') ? "" : "\n");
+  std::fwrite(line.data(), 1, line.size(), stderr);  // where nobody can be told, nobody is
 }
 
 }  // namespace tofgraph::cli

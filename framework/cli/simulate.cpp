@@ -16,24 +16,24 @@ void add_simulate(CLI::App& app, Common& common) {
       ->add_option("-o,--out", arguments->out,
                    "The capture (.h5); for a scene with a sequence, a folder with a campaign and its captures")
       ->option_text("OUT");
-  command->add_option("--model", arguments->model, "A model file: light and effects, in place of the scene's")
+  command->add_option("--model", arguments->model, "A model file: light and effects, instead of the scene's")
       ->option_text("FILE");
   command
       ->add_option("--preview", arguments->preview,
                    "A picture (.png) of the first condition: phases, amplitude, distance, cloud")
       ->option_text("FILE");
-  command->add_option("--seed", arguments->seed, "Of the noise, in place of the scene's")->option_text("N");
-  command->add_option("--frames", arguments->frames, "Of each condition, in place of the scene's")
+  command->add_option("--seed", arguments->seed, "Seed of the noise, instead of the scene's")->option_text("N");
+  command->add_option("--frames", arguments->frames, "Frames of each condition, instead of the scene's")
       ->option_text("N")
       ->check(CLI::PositiveNumber);
-  command->add_option("--compression", arguments->compression, "Of the captures: 0 (none, default) to 9")
+  command->add_option("--compression", arguments->compression, "Compression of the captures: 0 (none, default) to 9")
       ->option_text("N")
       ->check(CLI::Range(0, 9));
-  command->add_option("--threads", arguments->threads, "Threads; default: one a core")
+  command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));
   command->add_flag("--truth", arguments->truth, "Add the depth and points without error, and the reflectivity");
-  command->add_flag("--force", arguments->force, "Replace outputs that exist");
+  command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph simulate pipelines/scenes/boxes.yaml -o boxes.h5 --preview boxes.png");
   command->callback([arguments, &common] {
     if (arguments->out.empty() && arguments->preview.empty()) throw CLI::RequiredError("-o OUT or --preview OUT.png");

@@ -14,6 +14,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include <array>
 #include <atomic>
 #include <cmath>
 
@@ -46,6 +47,9 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   const auto refuse = [](const char* option, const std::string& problem) {
     if (!problem.empty()) throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
   };
+  const std::array<fs::path, 2> inputs = {arguments.scene, arguments.model};
+  refuse("--preview", io::input_problem(fs::path(arguments.preview), inputs));
+  refuse("--out", io::input_problem(fs::path(arguments.out), inputs));
   if (!arguments.preview.empty()) refuse("--preview", io::output_problem(fs::path(arguments.preview), arguments.force));
   if (arguments.out.empty()) return;
   const fs::path out = fs::path(arguments.out).lexically_normal();
@@ -55,7 +59,7 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   if (fs::exists(out, error) && !fs::is_directory(out, error))
     refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
   if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force)
-    refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces what a campaign has in it",
+    refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces the files of a campaign in it",
                                 out.string()));
 }
 

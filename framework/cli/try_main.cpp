@@ -14,13 +14,16 @@
 int main(int argc, char** argv) {
   const std::string kind = argc > 2 ? argv[1] : "";
   try {
-    if (kind == "capture") tofgraph::io::CaptureReader::read_on_trial(argv[2]);
-    if (kind == "map" && argc > 3) tofgraph::io::read_pixel_map_on_trial(argv[2], argv[3]);
+    if (kind == "capture" && argc == 3)
+      tofgraph::io::CaptureReader::read_on_trial(argv[2]);
+    else if (kind == "map" && argc == 4)
+      tofgraph::io::read_pixel_map_on_trial(argv[2], argv[3]);
+    else
+      _exit(2);
   } catch (const std::bad_alloc&) {
     std::fputs("asks for more memory than any frame needs: the file is damaged", stdout);
   } catch (const std::exception& problem) {
     std::fputs(problem.what(), stdout);
   }
-  std::fflush(stdout);
-  _exit(0);  // nothing is left to be done
+  _exit(std::fflush(stdout) == 0 ? 0 : 1);  // nothing is left to be done
 }

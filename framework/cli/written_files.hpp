@@ -25,7 +25,7 @@ class WrittenFiles {
   std::string older(const io::OutputPattern& pattern) const;
 
  private:
-  bool is_new(const std::filesystem::path& file) const;
+  bool is_new(const std::filesystem::path& written) const;
 
   std::map<std::filesystem::path, std::filesystem::file_time_type> before_;
 };

@@ -1,20 +1,26 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// posix_spawn and poll: whatever the host program does with SIGCHLD, and whichever of its threads asks.
 #include "config/child_process.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
 #include <unistd.h>
-#include <uv.h>
 
 #include <array>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <ctime>
 #include <stdexcept>
+#include <utility>
+
+extern char** environ;  // NOLINT(readability-redundant-declaration)
 
 namespace tofgraph::config {
 namespace {
-
-template <class T> uv_handle_t* handle(T& one) { return reinterpret_cast<uv_handle_t*>(&one); }
-template <class T> uv_stream_t* stream(T& one) { return reinterpret_cast<uv_stream_t*>(&one); }
 
 /// What a child does not read any more would end this process: in this thread the signal is put off and thrown away.
 class WithoutSigpipe {
@@ -37,111 +43,126 @@ class WithoutSigpipe {
   sigset_t set_{}, before_{};
 };
 
-/// One child on a loop of its own, so that any thread may run one.
-class Child {
+[[noreturn]] void fail(int error) { throw std::runtime_error(std::strerror(error)); }
+
+/// One end of a pipe.
+class End {
  public:
-  explicit Child(const ChildOptions& options) : options_(options) {
-    uv_loop_init(&loop_);
-    uv_timer_init(&loop_, &timer_);
-    for (uv_pipe_t* pipe : {&in_, &out_, &err_}) uv_pipe_init(&loop_, pipe, 0);
-    for (uv_handle_t* one : {handle(timer_), handle(in_), handle(out_), handle(err_), handle(process_)})
-      one->data = this;
+  End() = default;
+  explicit End(int number) : number_(number) {}
+  End(End&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  End& operator=(End&& other) noexcept {
+    close();
+    number_ = std::exchange(other.number_, -1);
+    return *this;
   }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-  ~Child() {
-    uv_walk(
-        &loop_, [](uv_handle_t* one, void*) { close(one); }, nullptr);
-    uv_run(&loop_, UV_RUN_DEFAULT);
-    uv_loop_close(&loop_);
+  End(const End&) = delete;
+  End& operator=(const End&) = delete;
+  ~End() { close(); }
+
+  int number() const { return number_; }
+  bool is_open() const { return number_ >= 0; }
+  void close() {
+    if (number_ >= 0) ::close(std::exchange(number_, -1));
   }
 
-  ChildResult run(std::vector<std::string>& command) {
-    start(command);
-    uv_read_start(stream(out_), memory, received);
-    if (options_.keep_errors) uv_read_start(stream(err_), memory, received);
-    send();
-    if (options_.patience.count() > 0) {
-      const auto patience = static_cast<std::uint64_t>(options_.patience.count());
-      uv_timer_start(&timer_, silent, patience, patience);
-      uv_unref(handle(timer_));
+ private:
+  int number_ = -1;
+};
+
+struct Pipe {
+  Pipe() {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) fail(errno);
+    read = End(ends[0]);
+    write = End(ends[1]);
+  }
+  End read, write;
+};
+
+class Child {
+ public:
+  Child(std::vector<std::string>& command, const ChildOptions& options) : options_(options) {
+    Pipe in, out, err;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, in.read.number(), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, out.write.number(), STDOUT_FILENO);
+    if (options.keep_errors) posix_spawn_file_actions_adddup2(&actions, err.write.number(), STDERR_FILENO);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t none, pipe;
+    sigemptyset(&none);
+    sigemptyset(&pipe);
+    sigaddset(&pipe, SIGPIPE);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setsigdefault(&attributes, &pipe);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    std::vector<char*> arguments;
+    for (std::string& word : command) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    const int error = posix_spawnp(&pid_, arguments.front(), &actions, &attributes, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+    if (error != 0) fail(error);
+    in_ = std::move(in.write);
+    out_ = std::move(out.read);
+    if (options.keep_errors) err_ = std::move(err.read);
+    fcntl(in_.number(), F_SETFL, O_NONBLOCK);
+  }
+
+  ChildResult run() {
+    if (options_.input.empty()) in_.close();
+    while (out_.is_open() || err_.is_open()) exchange();
+    in_.close();
+    int status = 0;
+    while (waitpid(pid_, &status, 0) < 0) {
+      if (errno != EINTR) return std::move(result_);  // a host that ignores SIGCHLD never hears how its children ended
     }
-    uv_run(&loop_, UV_RUN_DEFAULT);
+    if (WIFSIGNALED(status)) result_.signal = WTERMSIG(status);
+    if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
     return std::move(result_);
   }
 
  private:
-  static void close(uv_handle_t* one) {
-    if (uv_is_closing(one) == 0) uv_close(one, nullptr);
-  }
-  static Child& self(void* data) { return *static_cast<Child*>(data); }
-
-  void start(std::vector<std::string>& command) {
-    std::vector<char*> arguments;
-    for (std::string& word : command) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    const auto flags = [](int wanted) { return static_cast<uv_stdio_flags>(wanted); };
-    std::array<uv_stdio_container_t, 3> ends{};
-    ends[0].flags = flags(UV_CREATE_PIPE | UV_READABLE_PIPE);
-    ends[0].data.stream = stream(in_);
-    ends[1].flags = flags(UV_CREATE_PIPE | UV_WRITABLE_PIPE);
-    ends[1].data.stream = stream(out_);
-    ends[2].flags = flags(options_.keep_errors ? UV_CREATE_PIPE | UV_WRITABLE_PIPE : UV_INHERIT_FD);
-    if (options_.keep_errors)
-      ends[2].data.stream = stream(err_);
-    else
-      ends[2].data.fd = STDERR_FILENO;
-    uv_process_options_t wanted{};
-    wanted.file = arguments.front();
-    wanted.args = arguments.data();
-    wanted.stdio = ends.data();
-    wanted.stdio_count = static_cast<int>(ends.size());
-    wanted.exit_cb = [](uv_process_t* process, std::int64_t exit_code, int signal) {
-      self(process->data).result_.exit_code = exit_code;
-      self(process->data).result_.signal = signal;
-      close(handle(*process));
-    };
-    if (const int error = uv_spawn(&loop_, &process_, &wanted); error != 0)
-      throw std::runtime_error(uv_strerror(error));
+  /// Feeds one end and drains the others, whichever is ready.
+  void exchange() {
+    std::array<pollfd, 3> ends = {{{in_.number(), POLLOUT, 0}, {out_.number(), POLLIN, 0}, {err_.number(), POLLIN, 0}}};
+    const bool patient = options_.patience.count() <= 0;
+    const int ready = poll(ends.data(), ends.size(), patient ? -1 : static_cast<int>(options_.patience.count()));
+    if (ready == 0) options_.on_silence(result_.output);
+    if (ready <= 0) return;
+    if (ends[0].revents != 0) feed();
+    if (ends[1].revents != 0) drain(out_, result_.output);
+    if (ends[2].revents != 0) drain(err_, result_.errors);
   }
 
-  void send() {
-    sent_.data = this;
-    uv_buf_t text = uv_buf_init(const_cast<char*>(options_.input.data()), static_cast<unsigned>(options_.input.size()));
-    // A child that reads nothing more has its reason, which its exit code tells.
-    const auto done = [](uv_write_t* sent, int) { close(handle(self(sent->data).in_)); };
-    if (options_.input.empty() || uv_write(&sent_, stream(in_), &text, 1, done) != 0) close(handle(in_));
+  /// A child that reads nothing more has its reason, which its exit code tells.
+  void feed() {
+    const ssize_t sent = write(in_.number(), options_.input.data() + sent_, options_.input.size() - sent_);
+    if (sent > 0) sent_ += static_cast<std::size_t>(sent);
+    if ((sent < 0 && errno != EAGAIN && errno != EINTR) || sent_ == options_.input.size()) in_.close();
   }
 
-  static void memory(uv_handle_t* pipe, std::size_t, uv_buf_t* block) {
-    *block = uv_buf_init(self(pipe->data).block_.data(), static_cast<unsigned>(self(pipe->data).block_.size()));
+  void drain(End& end, std::string& text) {
+    const ssize_t length = read(end.number(), block_.data(), block_.size());
+    if (length > 0) text.append(block_.data(), static_cast<std::size_t>(length));
+    if (length == 0 || (length < 0 && errno != EINTR)) end.close();
   }
-
-  static void received(uv_stream_t* pipe, ssize_t length, const uv_buf_t* block) {
-    Child& child = self(pipe->data);
-    std::string& text = pipe == stream(child.out_) ? child.result_.output : child.result_.errors;
-    if (length > 0) text.append(block->base, static_cast<std::size_t>(length));
-    if (length < 0) close(reinterpret_cast<uv_handle_t*>(pipe));
-    if (uv_is_active(handle(child.timer_)) != 0) uv_timer_again(&child.timer_);
-  }
-
-  static void silent(uv_timer_t* timer) { self(timer->data).options_.on_silence(self(timer->data).result_.output); }
 
   const ChildOptions& options_;
   ChildResult result_;
+  pid_t pid_ = 0;
+  End in_, out_, err_;
+  std::size_t sent_ = 0;
   std::array<char, 65536> block_{};
-  uv_loop_t loop_{};
-  uv_timer_t timer_{};
-  uv_pipe_t in_{}, out_{}, err_{};
-  uv_process_t process_{};
-  uv_write_t sent_{};
 };
 
 }  // namespace
 
 ChildResult run_child(std::vector<std::string> command, const ChildOptions& options) {
   const WithoutSigpipe quiet;
-  return Child(options).run(command);
+  return Child(command, options).run();
 }
 
 }  // namespace tofgraph::config

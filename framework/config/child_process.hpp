@@ -14,7 +14,7 @@ namespace tofgraph::config {
 struct ChildOptions {
   std::string input = {};    ///< what it reads from its standard input
   bool keep_errors = false;  ///< true: its standard error is collected; false: it goes to ours
-  /// Called once for every stretch of this length in which nothing came; zero: never.
+  /// Called whenever nothing came for as long as this; zero: never.
   std::chrono::milliseconds patience{0};
   std::function<void(const std::string& output)> on_silence = {};
 };

@@ -59,7 +59,7 @@ class Converter {
     entry.at.length = entry.key.size();
     if (const Entry* first = map.find(entry.key)) {
       diagnostics.error(entry.at, fmt::format("the key '{}' is written twice", entry.key),
-                        fmt::format("it stands in line {} already", first->at.line));
+                        fmt::format("it is already in line {}", first->at.line));
       return;
     }
     entry.value = convert(pair.second, diagnostics);

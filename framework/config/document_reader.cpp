@@ -60,7 +60,7 @@ double Reader::number_within(std::string_view key, std::string_view unit, std::s
                                                   : fmt::format("{} to {}", limit(least), limit(most));
   diagnostics_.error(
       entry->value.at,
-      fmt::format("'{}' is {}: it is out of range: {} is allowed", key, entry->value.described(), allowed),
+      fmt::format("'{}' is {}, which is out of range: {} is allowed", key, entry->value.described(), allowed),
       fmt::format("example: {}: {}", key, example));
   return default_value.value_or(least);
 }
@@ -129,7 +129,7 @@ std::vector<double> Reader::numbers(std::string_view key, std::string_view unit,
   if (entry == nullptr || diagnostics_.errors() != errors) return default_value;
   if (values.size() == default_value.size()) return values;
   diagnostics_.error(entry->value.at,
-                     fmt::format("'{}' needs {} numbers, here are {}", key, default_value.size(), values.size()),
+                     fmt::format("'{}' needs {} numbers, but has {}", key, default_value.size(), values.size()),
                      fmt::format("example: {}: {}", key, example));
   return default_value;
 }

@@ -83,7 +83,7 @@ Parsed parse_unit(std::string_view text) {
     }
     const Unit* unit = find_unit(name);
     if (unit == nullptr) {
-      result.problem = fmt::format("has the unit '{}', which is not known", name);
+      result.problem = fmt::format("has the unknown unit '{}'", name);
       return result;
     }
     result.factor *= std::pow(unit->factor, sign * power);
@@ -109,7 +109,7 @@ Quantity parse_quantity(std::string_view text, std::string_view wanted) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc::result_out_of_range) return {0, "is out of the range of numbers"};
+  if (error == std::errc::result_out_of_range) return {0, "is too large or too small for a number"};
   if (error != std::errc()) return {0, "is not a number"};
   if (!std::isfinite(number)) return {0, "must be finite"};
   const auto begin = static_cast<std::size_t>(end - text.data());
@@ -123,7 +123,7 @@ Quantity parse_quantity(std::string_view text, std::string_view wanted) {
     return {0, fmt::format("has the wrong dimension: a value in {} is expected", wanted)};
   }
   const double value = number * unit.factor + unit.offset;
-  if (!std::isfinite(value)) return {0, "is out of the range of numbers"};
+  if (!std::isfinite(value)) return {0, "is too large or too small for a number"};
   return {value, {}};
 }
 

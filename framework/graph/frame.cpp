@@ -90,7 +90,7 @@ template <class... Pointers> void not_null(const char* call, const Pointers*... 
 bool fill(tofgraph_view* view, const tofgraph_frame::Channel& channel) {
   const std::uint32_t size = view->size;
   if (size < tofgraph::io::first_size<tofgraph_view>)
-    return refuse("the view for channel '" + channel.name + "' has no size: it is set before the call");
+    return refuse("the view for channel '" + channel.name + "' has no size: set it before the call");
   const tofgraph_view full = view_of(channel);
   std::memcpy(view, &full, std::min<std::size_t>(size, sizeof full));
   view->size = size;

@@ -66,7 +66,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   for (const auto& [hidden, before] : registry.hidden()) {
     const auto used = [&name = hidden.name](const NodeSpec& node) { return node.stage == name; };
     if (host_.message && std::ranges::any_of(pipeline.nodes, used))
-      host_.message(hidden.name, fmt::format("{} is taken, it hides {}", before.path.string(), hidden.path.string()),
+      host_.message(hidden.name, fmt::format("{} is used; it hides {}", before.path.string(), hidden.path.string()),
                     true);
   }
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
@@ -131,7 +131,7 @@ void Graph::tell_collisions(std::size_t node, std::size_t k, const Stream& all, 
                     fmt::format("node '{}' joins two different '{}': of node '{}' and of node '{}'", nodes_[node]->name,
                                 fmt::join(names, "', '"), nodes_[all.find(names.front())->made_by]->name,
                                 nodes_[other.find(names.front())->made_by]->name),
-                    fmt::format("take them out or rename them before the join, e.g. with the stage channels and {}",
+                    fmt::format("remove or rename them before the join, e.g. with the stage channels and {}",
                                 config::assignment(input.at, "drop", fmt::format("[{}]", fmt::join(names, ", ")))));
 }
 
@@ -183,7 +183,7 @@ bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics)
     } else if (std::ranges::none_of(alternatives(*port), has)) {
       diagnostics.error(
           input.at,
-          fmt::format("node '{}' gives no {} for the input '{}' of '{}'", input.node,
+          fmt::format("node '{}' has no {} for the input '{}' of '{}'", input.node,
                       fmt::join(alternatives(*port), " or "), input.port, self.name),
           host_.known_stages->way_to(alternatives(*port), nodes_[inputs_[node][k]]->output(), self.stage().name));
     } else {
@@ -229,7 +229,7 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
         std::ranges::any_of(inputs_, [&](const auto& in) { return std::ranges::find(in, i) != in.end(); });
     if (!read && !nodes_[i]->is_sink() && diagnostics.ok()) {
       diagnostics.warning(nodes_[i]->at,
-                          fmt::format("nothing reads node '{}': what it makes is thrown away", nodes_[i]->name));
+                          fmt::format("nothing reads node '{}': its result is discarded", nodes_[i]->name));
     }
   }
 }
@@ -243,7 +243,14 @@ nlohmann::json Graph::provenance(std::size_t node) const {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
     for (const UsedFile& file : step.files()) {
-      const std::string& hash = file.hash->get([this] { return host_.stopping.load(); });
+      const std::string& hash =
+          file.hash->get([this] { return host_.stopping.load() || host_.hashing_stopped.load(); });
+      if (hash.empty() && host_.message)
+        host_.message(
+            step.name,
+            fmt::format("the hash of {} is not in the provenance: the run did not end in order, or the file is gone",
+                        file.path),
+            true);
       files.push_back({{"path", file.path}, {"sha256", hash.empty() ? nlohmann::json() : nlohmann::json(hash)}});
     }
     stages.push_back({{"node", step.name},

@@ -13,14 +13,20 @@ namespace tofgraph::graph {
 class Hashing {
  public:
   explicit Hashing(Graph& graph)
-      : thread_([&graph](const std::stop_token& over) {
-          const auto stopped = [&] { return over.stop_requested() || graph.host().stopping.load(); };
+      : graph_(graph), thread_([&graph](const std::stop_token& over) {
+          const auto stopped = [&] {
+            return over.stop_requested() || graph.host().stopping.load() || graph.host().hashing_stopped.load();
+          };
           for (const auto& node : graph.nodes()) {
             for (const UsedFile& file : node->files()) file.hash->get(stopped);
           }
         }) {}
 
+  /// From now on hashes are left out of the provenance.
+  void stop() { graph_.host().hashing_stopped = true; }
+
  private:
+  Graph& graph_;
   std::jthread thread_;
 };
 

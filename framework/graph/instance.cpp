@@ -40,7 +40,7 @@ Failure& last_failure() {
 }
 
 std::string Failure::told(const Plugin& plugin) const {
-  return defect ? fmt::format("{}\n         this is a defect of the plugin {}", text, plugin.file.path.string()) : text;
+  return defect ? fmt::format("{}\n         this is a bug in the plugin {}", text, plugin.file.path.string()) : text;
 }
 
 void keep_failure() noexcept {
@@ -69,7 +69,7 @@ std::optional<Failure> Instance::create(const tofgraph_value* values) {
   const RunningCall call(*this, "create");
   const int status = plugin_.create(&host_table(), this, values, &self_);
   auto failure = outcome(status, "failed without saying why");
-  if (!failure && self_ == nullptr) failure = Failure{"", "create() gave nothing", true};
+  if (!failure && self_ == nullptr) failure = Failure{"", "create() returned nothing", true};
   if (failure) self_ = nullptr;
   return failure;
 }
@@ -107,7 +107,7 @@ void Instance::finish() {
   const RunningCall call(*this, "finish");
   if (plugin_.finish(self_) != TOFGRAPH_STATUS_OK || !last_failure().text.empty()) {
     outputs.name_finally(last_failure().text);
-    fail(plugin_, "the stage could not finish and did not say why");
+    fail(plugin_, "the stage could not finish, without saying why");
   }
   outputs.commit();
 }

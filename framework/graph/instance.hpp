@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A plugin at work, stage or effect: made, prepared and served by one host. What a plugin asks of the host over the
-/// border arrives here (host_calls.cpp).
+/// border arrives here (instance_host_calls.cpp).
 #pragma once
 
 #include "graph/frame.hpp"
@@ -28,6 +28,7 @@ class KnownStages;
 struct Host {
   bool overwrite = false;
   std::atomic<bool> stopping{false};
+  std::atomic<bool> hashing_stopped{false};  ///< the run failed: nobody waits for the hashes of long inputs
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
   std::string version;
   std::string plugin_path;                      ///< folders with colons between

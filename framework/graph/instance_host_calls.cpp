@@ -74,7 +74,7 @@ struct HostCalls {
       Stream& stream = leaving(self, "provide").stream;
       Channel channel = Channel::from_view(*needed(view, "a channel"));
       channel.made_by = self.index_;
-      if (is_alias(channel.name)) throw std::runtime_error("a channel's name has no @");
+      if (is_alias(channel.name)) throw std::runtime_error("a channel's name must not contain @");
       const std::span ports(self.plugin_.own_ports);
       const auto port = std::ranges::find_if(ports, [&](const tofgraph_port& p) {
         return (p.direction & TOFGRAPH_DIRECTION_OUT) != 0 && channel.name == p.channel;
@@ -169,7 +169,7 @@ struct HostCalls {
     for (const tofgraph_exposure& one : Strided<const tofgraph_exposure>{exposures, size, count})
       all.push_back(io::host_sized<tofgraph_exposure>(&one, size));
     if (const std::string problem = physics::exposures_problem(all); !problem.empty())
-      throw std::runtime_error("exposures that cannot be: " + problem);
+      throw std::runtime_error("impossible exposures: " + problem);
     return all;
   }
 
@@ -178,7 +178,8 @@ struct HostCalls {
     guarded([&] {
       Instance& self = instance(context);
       Leaving& leaves = leaving(self, "set_exposures");
-      if (std::string_view(self.plugin().kind) != "source") throw std::runtime_error("set_exposures() is for sources");
+      if (std::string_view(self.plugin().kind) != "source")
+        throw std::runtime_error("only a source may call set_exposures()");
       leaves.stream.exposures = usable(needed(exposures, "exposures"), size, count);
     });
   }
@@ -192,7 +193,11 @@ struct HostCalls {
   }
 
   static void uses_file(void* context, const char* path) {
-    guarded([&] { instance(context).add_file(needed(path, "a file's path")); });
+    guarded([&] {
+      Instance& self = instance(context);
+      if (!self.starting_) throw io::PluginDefect("uses_file() is for prepare()");
+      self.add_file(needed(path, "a file's path"));
+    });
   }
 
   static const char* provenance(void* context) {
@@ -213,16 +218,16 @@ struct HostCalls {
       const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
       const auto place = static_cast<std::size_t>(found - parameters.begin());
       if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
-        throw io::PluginDefect(fmt::format("output() was asked for '{}', which names no output", name));
-      if (!open_outputs().accepting()) throw io::PluginDefect("output() is for process() and finish()");
+        throw io::PluginDefect(fmt::format("output() was asked for '{}', which is not an output", name));
+      if (!open_outputs().accepting()) throw io::PluginDefect("output() may only be called in process() and finish()");
       const std::vector<std::string> companions = split_words(found->choices);
       if (companion != nullptr && std::ranges::find(companions, companion) == companions.end())
         throw io::PluginDefect(
-            fmt::format("output() was asked for '{}' beside '{}', which does not announce it", companion, name));
+            fmt::format("output() was asked for '{}' next to '{}', which does not announce it", companion, name));
       const io::OutputPattern& files = self.outputs_[place];
       if (companion == nullptr && !files.numbered() && !self.claim(place))
         throw std::runtime_error(
-            fmt::format("{} would be written a second time: where more than one frame comes, its "
+            fmt::format("{} would be written a second time: if there is more than one frame, its "
                         "name needs {{frame}}",
                         files.text()));
       const bool once = companion != nullptr || found->kind == TOFGRAPH_KIND_OUTPUT_FILE;

@@ -66,8 +66,9 @@ void Node::set_overwrite(bool allowed) {
 bool Node::create(config::Diagnostics& diagnostics) {
   const std::optional<Failure> failure = instance_.create(values_.data());
   if (!failure || !failure->parameter.empty()) return tell(failure, diagnostics);
-  diagnostics.error(at, fmt::format("node '{}' ({}): the stage cannot be made: {}", name, stage().name, failure->text),
-                    fmt::format("this is a defect of the plugin {}", stage().file.path.string()));
+  diagnostics.error(at,
+                    fmt::format("node '{}' ({}): the stage cannot be created: {}", name, stage().name, failure->text),
+                    fmt::format("this is a bug in the plugin {}", stage().file.path.string()));
   return false;
 }
 
@@ -80,8 +81,7 @@ bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diag
       stage().own_parameters, [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
   const bool known = failure->parameter.empty() || parameter != stage().own_parameters.end();
   std::string hint;
-  if (!known)
-    hint = fmt::format("the stage has no such parameter: a defect of the plugin {}", stage().file.path.string());
+  if (!known) hint = fmt::format("the stage has no such parameter: a bug in the plugin {}", stage().file.path.string());
   const std::string text = values_.text_of(failure->parameter);
   if (known && !failure->parameter.empty() && parameter->kind == TOFGRAPH_KIND_TEXT && text.starts_with('['))
     hint = "a list has no quotes: " + config::assignment(at, failure->parameter, text);
@@ -171,10 +171,10 @@ bool Node::choose_files(std::uint64_t frames, config::Diagnostics& diagnostics) 
       if (each && !outputs_[i].numbered() && frames != 1) {
         outputs_[i] = outputs_[i].with_number();
         diagnostics.warning(
-            at, fmt::format("{} names one file where more than one frame may come: they are written to {}", p.name,
+            at, fmt::format("{} names one file, but there may be more than one frame: they are written to {}", p.name,
                             outputs_[i].text()));
       }
-      if (!each && outputs_[i].numbered()) problem = "is one file for the whole run: {frame} has no place in its name";
+      if (!each && outputs_[i].numbered()) problem = "is one file for the whole run: its name must not contain {frame}";
       if (problem.empty()) problem = io::output_problem(outputs_[i], overwrite_);
       for (const std::string& ending : split_words(p.choices))
         if (problem.empty()) problem = io::output_problem(outputs_[i].companion(ending), overwrite_);
@@ -195,16 +195,15 @@ bool Node::check_exposures(config::Diagnostics& diagnostics) const {
     const ChannelInfo* known = known_channel(channel.name);
     const bool raw = !is_sink() && known != nullptr && known->shape[0] == 'P' && channel.rank > 0;
     if (!raw || channel.extent[0] == 0 || channel.extent[0] == count) continue;
-    diagnostics.error(
-        at,
-        fmt::format("node '{}' ({}): '{}' is {}, that are {} images, but {} {} exposures", name, stage().name,
-                    channel.name, channel.described(), channel.extent[0],
-                    !output().exposures.empty() ? "the source says that a frame has"
-                    : output().camera           ? "the camera's profile has"
-                                                : "without a profile there are",
-                    count),
-        fmt::format("give a profile that has {} exposures, those of the recording, e.g. --camera ./camera.yaml",
-                    channel.extent[0]));
+    diagnostics.error(at,
+                      fmt::format("node '{}' ({}): '{}' is {}, which is {} images, but {} {} exposures", name,
+                                  stage().name, channel.name, channel.described(), channel.extent[0],
+                                  !output().exposures.empty() ? "the source says that a frame has"
+                                  : output().camera           ? "the camera's profile has"
+                                                              : "without a profile there are",
+                                  count),
+                      fmt::format("give a profile with the {} exposures of the recording, e.g. --camera ./camera.yaml",
+                                  channel.extent[0]));
     return false;
   }
   return true;
@@ -276,7 +275,8 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     status = call_process(end.frames);
   }
   if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
-  if (status == TOFGRAPH_STATUS_END) throw std::runtime_error("the sink said that nothing leaves it");
+  if (status == TOFGRAPH_STATUS_END)
+    throw std::runtime_error("the sink returned that nothing leaves it, as only a source or filter may");
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
   if (leaving_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
@@ -308,7 +308,7 @@ void Node::verify(const tofgraph_frame& frame) const {
     actual.rank = channel->rank;
     std::copy_n(channel->extent, 4, actual.extent.begin());
     throw std::runtime_error(
-        fmt::format("'{}' is {}, announced was {}", promised.name, actual.described(), promised.described()));
+        fmt::format("'{}' is {}, but {} was announced", promised.name, actual.described(), promised.described()));
   }
   for (const auto& channel : frame.channels) {
     if (channel.buffer && found < frame.channels.size() && output().find(channel.name) == nullptr) {

@@ -115,7 +115,7 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
   const std::vector<std::string> needs = split_words(port.needs);
   const bool has_one = std::ranges::any_of(needs, [&](const std::string& word) { return channel.has_applied(word); });
   if (!needs.empty() && !has_one)
-    return error(fmt::format("'{}' must have been through {} before", channel.name, joined(needs, " or ")));
+    return error(fmt::format("'{}' must go through {} first", channel.name, joined(needs, " or ")));
   if ((port.direction & TOFGRAPH_DIRECTION_OUT) == 0) return true;
   for (const Channel& other : stream.channels) {
     if (!other.is_from(channel.name)) continue;
@@ -134,12 +134,12 @@ std::string Node::instead_of(const std::string& word, const Channel& channel, co
     return std::ranges::find(adds, word) != adds.end();
   });
   if (stream.is_from_source(channel)) return fmt::format("the recording has it already: take '{}' out", name);
-  if (same || host_.known_stages == nullptr) return "a correction is applied once: take one of the two out";
+  if (same || host_.known_stages == nullptr) return "a correction is applied once: remove one of the two";
   for (const std::string& other : channel.applied) {
     const std::vector<std::string> adds = host_.known_stages->added_by(other);
     if (std::ranges::find(adds, word) != adds.end()) return fmt::format("put '{}' before {}", name, other);
   }
-  return "take one of the two out";
+  return "remove one of the two";
 }
 
 std::vector<std::string> Node::names_made() const {
@@ -157,7 +157,7 @@ std::string Node::without_recorded(const Stream& stream, const std::vector<std::
     const bool recorded = stream.is_from_source(channel) && channel.name != "rays";
     if (recorded && std::ranges::find(unwanted, channel.name) == unwanted.end()) others.push_back(channel.name);
   }
-  return fmt::format("the source gives it: leave it out there, as capture_reader does with {}, or take '{}' out",
+  return fmt::format("it comes from the source: do not read it there, e.g. capture_reader with {}, or remove '{}'",
                      config::assignment(at, "channels", fmt::format("[{}]", joined(others, ", "))), name);
 }
 
@@ -172,10 +172,10 @@ bool Node::check_outputs(const Stream& input, const std::vector<const Channel*>&
     if (existing == nullptr || read_too) continue;
     const std::string how = existing->applied.empty() ? "" : fmt::format(" (by {})", applied_text(existing->applied));
     diagnostics.error(
-        at, fmt::format("node '{}' ({}) makes '{}', which is there already{}", name, stage().name, port.channel, how),
+        at, fmt::format("node '{}' ({}) makes '{}', which already exists{}", name, stage().name, port.channel, how),
         input.is_from_source(*existing)
             ? without_recorded(input, names_made())
-            : "a correction is applied once: take one out, or let each read its own node with " +
+            : "a correction is applied only once: remove one, or let each read its own node with " +
                   config::assignment(at, "inputs", "[...]"));
     right = false;
   }

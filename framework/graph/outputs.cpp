@@ -18,11 +18,14 @@ struct Claim {
   io::OutputPattern files;
 };
 
-/// The folder by its one name, whatever links lead to it.
-std::string resolved(const std::filesystem::path& path) {
+/// With the folder by its one name, whatever links lead to it.
+io::OutputPattern resolved(const io::OutputPattern& files) {
   std::error_code error;
+  const std::filesystem::path path = files.text();
   const auto folder = std::filesystem::weakly_canonical(path.parent_path(), error);
-  return error ? path.string() : (folder / path.filename()).string();
+  // A brace in the folder's own name would be taken for that of {frame}.
+  if (error || folder.string().find_first_of("{}") != std::string::npos) return files;
+  return io::OutputPattern((folder / path.filename()).string());
 }
 
 std::vector<Claim> claims_of(const Node& node) {
@@ -30,7 +33,7 @@ std::vector<Claim> claims_of(const Node& node) {
   for (std::size_t i = 0; i < node.outputs().size(); ++i) {
     if (node.outputs()[i].text().empty()) continue;
     const tofgraph_parameter& parameter = node.stage().own_parameters[i];
-    const io::OutputPattern files(resolved(node.outputs()[i].text()));
+    const io::OutputPattern files = resolved(node.outputs()[i]);
     claims.push_back({&node, parameter.name, files});
     for (const std::string& ending : split_words(parameter.choices))
       claims.push_back({&node, parameter.name, io::OutputPattern(files.companion(ending).string())});
@@ -58,7 +61,7 @@ void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnos
       all.push_back(claim);
       if (!taken) continue;
       diagnostics.error(node->values().position_of(claim.parameter),
-                        fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) writes too", node->name,
+                        fmt::format("node '{}' ({}) writes {}, which node '{}' ({}) also writes", node->name,
                                     node->stage().name, claim.files.text(), other.node->name, other.node->stage().name),
                         "give one of the two another name");
       break;

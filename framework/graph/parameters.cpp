@@ -149,7 +149,7 @@ bool ParameterValues::parse_number(const tofgraph_parameter& p, const config::Va
     number = {quantity.value, several ? std::string(unit) : ""};
     problem = quantity.ok() ? range_problem(p, quantity.value) : quantity.problem;
     if (quantity.ok()) break;
-    if (several && problem.starts_with("has ")) problem = fmt::format("has none of the units {}", p.unit);
+    if (several && problem.starts_with("has ")) problem = fmt::format("does not have one of the units {}", p.unit);
   }
   return problem.empty();
 }
@@ -167,7 +167,7 @@ void ParameterValues::parse(const tofgraph_parameter& p, const config::Value& va
   if (p.kind == TOFGRAPH_KIND_NUMBERS)
     problem = parse_numbers(p, value, out);
   else if (!value.is_scalar() && !list_of_words)
-    problem = "is not one value";
+    problem = "is not a single value";
   else if (p.kind == TOFGRAPH_KIND_NUMBER)
     problem = parse_number(p, value, out);
   else if (p.kind == TOFGRAPH_KIND_CHOICE && !is_choice(p, value)) {

@@ -33,7 +33,7 @@ std::vector<InputSpec> parse_inputs(const config::Value& value, config::Diagnost
   for (const config::Entry& entry : value.entries) add_input(inputs, entry.key, entry.value, diagnostics);
   if (inputs.empty())
     diagnostics.error(value.at, "'inputs' is empty",
-                      "leave it out to read the node above, or name a node: inputs: [decode]");
+                      "omit it to read the node above, or name a node: inputs: [decode]");
   return inputs;
 }
 

@@ -28,7 +28,8 @@ namespace {
 [[noreturn]] void refuse_library(const PluginFile& file, const std::string& error) {
   if (const auto found = error.find("undefined symbol: "); found != std::string::npos) {
     refuse(file,
-           fmt::format("needs the symbol '{}', which no library it was linked with has", error.substr(found + 18)),
+           fmt::format("needs the symbol '{}', which none of the libraries it was linked with defines",
+                       error.substr(found + 18)),
            "link the library that defines it");
   }
   if (const auto found = error.find(": cannot open shared object file");

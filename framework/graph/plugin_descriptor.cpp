@@ -31,7 +31,7 @@ class Inspection {
   [[noreturn]] void refuse(const std::string& reason, const std::string& advice) const {
     throw PluginError(fmt::format("plugin {}: {}\n         {}", file_.path.string(), reason, advice));
   }
-  [[noreturn]] void defect(const std::string& reason) const { refuse(reason, "this is a defect of the plugin"); }
+  [[noreturn]] void defect(const std::string& reason) const { refuse(reason, "this is a bug in the plugin"); }
 
   void not_null(const void* pointer, std::string_view what) const {
     if (pointer == nullptr) defect(fmt::format("its {} is null", what));
@@ -92,7 +92,7 @@ void check_version(const Inspection& read, const tofgraph_descriptor& d) {
   read.refuse(fmt::format("was built for plugin API {}.{}, this program has {}.{}", d.api_major, d.api_minor,
                           TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR),
               newer ? "install a newer tofgraph, or build the plugin against this one"
-                    : "build the plugin anew against this tofgraph");
+                    : "rebuild the plugin against this tofgraph");
 }
 
 void check_calls(const Inspection& read, const tofgraph_descriptor& d, bool effect) {
@@ -109,9 +109,9 @@ void check_name(const Inspection& read, const PluginFile& file, const tofgraph_d
     read.refuse(fmt::format("calls itself {} '{}'", d.kind, d.name),
                 "name the file tofgraph_KIND_NAME.so after what is in it");
   constexpr std::uint32_t known = TOFGRAPH_STAGE_STATELESS | TOFGRAPH_STAGE_MANY_INPUTS;
-  read.need((d.flags & ~known) == 0, fmt::format("its flags are {}, which has bits that nobody knows", d.flags));
+  read.need((d.flags & ~known) == 0, fmt::format("its flags are {}, which has unknown bits", d.flags));
   if ((d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0 && file.kind != "sink") {
-    read.refuse(fmt::format("is a {} over any number of streams: only a sink can be, a {} has one frame to hand on",
+    read.refuse(fmt::format("is a {} that takes any number of streams: only a sink can, a {} has one frame to pass on",
                             d.kind, d.kind),
                 "take one frame: process(Frame&); streams that belong together are joined with inputs: [a, b]");
   }
@@ -124,21 +124,20 @@ void check_port(const Inspection& read, const Plugin& plugin, tofgraph_port& por
   const auto wrong = [&](const std::string& what) { read.defect(fmt::format("its port '{}' {}", port.name, what)); };
   if (*port.name == 0) wrong("has no name");
   if (*port.channel == 0) wrong("has no channel");
-  if (is_alias(port.channel)) wrong(fmt::format("has the channel '{}', but @ is the host's", port.channel));
+  if (is_alias(port.channel)) wrong(fmt::format("has the channel '{}', but @ is reserved for the host", port.channel));
   if (port.direction < TOFGRAPH_DIRECTION_IN || port.direction > TOFGRAPH_DIRECTION_INOUT)
-    wrong(fmt::format("has the direction {}, which is none", port.direction));
-  if (port.type > TOFGRAPH_TYPE_I32) wrong(fmt::format("has the element type {}, which is none", port.type));
+    wrong(fmt::format("has the invalid direction {}", port.direction));
+  if (port.type > TOFGRAPH_TYPE_I32) wrong(fmt::format("has the invalid element type {}", port.type));
   constexpr std::uint32_t known = TOFGRAPH_PORT_OPTIONAL | TOFGRAPH_PORT_EVERY;
-  if ((port.flags & ~known) != 0) wrong(fmt::format("has the flags {}, of which nobody knows some", port.flags));
+  if ((port.flags & ~known) != 0) wrong(fmt::format("has the flags {}, some of which are unknown", port.flags));
   if ((std::string_view(port.channel) == "*") != ((port.flags & TOFGRAPH_PORT_EVERY) != 0))
     wrong("has the channel '*' without the flag EVERY, or the flag without it");
-  if (!is_unit(port.unit))
-    wrong(fmt::format("has the unit '{}', which is none; SI is expected, e.g. m, counts", port.unit));
+  if (!is_unit(port.unit)) wrong(fmt::format("has the invalid unit '{}'; SI is expected, e.g. m, counts", port.unit));
   const std::vector<std::string> shape = split_words(port.shape);
   if (shape.size() > 4 || !std::ranges::all_of(shape, is_shape_word))
     wrong(fmt::format("has the shape '{}', expected up to four of H, W, N, P and numbers, e.g. H W 3", port.shape));
   if (!names.insert(fmt::format("{} {}", port.direction == TOFGRAPH_DIRECTION_OUT ? "out" : "in", port.name)).second)
-    wrong("is there twice");
+    wrong("is declared twice");
   if (plugin.file.kind == "source" && port.direction != TOFGRAPH_DIRECTION_OUT)
     wrong("reads a channel, but nothing arrives at a source");
   if (plugin.file.kind == "sink" && port.direction != TOFGRAPH_DIRECTION_IN)
@@ -154,26 +153,25 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
   const auto wrong = [&](const std::string& what) { read.defect(fmt::format("its parameter '{}' {}", p.name, what)); };
   const std::string_view name = p.name;
   if (name.empty() || name.find_first_of(" .:=!{}[],#\"'\n\t") != std::string_view::npos)
-    wrong("has no name that can be written as a key");
-  if (std::ranges::find(reserved, name) != std::end(reserved)) wrong("has a name that every node has");
-  if (!names.insert(p.name).second) wrong("is there twice");
+    wrong("has a name that cannot be written as a key");
+  if (std::ranges::find(reserved, name) != std::end(reserved)) wrong("has a name that is reserved: every node has it");
+  if (!names.insert(p.name).second) wrong("is declared twice");
   const auto chooses = [](const tofgraph_port& port) { return alternatives(port).size() > 1; };
   if (name == "channel" && p.kind != TOFGRAPH_KIND_CHOICE && std::ranges::any_of(plugin.own_ports, chooses))
     wrong("chooses among the channels of a port, so it must be a choice");
   if (p.kind < TOFGRAPH_KIND_BOOL || p.kind > TOFGRAPH_KIND_IMAGE)
-    wrong(fmt::format("has the kind {}, which is none", p.kind));
+    wrong(fmt::format("has the invalid kind {}", p.kind));
   constexpr std::uint32_t known = TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE;
-  if ((p.flags & ~known) != 0) wrong(fmt::format("has the flags {}, of which nobody knows some", p.flags));
+  if ((p.flags & ~known) != 0) wrong(fmt::format("has the flags {}, some of which are unknown", p.flags));
   if ((p.flags & TOFGRAPH_PARAMETER_LIVE) != 0 && plugin.change == nullptr) wrong("may change, but change() is null");
   if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0 && p.default_value != nullptr)
     wrong("is required and has a default");
-  if (!are_units(p.unit))
-    wrong(fmt::format("has the unit '{}', which is none; SI is expected, e.g. m, s, rad, px", p.unit));
+  if (!are_units(p.unit)) wrong(fmt::format("has the invalid unit '{}'; SI is expected, e.g. m, s, rad, px", p.unit));
   if (p.minimum > p.maximum) wrong(fmt::format("has bounds of {} to {}", p.minimum, p.maximum));
-  if (p.kind == TOFGRAPH_KIND_CHOICE && split_words(p.choices).empty()) wrong("is a choice without choices");
+  if (p.kind == TOFGRAPH_KIND_CHOICE && split_words(p.choices).empty()) wrong("is a choice but lists no choices");
   const auto outside = [&](double value) { return value < p.minimum || value > p.maximum; };
-  if (outside(p.off)) wrong(fmt::format("is off at {}, which is out of its bounds", p.off));
-  if (outside(p.typical)) wrong(fmt::format("is typically {}, which is out of its bounds", p.typical));
+  if (outside(p.off)) wrong(fmt::format("is off at {}, which is outside its bounds", p.off));
+  if (outside(p.typical)) wrong(fmt::format("is typically {}, which is outside its bounds", p.typical));
 }
 
 /// Defaults are read as a user's would be.
@@ -212,10 +210,10 @@ void read_effect(const Inspection& read, const tofgraph_descriptor& given, Plugi
   read.not_null(e.touches, "effect's touches");
   or_empty({&e.confused_with, &e.experiment});
   read.need(e.level >= TOFGRAPH_LEVEL_GEOMETRY && e.level <= TOFGRAPH_LEVEL_TAPS,
-            fmt::format("it acts on the level {}, which is none", e.level));
-  read.need(e.scope <= TOFGRAPH_SCOPE_SETUP, fmt::format("its scope is {}, which is none", e.scope));
+            fmt::format("it acts on the invalid level {}", e.level));
+  read.need(e.scope <= TOFGRAPH_SCOPE_SETUP, fmt::format("its scope {} is invalid", e.scope));
   constexpr std::uint32_t known = TOFGRAPH_EFFECT_LATE | TOFGRAPH_EFFECT_IMAGE;
-  read.need((e.flags & ~known) == 0, fmt::format("its effect has the flags {}, of which nobody knows some", e.flags));
+  read.need((e.flags & ~known) == 0, fmt::format("its effect has the flags {}, some of which are unknown", e.flags));
   constexpr std::string_view observables[] = {"distance", "amplitude", "intensity", "null1", "null2", "variance"};
   for (const std::string& word : split_words(e.touches))
     read.need(std::ranges::find(observables, word) != std::end(observables),
@@ -228,7 +226,7 @@ void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin) {
   const Inspection read(plugin.file);
   const bool effect = plugin.file.kind == "effect";
   if (given == nullptr)
-    read.refuse("its tofgraph_plugin() gave no descriptor", "build it with TOFGRAPH_STAGE or TOFGRAPH_EFFECT");
+    read.refuse("its tofgraph_plugin() returned no descriptor", "build it with TOFGRAPH_STAGE or TOFGRAPH_EFFECT");
   check_version(read, *given);
   read.need(given->size >= io::first_size<tofgraph_descriptor>,
             fmt::format("its descriptor has {} bytes, expected at least {}", given->size,

@@ -67,9 +67,9 @@ const json* remembered(const json& cache, const std::filesystem::path& file) {
 }
 
 std::string how_it_ended(const config::ChildResult& child) {
-  if (child.signal == SIGALRM) return "did not come back within 20 s";
+  if (child.signal == SIGALRM) return "did not return within 20 s";
   if (child.signal != 0)
-    return fmt::format("crashed while it was loaded (signal {}, {})", child.signal, strsignal(child.signal));
+    return fmt::format("crashed while it was being loaded (signal {}, {})", child.signal, strsignal(child.signal));
   return fmt::format("ended the process that loaded it (exit code {})", child.exit_code);
 }
 
@@ -114,8 +114,8 @@ std::map<std::string, json> PluginRegistry::describe(const std::vector<PluginFil
     if (next < unseen.size()) {
       const std::string path = unseen[next++].path.string();
       result[path] = {
-          {"error", fmt::format("plugin {}: {}\n         it is left out; mend it or take it out of the plugin path",
-                                path, how_it_ended(child))}};
+          {"error", fmt::format("plugin {}: {}\n         it is ignored; fix it or remove it from the plugin path", path,
+                                how_it_ended(child))}};
     }
   }
   for (const PluginFile& file : unseen) {  // a refusal is not remembered: its cause may be outside the file

@@ -15,8 +15,9 @@ const Plugin* find_stage(const NodeSpec& node, const PluginRegistry& registry, c
   if (node.stage.empty()) return nullptr;
   const PluginFile* file = registry.find(node.stage);
   if (file == nullptr || file->kind == "effect") {
-    const std::string what = file != nullptr ? fmt::format("'{}' is an effect of the simulator, no stage", node.stage)
-                                             : fmt::format("there is no stage '{}'", node.stage);
+    const std::string what = file != nullptr
+                                 ? fmt::format("'{}' is an effect of the simulator, not a stage", node.stage)
+                                 : fmt::format("there is no stage '{}'", node.stage);
     diagnostics.error(node.stage_at, what, config::suggestion(node.stage, registry.names(), "stages"));
     return nullptr;
   }
@@ -54,8 +55,9 @@ void ResolvedPipeline::check_sources(config::Diagnostics& diagnostics) const {
   for (std::size_t i = 0; i < specs_.size(); ++i) {
     const NodeSpec& node = specs_[i];
     if (node.queue && stages_[i] != nullptr && !is(i, "source")) {
-      diagnostics.error(node.queue->at, fmt::format("node '{}' is not a source: only a source has a queue", node.name),
-                        "frames are dropped at the source's exit only, so that branches never miss each other");
+      diagnostics.error(
+          node.queue->at, fmt::format("node '{}' is not a source: only a source has a queue", node.name),
+          "frames are dropped only at the source's exit, so that no branch waits for a frame that another one lost");
     }
     if (!is(i, "source")) continue;
     if (node.inputs)
@@ -82,10 +84,10 @@ std::vector<InputSpec> ResolvedPipeline::resolved_inputs(std::size_t i, config::
       if (!is(k, "sink")) inputs.push_back({"", specs_[k].name, node.at});
     }
     if (inputs.empty() && stages_[i] != nullptr) {
-      diagnostics.error(node.at, fmt::format("node '{}' has nothing to read: no node above it gives frames", node.name),
-                        node.at.one_line()
-                            ? "the first stage is a source, e.g. capture_reader file=recording.h5 ! ..."
-                            : "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");
+      diagnostics.error(
+          node.at, fmt::format("node '{}' has nothing to read: no node above it outputs frames", node.name),
+          node.at.one_line() ? "the first stage is a source, e.g. capture_reader file=recording.h5 ! ..."
+                             : "the first node is a source, e.g. {stage: capture_reader, file: recording.h5}");
     }
   }
   for (const InputSpec& input : inputs) {
@@ -94,8 +96,8 @@ std::vector<InputSpec> ResolvedPipeline::resolved_inputs(std::size_t i, config::
       diagnostics.error(input.at, fmt::format("node '{}' reads '{}', which is not a node", node.name, input.node),
                         config::suggestion(input.node, names_, "nodes"));
     else if (is(k, "sink"))
-      diagnostics.error(input.at,
-                        fmt::format("node '{}' reads '{}', which is a sink and gives nothing", node.name, input.node));
+      diagnostics.error(
+          input.at, fmt::format("node '{}' reads '{}', which is a sink and outputs nothing", node.name, input.node));
   }
   std::erase_if(inputs, [&](const InputSpec& input) { return index_of(input.node) == specs_.size(); });
   return inputs;

@@ -154,17 +154,18 @@ void Runner::Impl::flow() {
 
 RunResult Runner::Impl::run() {
   const auto start = Clock::now();
+  RunResult result;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
   tbb::task_arena arena(static_cast<int>(threads_), 1);
   {
-    const Hashing hashing(graph_);
+    Hashing hashing(graph_);
     arena.execute([&] { flow(); });
+    result.wall_s = seconds_since(start);
+    if (!error_.empty()) hashing.stop();  // what went wrong is told at once
     finish();
   }
-  RunResult result;
   result.frames = done_.load();
   result.dropped = dropped();
-  result.wall_s = seconds_since(start);
   result.in_flight = in_flight();
   result.buffers_allocated = pool_.allocated();
   result.interrupted = graph_.host().stopping.load() && error_.empty();

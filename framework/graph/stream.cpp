@@ -67,7 +67,7 @@ Channel Channel::from_view(const tofgraph_channel& given) {
     throw io::PluginDefect(fmt::format("the plugin announced '{}' with more than four dimensions", view.name));
   if (view.type > TOFGRAPH_TYPE_I32)
     throw io::PluginDefect(
-        fmt::format("the plugin announced '{}' with the element type {}, which is none", view.name, view.type));
+        fmt::format("the plugin announced '{}' with the invalid element type {}", view.name, view.type));
   const auto text = [](const char* value) { return std::string(value != nullptr ? value : ""); };
   Channel channel;
   channel.name = text(view.name);

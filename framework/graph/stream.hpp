@@ -73,8 +73,8 @@ struct Correction {
   std::string_view text;
 };
 inline constexpr Correction known_corrections[] = {
-    {"non_linearity", "the bent light path corrected", "a depth or range was made from the half path"},
-    {"offset", "", "offsets by integration time and reflectivity were taken out"},
+    {"non_linearity", "the bent light path corrected", "a depth or range was computed from the half path"},
+    {"offset", "", "offsets by integration time and reflectivity were removed"},
     {"effects", "", "effects of a camera model were undone"},
     {"denoised", "", "filtered in space or time"},
     {"rectified", "", "resampled to an ideal lens"},

@@ -66,8 +66,7 @@ void compare(const std::string& name, std::span<const float> lengths, std::span<
   if (unflagged.count != 0)
     throw std::runtime_error(fmt::format("'{}' is NaN without the flag 'invalid' {}", name, unflagged.at(columns)));
   if (valued.count != 0)
-    throw std::runtime_error(
-        fmt::format("'{}' is a number in spite of the flag 'invalid' {}", name, valued.at(columns)));
+    throw std::runtime_error(fmt::format("'{}' is a number despite the flag 'invalid' {}", name, valued.at(columns)));
 }
 
 }  // namespace
@@ -130,7 +129,8 @@ void Validation::check_flags(const tofgraph_frame& frame) {
 void Validation::check_metadata(const tofgraph_metadata& metadata, std::uint64_t known) {
   const auto need = [&](std::uint64_t bit, const char* name, bool there) {
     if ((known & bit) != 0 && !there)
-      throw std::runtime_error(fmt::format("the source announced the frames' {}, and this one does not know it", name));
+      throw std::runtime_error(
+          fmt::format("the source announced the frames' {}, but did not set it in this one", name));
   };
   need(TOFGRAPH_KNOWS_INTEGRATION_TIME, "integration time", !std::isnan(metadata.integration_time));
   need(TOFGRAPH_KNOWS_MODULATION_FREQUENCY, "modulation frequency", !std::isnan(metadata.modulation_frequency));

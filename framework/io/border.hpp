@@ -34,7 +34,7 @@ template <> inline constexpr std::size_t first_size<tofgraph_descriptor> = 184;
 /// A struct of so many bytes as one of this host: what they do not cover is as in `absent`.
 /// @throws PluginDefect when there are less than the first version had
 template <class T> T host_sized(const void* given, std::size_t bytes, const T& absent = {}) {
-  if (bytes < first_size<T>) throw PluginDefect("a struct is smaller than API 2.0 has it: is its size set?");
+  if (bytes < first_size<T>) throw PluginDefect("a struct is smaller than in API 2.0: is its size set?");
   T result = absent;
   std::memcpy(static_cast<void*>(&result), given, std::min(bytes, sizeof(T)));
   return result;

@@ -83,7 +83,8 @@ void check_truth(const Campaign& campaign, const config::Value& map, const Condi
   if (!map.is_map() || map.find("board") != nullptr || map.find("scene") != nullptr || campaign.pattern ||
       condition.lens == "capped")
     return;
-  diagnostics.error(map.at, "the condition says nothing of what stood there: a board, a scene, or a capped lens",
+  diagnostics.error(map.at,
+                    "the condition does not say what stood before the camera: a board, a scene, or a capped lens",
                     "example: board: {distance: 500 mm}");
 }
 
@@ -127,7 +128,7 @@ void read_conditions(const config::Value& list, Campaign& campaign, Captures cap
     const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
     if (same != campaign.conditions.end())
       diagnostics.error(item.at, fmt::format("two conditions have the id '{}'", condition.id),
-                        fmt::format("the first stands in line {}", same->at.line));
+                        fmt::format("the first one is in line {}", same->at.line));
     campaign.conditions.push_back(std::move(condition));
   }
 }

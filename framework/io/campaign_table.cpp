@@ -190,7 +190,7 @@ class TableReader {
       const Row& row = rows_[i];
       if (row.size() != names_.size()) {
         diagnostics_.error(row.front().at,
-                           fmt::format("the row has {} cells, and the first line {}", row.size(), names_.size()));
+                           fmt::format("the row has {} cells, but the first line has {}", row.size(), names_.size()));
         continue;
       }
       campaign_.conditions.push_back(read_row(row));

@@ -40,7 +40,7 @@ double scale_of(const std::string& unit, const std::string& wanted) {
   const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);
   if (!one.ok()) {
     throw std::runtime_error(fmt::format("the unit of its values is '{}', expected {}", unit,
-                                         wanted.empty() ? "none: they are pure numbers" : "one of " + wanted));
+                                         wanted.empty() ? "none, because they are pure numbers" : "one of " + wanted));
   }
   return one.value;
 }

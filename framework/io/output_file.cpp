@@ -64,7 +64,7 @@ OutputFile::OutputFile(fs::path final_path) : final_(std::move(final_path)) {
   temporary_ = final_;
   temporary_.replace_filename(fmt::format(".{}.{}-{}.part", final_.filename().string(), getpid(), count++));
   descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) fail("cannot be made", error ? error.value() : errno);
+  if (descriptor_ < 0) fail("cannot be created", error ? error.value() : errno);
 }
 
 OutputFile::~OutputFile() {
@@ -87,7 +87,7 @@ void OutputFile::sync() {
 
 void OutputFile::commit() {
   if (const int descriptor = std::exchange(descriptor_, -1); ::close(descriptor) != 0) fail("cannot be written", errno);
-  if (rename(temporary_.c_str(), final_.c_str()) != 0) fail("cannot be given its name", errno);
+  if (rename(temporary_.c_str(), final_.c_str()) != 0) fail("cannot be renamed to its final name", errno);
   temporary_.clear();
 }
 
@@ -105,18 +105,19 @@ OutputPattern::OutputPattern(const std::string& path) : folder_(fs::path(path).p
   };
   const std::string name = fs::path(path).filename().string();
   if (folder_.string().find_first_of("{}") != std::string::npos)
-    refuse("the frame's number can only be in the file's name, not in a folder's");
+    refuse("the frame's number can be only in the file's name, not in a folder's");
   if (name.empty() || name == "." || name == "..") refuse("names a folder, not a file");
   const auto open = name.find('{');
   const auto close = name.find('}');
   before_ = name.substr(0, open);
   numbered_ = open != std::string::npos || close != std::string::npos;
   if (!numbered_) return;
-  if (open == std::string::npos || close == std::string::npos || close < open) refuse("a brace has no partner");
+  if (open == std::string::npos || close == std::string::npos || close < open)
+    refuse("a brace is not closed or not opened");
   after_ = name.substr(close + 1);
   digits_ = digits_of(std::string_view(name).substr(open + 1, close - open - 1));
-  if (digits_ < 0) refuse(name.substr(open, close - open + 1) + " is not known: only {frame} and {frame:06} are");
-  if (after_.find_first_of("{}") != std::string::npos) refuse("the frame's number can only be there once");
+  if (digits_ < 0) refuse(name.substr(open, close - open + 1) + " is unknown: only {frame} and {frame:06} are allowed");
+  if (after_.find_first_of("{}") != std::string::npos) refuse("the frame's number can appear only once");
 }
 
 OutputPattern OutputPattern::with_number() const {
@@ -209,19 +210,21 @@ std::string write_error(const fs::path& path) {
 namespace {
 
 std::string existing_problem(const fs::path& existing) {
-  return fmt::format("{} exists already: --force or overwrite: true allows to replace it", existing.string());
+  return fmt::format("{} already exists: --force or overwrite: true allows it to be replaced", existing.string());
 }
 
 }  // namespace
 
-std::string input_problem(const OutputPattern& pattern, std::span<const fs::path> inputs) {
+std::string input_problem(const fs::path& file, std::span<const fs::path> inputs) {
   std::error_code error;
+  const auto is_it = [&](const fs::path& input) { return fs::equivalent(file, input, error); };
+  if (std::ranges::none_of(inputs, is_it)) return {};
+  return fmt::format("{} is an input, so it cannot also be written: give the output another name", file.string());
+}
+
+std::string input_problem(const OutputPattern& pattern, std::span<const fs::path> inputs) {
   for (const fs::path& file : pattern.members()) {
-    for (const fs::path& input : inputs) {
-      if (fs::equivalent(file, input, error))
-        return fmt::format("{} is read by this pipeline, it cannot be written too: give the output another name",
-                           file.string());
-    }
+    if (std::string problem = input_problem(file, inputs); !problem.empty()) return problem;
   }
   return {};
 }

@@ -101,6 +101,7 @@ std::string write_error(const std::filesystem::path& path);
 
 /// Why an output cannot be where a file is that is read meanwhile, or nothing; links are followed.
 std::string input_problem(const OutputPattern& pattern, std::span<const std::filesystem::path> inputs);
+std::string input_problem(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs);
 
 /// What a sink checks before the first frame. @returns why the output cannot be, or nothing.
 /// @param overwrite existing files may be replaced

@@ -120,7 +120,7 @@ void settle_frequency(const config::Value& document, const std::vector<tofgraph_
         place_of(document, "modulation_frequency"),
         fmt::format("'modulation_frequency' is {} MHz, which none of the exposures has: {}",
                     physics::short_number(camera.modulation_frequency * 1e-6), physics::exposures_text(exposures)),
-        "leave it out, or write that of one of them");
+        "omit it, or write the frequency of one of them");
 }
 
 void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Value& document,
@@ -136,7 +136,7 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
       camera.focal_length = reader.number("focal_length", "m", "12.8 mm", unknown);
       if (camera.focal_length <= 0) diagnostics.error(focal->value.at, "'focal_length' must be positive");
       if (std::isnan(camera.pitch[0])) {
-        diagnostics.error(focal->value.at, "'focal_length' is a length, so 'pixel_pitch' is needed too",
+        diagnostics.error(focal->value.at, "'focal_length' is a length, so 'pixel_pitch' is also required",
                           "or give the focal length in pixels: focal_length: [175.37 px, 175.48 px]");
       }
       for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];

@@ -240,7 +240,7 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
     auto best = detail::best_order(samples, detail::all_turned(likely, {1.0}));
     if (best && best->second.spread > 0.1 && best->second.rising > 0.5)
       best = detail::best_order(samples, detail::all_turned(likely));
-    const std::string why = "its samples do not fit each other, as if images or taps were exchanged";
+    const std::string why = "its samples do not fit each other, as if images or taps were swapped";
     if (best && best->second.misfit() < 0.4 * now.misfit() && best->second.rest < fitting_rest &&
         best->second.incoherent < fitting_incoherence)
       return OtherOrder{why, best->first};
@@ -254,20 +254,20 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
   if (!rises && !steep && !too_white) {
     if (!(now.white > 4)) return std::nullopt;
     return OtherOrder{"it would have to be " + short_number(std::round(now.white)) +
-                          " times brighter than white, as if taps or images were exchanged, the phases turned the "
-                          "other way, or the gain were another one",
+                          " times brighter than white, as if taps or images were swapped, the phases turned the "
+                          "other way, or the gain were different",
                       {}};
   }
   const auto best = detail::best_order(samples, detail::all_turned({exposures}));
   if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
-  const char* seen = rises       ? "what is brighter looks farther away"
+  const char* seen = rises       ? "brighter surfaces appear farther away"
                      : too_white ? "it would have to be brighter than white"
-                                 : "light falls too fast with the distance";
+                                 : "light decreases too fast with the distance";
   const bool reversed =
       std::abs(std::remainder(best->first[1].phase - best->first[0].phase + exposures[1].phase - exposures[0].phase,
                               two_pi)) < 1e-6;
-  return OtherOrder{std::string(seen) + (reversed ? ", as if the phases turned the other way"
-                                                  : ", as if taps or images were exchanged"),
+  return OtherOrder{std::string(seen) +
+                        (reversed ? ", as if the phases turned the other way" : ", as if taps or images were swapped"),
                     best->first};
 }
 

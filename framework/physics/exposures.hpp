@@ -206,7 +206,7 @@ inline std::string exposures_problem(const Exposures& exposures) {
     const double phase = exposures[k].phase, frequency = exposures[k].frequency;
     const std::string name = "exposure " + std::to_string(k);
     if (!std::isfinite(phase)) return name + " has no phase";
-    if (!own && frequency == 0) return name + " has a frequency of 0 Hz or none, and others have one";
+    if (!own && frequency == 0) return name + " has a frequency of 0 Hz or none, but others have one";
     if (own ? frequency != 0 : !(frequency >= 1e3 && frequency <= 1e10))
       return name + " has the frequency " + short_number(frequency) + " Hz, expected " +
              (own ? "none, as the others" : "1 kHz to 10 GHz");
@@ -225,9 +225,9 @@ inline std::string exposures_problem(const Exposures& exposures) {
     }
     if (different < min_exposures)
       return "the steps " + steps + " deg" + at + " are only " + std::to_string(different) +
-             " different ones, expected three at least of each frequency";
+             " different ones, expected at least three of each frequency";
     if (fit.cosine.empty() || fit.loss() > 1e4)
-      return "the steps " + steps + " deg" + at + " are so near to each other that they leave the phase undetermined";
+      return "the steps " + steps + " deg" + at + " are so close to each other that the phase is undetermined";
   }
   return {};
 }

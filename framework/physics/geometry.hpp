@@ -47,9 +47,10 @@ struct Geometry {
 inline Geometry geometry_of(const tofgraph_camera& camera) {
   const std::string name = std::string("the camera '") + (camera.name != nullptr ? camera.name : "") + "' ";
   if (!(camera.focal_length > 0)) {
-    throw std::invalid_argument(name +
-                                "has no focal length in metres, which the paths of light need: its profile must give "
-                                "lengths, e.g. pixel_pitch: 40 um and focal_length: 12.8 mm");
+    throw std::invalid_argument(
+        name +
+        "has no focal length in metres, which is needed for the paths of light: its profile must give "
+        "lengths, e.g. pixel_pitch: 40 um and focal_length: 12.8 mm");
   }
   Geometry geometry{camera.focal_length, {}};
   double total = 0;

@@ -119,7 +119,7 @@ class Gallery {
       page.figures(series(model), fmt::format("{} with {}", descriptor.name,
                                               made.parameters.empty() ? "its defaults" : made.parameters));
     } catch (const EffectError& error) {
-      page.paragraph(fmt::format("No picture without data of its own: {}", error.what()));
+      page.paragraph(fmt::format("No picture, because it needs data of its own: {}", error.what()));
     }
   }
 
@@ -201,9 +201,10 @@ std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const to
   const Gallery gallery(camera, options.physical);
   Page page(fmt::format("Effects of a time-of-flight camera: {}", camera.name));
   page.paragraph(
-      "Each effect alone at its typical size, as the difference to the ideal camera. The maps show a wall at 1.5 m "
+      "Each effect alone at its typical size, as the difference from the ideal camera. The maps show a wall at 1.5 m "
       "with a "
-      "board at 1 m before the right half of its middle, 2 ms; the curves the mean over a board that fills the view. "
+      "board at 1 m in front of the right half of its centre, 2 ms; the curves show the mean over a board that fills "
+      "the view. "
       "The room is lit and the camera has been on for ten minutes.");
   page.contents();
   for (std::size_t i = 0; i < effects.size(); ++i) {

@@ -64,7 +64,7 @@ std::string rising_palette() { return palette(io::rising_colours); }
 
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c);
   return result + "'";
 }
 
@@ -90,8 +90,8 @@ std::string matrix_block(const std::string& name, std::size_t rows, std::size_t 
 }
 
 std::string gnuplot_svg(const std::string& script, int width, int height) {
-  const std::string terminal =
-      fmt::format("set terminal svg size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height);
+  const std::string terminal = fmt::format(
+      "set terminal svg noenhanced size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height);
   const std::string svg = run_gnuplot(terminal + style + script + "\nunset output\n");
   if (svg.find("</svg>") == std::string::npos) throw std::runtime_error("gnuplot drew nothing");
   return svg.substr(svg.find("<svg"));
@@ -99,7 +99,7 @@ std::string gnuplot_svg(const std::string& script, int width, int height) {
 
 std::string gnuplot_png(const std::string& script, int width, int height) {
   const std::string terminal =
-      fmt::format("set terminal pngcairo size {},{} font 'sans,10' background rgb 'white'\n", width, height);
+      fmt::format("set terminal pngcairo noenhanced size {},{} font 'sans,10' background rgb 'white'\n", width, height);
   std::string png = run_gnuplot(terminal + style + script + "\nunset output\n");
   if (!png.starts_with("\x89PNG")) throw std::runtime_error("gnuplot drew nothing");
   return png;

@@ -49,11 +49,11 @@ std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera
   };
   try {
     const std::vector<double> ideal = taps_with(camera, {});
-    if (seen_at(&tofgraph_parameter::off) != ideal) return "changes the light though all its sizes are off";
+    if (seen_at(&tofgraph_parameter::off) != ideal) return "changes the light although all its sizes are off";
     const std::vector<double> typical = seen_at(&tofgraph_parameter::typical);
     for (std::size_t i = 0; i < ideal.size(); ++i) {
       if (std::isfinite(ideal[i]) && !std::isfinite(typical[i]))
-        return "makes what is not a number out of finite light at its typical values";
+        return "turns finite light into NaN or infinity at its typical values";
     }
   } catch (const EffectError&) {
     return {};  // it says itself what it needs
@@ -69,7 +69,7 @@ void look_closely(const Model& model, const tofgraph_camera& camera, config::Dia
     const std::string defect = defect_of(*effect.descriptor, camera);
     if (defect.empty()) continue;
     diagnostics.error(effect.at, fmt::format("the effect {} {}", effect.descriptor->name, defect),
-                      fmt::format("this is a defect of the plugin {}", effect.descriptor->file.path.string()));
+                      fmt::format("this is a bug in the plugin {}", effect.descriptor->file.path.string()));
   }
 }
 

@@ -23,7 +23,7 @@ std::vector<float> brightness(const cv::Mat& image) {
 
 Image Image::load(const std::filesystem::path& file) {
   cv::Mat image;
-  std::string problem = "it is not an image that OpenCV knows, or damaged";
+  std::string problem = "it is damaged, or not an image that OpenCV can read";
   try {
     image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
   } catch (const cv::Exception& error) {

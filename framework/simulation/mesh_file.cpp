@@ -25,7 +25,7 @@ namespace {
 
 void refuse_too_many(const std::filesystem::path& file, std::size_t faces) {
   if (faces > max_triangles)
-    fail(file, fmt::format("it has {} faces, and at most {} are read: simplify the mesh", faces, max_triangles));
+    fail(file, fmt::format("it has {} faces, but at most {} are read: simplify the mesh", faces, max_triangles));
 }
 
 /// What a PLY header says of one kind of element.
@@ -100,7 +100,7 @@ void check_ply(const std::filesystem::path& file, std::istream& in) {
   const std::uint64_t there = header.ascii ? lines_left(in) : bytes_left(in);
   if (announced <= static_cast<double>(there)) return;
   const char* unit = header.ascii ? "lines" : "bytes";
-  fail(file, fmt::format("it ends too early: its header announces at least {:.0f} {} of data, and there are {}",
+  fail(file, fmt::format("it ends too early: its header announces at least {:.0f} {} of data, but there are only {}",
                          announced, unit, there));
 }
 

@@ -30,7 +30,7 @@ std::shared_ptr<const Mesh> load_mesh(const Object& object, const std::filesyste
   auto mesh = std::make_shared<const Mesh>(load_triangles(file));
   if (mesh->dropped() > 0)
     diagnostics.warning(object.file_at,
-                        fmt::format("{} degenerate triangles of {} are left out", mesh->dropped(), file.string()));
+                        fmt::format("{} degenerate triangles of {} are omitted", mesh->dropped(), file.string()));
   return mesh;
 }
 

@@ -75,8 +75,8 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   if (scene.camera) {
     const tofgraph_camera& camera = scene.camera->view();
     if (!is_for(model, *scene.camera))
-      of_model.warning(document.at,
-                       fmt::format("the model is for the camera '{}', the scene has '{}'", model.camera, camera.name));
+      of_model.warning(document.at, fmt::format("the model is for the camera '{}', but the scene has '{}'",
+                                                model.camera, camera.name));
     effects = make_effects(model, camera, of_model, changes.host);
     if (of_model.ok()) look_closely(model, camera, of_model);
   }

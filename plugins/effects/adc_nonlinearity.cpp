@@ -7,10 +7,11 @@ namespace tofgraph {
 
 /// A' = A - k2 A^2 / full_scale - k3 A^3 / full_scale^2, the same for B.
 struct AdcNonlinearity final : Effect {
-  static constexpr EffectInfo info{
-      .touches = "amplitude intensity distance",
-      .confused_with = "amplitude_walk wiggling",
-      .experiment = "a series of integration times on a bright near target: the error over the amplitude at one phase"};
+  static constexpr EffectInfo info{.touches = "amplitude intensity distance",
+                                   .confused_with = "amplitude_walk wiggling",
+                                   .experiment =
+                                       "a series of integration times on a bright near target: the error as a function "
+                                       "of the amplitude at one phase"};
   Param<double> quadratic{
       this,
       "quadratic",

@@ -10,10 +10,11 @@ namespace tofgraph {
 /// A, B += rate t_int / 2 where `ambient` is not dark and the lens is open; above `suppression` the common part of a
 /// pixel's taps is taken out of both.
 struct AmbientLight final : Effect {
-  static constexpr EffectInfo info{.touches = "intensity variance null1",
-                                   .confused_with = "pixel_response",
-                                   .experiment = "light on against light off; the intensity over the integration time",
-                                   .scope = TOFGRAPH_SCOPE_SETUP};
+  static constexpr EffectInfo info{
+      .touches = "intensity variance null1",
+      .confused_with = "pixel_response",
+      .experiment = "light on versus light off; the intensity as a function of the integration time",
+      .scope = TOFGRAPH_SCOPE_SETUP};
   Param<double> rate{this,
                      "rate",
                      {.unit = "counts/s",
@@ -23,7 +24,7 @@ struct AmbientLight final : Effect {
                       .text = "of both taps together",
                       .off = 0,
                       .typical = 1e5}};
-  Param<std::string> label{this, "label", {.text = "the ambient for which the rate is; default: every one but dark"}};
+  Param<std::string> label{this, "label", {.text = "the ambient that the rate is for; default: every one but dark"}};
   Param<double> suppression{this,
                             "suppression",
                             {.unit = "counts",
@@ -31,7 +32,7 @@ struct AmbientLight final : Effect {
                              .min = 0,
                              .max = 1e9,
                              .choices = "none",
-                             .text = "the mean of a pixel's taps above which the excess is taken out of both"}};
+                             .text = "the mean of a pixel's taps above which the excess is removed from both"}};
 
   void apply(TapsLevel& light) const {
     const std::string_view ambient = light.condition().ambient;

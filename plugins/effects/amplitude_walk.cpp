@@ -45,4 +45,4 @@ struct AmplitudeWalk final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::AmplitudeWalk, "Phase error by the amount of light")
+TOFGRAPH_EFFECT(tofgraph::AmplitudeWalk, "Phase error that depends on the amount of light")

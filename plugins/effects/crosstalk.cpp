@@ -17,7 +17,7 @@ struct Crosstalk final : Effect {
                       .default_value = "0 counts/s",
                       .min = -1e8,
                       .max = 1e8,
-                      .text = "part in phase with the light that leaves",
+                      .text = "part in phase with the emitted light",
                       .off = 0,
                       .typical = 1500}};
   Param<double> imaginary{this,

@@ -16,7 +16,7 @@ struct IntegrationTimeOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",
       .confused_with = "amplitude_walk warm_up adc_nonlinearity",
-      .experiment = "integration time against reflectivity: this follows the time at the same amplitude"};
+      .experiment = "integration time versus reflectivity: this follows the time at the same amplitude"};
   Param<double> slope{this,
                       "slope",
                       {.unit = "m",
@@ -32,13 +32,13 @@ struct IntegrationTimeOffset final : Effect {
                         .default_value = "0 mm/s",
                         .min = -100,
                         .max = 100,
-                        .text = "more for each second; 1 m/s is 1 mm for each ms",
+                        .text = "increase per second; 1 m/s is 1 mm per ms",
                         .off = 0,
                         .typical = 1}};
   Param<double> reference_time{
       this, "reference_time", {.unit = "s", .default_value = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{
-      this, "table", {.text = "lines of integration time in ms, comma, offset in mm; in place of both"}};
+      this, "table", {.text = "lines of integration time in ms, comma, offset in mm; instead of both"}};
 
   void prepare(Setup&) {
     if (!table->empty()) read_table();
@@ -96,4 +96,4 @@ struct IntegrationTimeOffset final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::IntegrationTimeOffset, "Offset by the integration time")
+TOFGRAPH_EFFECT(tofgraph::IntegrationTimeOffset, "Offset that depends on the integration time")

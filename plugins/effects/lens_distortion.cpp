@@ -32,4 +32,4 @@ struct LensDistortion final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::LensDistortion, "Another distortion of the lens")
+TOFGRAPH_EFFECT(tofgraph::LensDistortion, "A different distortion of the lens")

@@ -45,4 +45,4 @@ struct MixedPixels final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::MixedPixels, "A little blur, which mixes light at edges")
+TOFGRAPH_EFFECT(tofgraph::MixedPixels, "A slight blur, which mixes light at edges")

@@ -11,21 +11,17 @@ struct Multipath final : Effect {
                                    .confused_with = "stray_light rail_offset",
                                    .experiment = "an open against a closed corner; one wall blackened",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
-  Param<double> strength{this,
-                         "strength",
-                         {.default_value = "0",
-                          .min = 0,
-                          .max = 1,
-                          .text = "of the light that comes straight",
-                          .off = 0,
-                          .typical = 0.03}};
+  Param<double> strength{
+      this,
+      "strength",
+      {.default_value = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
   Param<double> extra_path{this,
                            "extra_path",
                            {.unit = "m",
                             .default_value = "0.5 m",
                             .min = 0,
                             .max = 20,
-                            .text = "how much longer the whole way is",
+                            .text = "how much longer the whole path is",
                             .typical = 0.5}};
 
   void apply(PhasorLevel& light) const {
@@ -44,4 +40,4 @@ struct Multipath final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::Multipath, "Light by a longer way")
+TOFGRAPH_EFFECT(tofgraph::Multipath, "Light on a longer path")

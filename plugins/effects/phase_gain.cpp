@@ -24,7 +24,7 @@ struct PhaseGain final : Effect {
       {.default_value = "0", .min = -0.5, .max = 0.5, .text = "image 3 gets more light", .off = 0, .typical = 5e-3}};
 
   Param<std::vector<double>> further{
-      this, "further", {.min = -0.5, .max = 0.5, .text = "the same of the images from 4 on"}};
+      this, "further", {.min = -0.5, .max = 0.5, .text = "the same for the images from 4 on"}};
 
   void prepare(Setup& setup) {
     const std::size_t images = setup.exposures().size;
@@ -33,7 +33,7 @@ struct PhaseGain final : Effect {
                         "is that of image 3, but the camera takes " + std::to_string(images) + " images, 0 to 2");
     if (further->size() + 4 > std::max<std::size_t>(images, 4))
       throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
-                                       std::to_string(images) + " images, of which they are those from 4 on");
+                                       std::to_string(images) + " images, and these are for the images from 4 on");
   }
 
   void apply(SamplesLevel& light) const {

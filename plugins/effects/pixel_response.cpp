@@ -12,7 +12,7 @@ struct PixelResponse final : Effect {
                                    .experiment = "dark frames; a uniform source"};
   Param<double> scale{
       this, "scale", {.default_value = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
-  Param<Image> map{this, "map", {.text = "relative sensitivity, less 1: {file, dataset}, height x width"}};
+  Param<Image> map{this, "map", {.text = "relative sensitivity minus 1: {file, dataset}, height x width"}};
   Param<Image> dark_map{this, "dark_map", {.unit = "counts", .text = "{file, dataset, unit}, height x width"}};
   Param<Image> dark_rate_map{
       this, "dark_rate_map", {.unit = "counts/s", .text = "{file, dataset, unit}, height x width"}};
@@ -20,7 +20,7 @@ struct PixelResponse final : Effect {
   void prepare(Setup&) const {
     if (*scale != 0 && map->empty() && dark_map->empty() && dark_rate_map->empty())
       throw ConfigError(
-          "map", "is missing: without a map every pixel is the same, e.g. map: {file: response.h5, dataset: map}");
+          "map", "is missing: without a map all pixels are the same, e.g. map: {file: response.h5, dataset: map}");
   }
 
   void apply(TapsLevel& light) const {

@@ -33,4 +33,4 @@ struct PrincipalPoint final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::PrincipalPoint, "Another principal point")
+TOFGRAPH_EFFECT(tofgraph::PrincipalPoint, "A different principal point")

@@ -50,4 +50,4 @@ struct RailReflection final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::RailReflection, "Light by the mirror image of the sources in the rail")
+TOFGRAPH_EFFECT(tofgraph::RailReflection, "Light from the mirror image of the sources in the rail")

@@ -10,11 +10,11 @@ struct SourcePosition final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
       .confused_with = "rail_offset source_amplitude",
-      .experiment = "distances below 0.7 m; frames with one source at a time; the amplitude over 1/Z^2"};
+      .experiment = "distances below 0.7 m; frames with one source at a time; the amplitude as a function of 1/Z^2"};
   static constexpr ParamSpec length(const char* text) {
     return {.unit = "m", .default_value = "0 mm", .min = -0.1, .max = 0.1, .text = text, .off = 0, .typical = 4e-3};
   }
-  Param<double> separation{this, "separation", length("each source farther out along x")};
+  Param<double> separation{this, "separation", length("each source farther outwards along x")};
   Param<double> shift{this, "shift", length("all sources along x")};
   Param<double> depth{this, "depth", length("all sources along z")};
 
@@ -30,4 +30,4 @@ struct SourcePosition final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::SourcePosition, "Sources at other places than the profile says")
+TOFGRAPH_EFFECT(tofgraph::SourcePosition, "Sources at positions other than the profile says")

@@ -13,10 +13,14 @@ struct Specular final : Effect {
                                    .confused_with = "beam_profile",
                                    .experiment = "a series of tilts; a glossy and a matt target",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
-  Param<double> strength{
-      this,
-      "strength",
-      {.default_value = "0", .min = 0, .max = 100, .text = "k_s, against a white surface", .off = 0, .typical = 0.3}};
+  Param<double> strength{this,
+                         "strength",
+                         {.default_value = "0",
+                          .min = 0,
+                          .max = 100,
+                          .text = "k_s, relative to a white surface",
+                          .off = 0,
+                          .typical = 0.3}};
   Param<double> exponent{this, "exponent", {.default_value = "60", .min = 1, .max = 2000, .text = "m", .typical = 60}};
 
   void apply(PhasorLevel& light) const {
@@ -44,4 +48,4 @@ struct Specular final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::Specular, "Gloss in the direction of the mirror")
+TOFGRAPH_EFFECT(tofgraph::Specular, "Gloss in the mirror direction")

@@ -15,10 +15,14 @@ struct StrayLight final : Effect {
       .touches = "distance amplitude intensity",
       .confused_with = "lens_distortion multipath crosstalk",
       .experiment = "half of the scene covered by something bright and near, outside the pixel"};
-  Param<double> fraction{
-      this,
-      "fraction",
-      {.default_value = "0", .min = 0, .max = 1, .text = "of the light that is scattered", .off = 0, .typical = 0.03}};
+  Param<double> fraction{this,
+                         "fraction",
+                         {.default_value = "0",
+                          .min = 0,
+                          .max = 1,
+                          .text = "fraction of the light that is scattered",
+                          .off = 0,
+                          .typical = 0.03}};
   Param<double> width{
       this,
       "width",
@@ -26,7 +30,7 @@ struct StrayLight final : Effect {
   Param<double> uniform{
       this,
       "uniform",
-      {.default_value = "0.5", .min = 0, .max = 1, .text = "share that goes everywhere alike", .typical = 0.5}};
+      {.default_value = "0.5", .min = 0, .max = 1, .text = "share that spreads evenly over the image", .typical = 0.5}};
 
   void apply(PhasorImage& light) const {
     if (*fraction == 0) return;

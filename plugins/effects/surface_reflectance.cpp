@@ -52,4 +52,4 @@ struct SurfaceReflectance final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::SurfaceReflectance, "Light by the angle of incidence: Lambert, Oren-Nayar")
+TOFGRAPH_EFFECT(tofgraph::SurfaceReflectance, "Light that depends on the angle of incidence: Lambert, Oren-Nayar")

@@ -13,7 +13,7 @@ struct TapMismatch final : Effect {
   Param<double> ratio{
       this,
       "ratio",
-      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "of the gains, A over B", .off = 0, .typical = 0.02}};
+      {.default_value = "0", .min = -0.5, .max = 0.5, .text = "ratio of the gains, A to B", .off = 0, .typical = 0.02}};
 
   void apply(TapsLevel& light) const {
     const double gain_a = 1 + *ratio / 2, gain_b = 1 - *ratio / 2;

@@ -9,7 +9,7 @@ namespace tofgraph {
 struct TemporalNoise final : Effect {
   static constexpr EffectInfo info{.touches = "variance",
                                    .confused_with = "motion",
-                                   .experiment = "the variance over the intensity: slope and intercept"};
+                                   .experiment = "the variance as a function of the intensity: slope and intercept"};
   Param<double> factor{
       this,
       "factor",

@@ -10,7 +10,7 @@ struct Vignetting final : Effect {
   static constexpr EffectInfo info{
       .touches = "amplitude intensity",
       .confused_with = "pixel_response beam_profile",
-      .experiment = "an integrating sphere or a passive image; otherwise its smooth shape alone"};
+      .experiment = "an integrating sphere or a passive image; otherwise only its smooth shape"};
   Param<double> exponent{
       this, "exponent", {.default_value = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 4}};
 

@@ -25,11 +25,11 @@ struct Wiggling final : Effect {
   static constexpr ParamSpec fixed_angle(const char* text) {
     return {.unit = "rad", .default_value = "0 rad", .min = -M_PI, .max = M_PI, .text = text};
   }
-  Param<double> amplitude{this, "amplitude", size("of the error by the third harmonic, as a length")};
+  Param<double> amplitude{this, "amplitude", size("of the error due to the third harmonic, as a length")};
   Param<double> phase{this, "phase", angle("psi3")};
-  Param<double> amplitude5{this, "amplitude5", higher("the same of the fifth harmonic")};
+  Param<double> amplitude5{this, "amplitude5", higher("the same for the fifth harmonic")};
   Param<double> phase5{this, "phase5", fixed_angle("psi5")};
-  Param<double> amplitude7{this, "amplitude7", higher("the same of the seventh harmonic")};
+  Param<double> amplitude7{this, "amplitude7", higher("the same for the seventh harmonic")};
   Param<double> phase7{this, "phase7", fixed_angle("psi7")};
 
   void apply(SamplesLevel& light) const {

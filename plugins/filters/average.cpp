@@ -137,25 +137,25 @@ HWY_EXPORT(Give);
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "what is averaged", .adds = "averaged"}};
   InOut<float> amplitude{
-      this, "amplitude", {.optional = true, .text = "averaged too, over the frames in which it is a number"}};
-  InOut<float> sigma{this, "sigma", {.optional = true, .text = "made, or replaced: of the mean"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "joined over the frames"}};
+      this, "amplitude", {.optional = true, .text = "also averaged, over the frames in which it is a number"}};
+  InOut<float> sigma{this, "sigma", {.optional = true, .text = "created or replaced: that of the mean"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "combined over the frames"}};
   Param<std::int64_t> frames{
-      this, "frames", {.default_value = "10", .min = 1, .max = 1e6, .text = "how many frames make one"}};
+      this, "frames", {.default_value = "10", .min = 1, .max = 1e6, .text = "how many frames are averaged into one"}};
   Param<bool> running{
-      this, "running", {.default_value = "false", .text = "one for each frame that comes in, over the last `frames`"}};
+      this, "running", {.default_value = "false", .text = "one for each incoming frame, over the last `frames`"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "what is averaged; auto: the first of them that is there"}};
+                         .text = "what is averaged; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     const std::uint64_t come = setup.stream().frames, wanted = static_cast<std::uint64_t>(*frames);
     if (*running && *frames > 1000)
       throw ConfigError("frames", "a running mean keeps every frame of its window: at most 1000 are allowed");
     if (!*running && come > 0 && come < wanted) {
-      throw ConfigError("frames", std::to_string(come) + " frames come in, not enough for one mean of " +
+      throw ConfigError("frames", std::to_string(come) + " frames arrive, not enough for one mean of " +
                                       std::to_string(wanted) + ": write frames: " + std::to_string(come) + " or less");
     }
     if (!*running) setup.set_frames(come / wanted, setup.stream().known);
@@ -186,8 +186,8 @@ struct Average final : Filter {
 
   void finish() const {
     if (*running || taken_ == 0) return;
-    warn("the last " + std::to_string(taken_) + " frames do not fill a mean of " + std::to_string(*frames) +
-         " and are left out");
+    warn("the last " + std::to_string(taken_) + " frames at the end do not fill a mean of " + std::to_string(*frames) +
+         " and are discarded");
   }
 
  private:

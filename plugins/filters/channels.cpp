@@ -14,15 +14,15 @@ namespace tofgraph {
 /// Takes channels out or gives them other names, before branches meet that have two of one name. The content and what
 /// was done to it stay; no memory is copied. The rays belong to the camera and stay as they are.
 struct Channels final : Filter {
-  In<void> every{this, "*", {.text = "what is chosen from"}};
-  Param<std::string> keep{this, "keep", {.text = "those that stay, e.g. [depth, flags]; default: all"}};
-  Param<std::string> drop{this, "drop", {.text = "those that go, e.g. [sigma]"}};
+  In<void> every{this, "*", {.text = "the channels to choose from"}};
+  Param<std::string> keep{this, "keep", {.text = "which to keep, e.g. [depth, flags]; default: all"}};
+  Param<std::string> drop{this, "drop", {.text = "which to remove, e.g. [sigma]"}};
   Param<std::string> rename{
-      this, "rename", {.text = "others get another name: [old=new, ...], e.g. [distance=distance_short]"}};
+      this, "rename", {.text = "which to rename: [old=new, ...], e.g. [distance=distance_short]"}};
 
   void prepare(Setup& setup) {
     if (!keep.given() && !drop.given() && !rename.given())
-      throw ConfigError("drop", "nothing is done: give keep, drop or rename, e.g. drop: [sigma]");
+      throw ConfigError("drop", "there is nothing to do: give keep, drop or rename, e.g. drop: [sigma]");
     if (keep.given() && drop.given()) throw ConfigError("drop", "and keep exclude each other: write one");
     const std::vector<std::string> kept = names(setup, "keep", *keep), gone = names(setup, "drop", *drop);
     for (const tofgraph_channel& channel : setup.channels()) {
@@ -50,7 +50,7 @@ struct Channels final : Filter {
   }
 
   static void check(const Setup& setup, const char* parameter, const std::string& name) {
-    if (name == "rays") throw ConfigError(parameter, "the rays belong to the camera: they stay as they are");
+    if (name == "rays") throw ConfigError(parameter, "the rays belong to the camera and cannot be changed here");
     if (setup.find(name) != nullptr) return;
     std::string all;
     for (const tofgraph_channel& channel : setup.channels())
@@ -68,16 +68,16 @@ struct Channels final : Filter {
     for (const std::string& word : words(*rename)) {
       const auto equals = word.find('=');
       if (equals == 0 || equals == std::string::npos || equals + 1 == word.size())
-        throw ConfigError("rename", "'" + word + "' is not an old=new, e.g. [distance=distance_short]");
+        throw ConfigError("rename", "'" + word + "' is not of the form old=new, e.g. [distance=distance_short]");
       const std::string before = word.substr(0, equals), after = word.substr(equals + 1);
       check(setup, "rename", before);
-      if (is_in(dropped_, before)) throw ConfigError("rename", "'" + before + "' is taken out");
-      if (after.find('@') != std::string::npos) throw ConfigError("rename", "a name has no @");
+      if (is_in(dropped_, before)) throw ConfigError("rename", "'" + before + "' is removed");
+      if (after.find('@') != std::string::npos) throw ConfigError("rename", "a name must not contain @");
       if (setup.find(after) != nullptr && !is_in(dropped_, after))
         throw ConfigError("rename", "there is a channel '" + after + "' already");
       for (const auto& [other, name] : renamed_)
         if (other == before || name == after)
-          throw ConfigError("rename", "'" + (other == before ? before : after) + "' is there twice");
+          throw ConfigError("rename", "'" + (other == before ? before : after) + "' appears twice");
       renamed_.emplace_back(before, after);
     }
     announce(setup);
@@ -107,4 +107,4 @@ struct Channels final : Filter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Channels, "Takes channels out or renames them")
+TOFGRAPH_STAGE(tofgraph::Channels, "Removes or renames channels")

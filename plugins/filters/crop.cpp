@@ -16,7 +16,7 @@ namespace tofgraph {
 /// or below an amplitude as invalid. Channels that are not images of the frame's size pass as they are.
 struct Crop final : Filter {
   InOut<void> every{this, "*", {.text = "images are cut to the region"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made where pixels are marked"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created if pixels are marked"}};
   Param<std::vector<double>> columns{
       this, "columns", {.min = 0, .text = "first and last, from 0, both kept; default: all"}};
   Param<std::vector<double>> rows{this, "rows", {.min = 0, .text = "first and last, from 0, both kept; default: all"}};
@@ -28,7 +28,7 @@ struct Crop final : Filter {
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "the length that minimum and maximum are of; auto: the first of them that is there"}};
+                         .text = "the length that minimum and maximum refer to; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     find_size(setup);
@@ -100,7 +100,7 @@ struct Crop final : Filter {
   static Bounds bounds(const std::string& name, const std::vector<double>& given, std::size_t size) {
     if (given.empty()) return {0, size};
     if (size == 0)
-      throw ConfigError(name, "what arrives is of changing size, as a cloud is: there is no fixed region to cut");
+      throw ConfigError(name, "what arrives changes in size, like a cloud: there is no fixed region to cut");
     const std::string all = "0 to " + std::to_string(size - 1);
     if (given.size() != 2)
       throw ConfigError(name, "needs two numbers, first and last, e.g. [10, " + std::to_string(size - 1) + "]");

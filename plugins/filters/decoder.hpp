@@ -40,17 +40,18 @@ struct DecoderImages {
 struct Decoder : Filter {
   In<std::uint16_t> taps{
       this, "taps", {.shape = "P 2 H W", .optional = true, .text = "read first: they show saturation and light"}};
-  In<void> phases{
-      this,
-      "phases",
-      {.shape = "P H W", .optional = true, .text = "read where there are no taps; float32, int16 or int32"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+  In<void> phases{this,
+                  "phases",
+                  {.shape = "P H W", .optional = true, .text = "read if there are no taps; float32, int16 or int32"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Out<float> distance{this, "distance", {.from = "taps phases"}};
   Out<float> amplitude{this, "amplitude", {.from = "taps phases"}};
   Out<float> intensity{
-      this, "intensity", {.optional = true, .text = "mean of the tap samples; not from phases", .from = "taps"}};
+      this,
+      "intensity",
+      {.optional = true, .text = "mean of the tap samples; not available from phases", .from = "taps"}};
   Out<float> sigma{
-      this, "sigma", {.optional = true, .text = "where the noise is known", .from = "taps phases", .of = "distance"}};
+      this, "sigma", {.optional = true, .text = "if the noise is known", .from = "taps phases", .of = "distance"}};
 
   Param<double> modulation_frequency{
       this,
@@ -87,7 +88,7 @@ struct Decoder : Filter {
     if (!modulation_frequency.given() && exposures_[0].frequency == 0 &&
         !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
       throw ConfigError("modulation_frequency",
-                        "the frames do not know it, so it has to be given, e.g. modulation_frequency: 20 MHz");
+                        "the frames do not say it, so it has to be given, e.g. modulation_frequency: 20 MHz");
     }
     if (!taps.present() && raw.type != TOFGRAPH_TYPE_F32 && raw.type != TOFGRAPH_TYPE_I16 &&
         raw.type != TOFGRAPH_TYPE_I32) {
@@ -109,7 +110,7 @@ struct Decoder : Filter {
     const double frequency = modulation_frequency.given()  ? *modulation_frequency
                              : exposures_[0].frequency > 0 ? exposures_[0].frequency
                                                            : frame.metadata().modulation_frequency;
-    if (!(frequency > 0)) throw std::runtime_error("the frame does not know its modulation frequency");
+    if (!(frequency > 0)) throw std::runtime_error("the modulation frequency of the frame is unknown");
     return frequency;
   }
 
@@ -158,17 +159,17 @@ struct Decoder : Filter {
     if (!other) return;
     const std::string number = std::to_string(frame.metadata().number);
     const std::string said = "frame " + number + ": " + other->why + "; " + physics::exposures_text(exposures_) +
-                             " are said (by the " + (from_camera_ ? "camera's profile" : "source") + ")";
+                             " are stated (by the " + (from_camera_ ? "camera's profile" : "source") + ")";
     warn(other->exposures.empty() ? said + ", and no other order was found that fits"
                                   : said +
-                                        ". These would fit, in the profile, with exposures: camera at a "
+                                        ". These would fit; put them into the profile, and set exposures: camera at a "
                                         "capture_reader whose recording has its own:\n         exposures: " +
                                         physics::exposures_yaml(other->exposures));
   }
 
   std::string other_number(std::uint64_t images) const {
-    return "what arrives has " + std::to_string(images) + " images a frame, and " +
-           physics::exposures_text(exposures_) + " are said of it";
+    return "what arrives has " + std::to_string(images) + " images per frame, but " +
+           physics::exposures_text(exposures_) + " are stated";
   }
 
   /// Pixels all over the image with their right neighbours, where there is light and no saturation.

@@ -20,7 +20,7 @@ namespace tofgraph {
 struct FlyingPixels final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "in which edges are looked for"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "invalidated with the pixel"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<double> threshold{
       this,
       "threshold",
@@ -30,21 +30,21 @@ struct FlyingPixels final : Filter {
                            {.default_value = "5",
                             .min = 0,
                             .max = 1e3,
-                            .text = "least step to each side in units of the pixel's sigma, where that is known"}};
+                            .text = "minimum step to each side in units of the pixel's sigma, where that is known"}};
   Param<double> grazing{this,
                         "grazing",
                         {.unit = "rad",
                          .default_value = "80 deg",
                          .min = 0,
                          .max = 1.56,
-                         .text = "surfaces seen less grazingly than this are never marked; 0 deg: no such limit"}};
+                         .text = "surfaces seen at a less grazing angle than this are never marked; 0 deg: no limit"}};
   Param<bool> invalidate{
       this, "invalidate", {.default_value = "false", .text = "marked pixels become invalid, in all lengths"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "in which edges are looked for; auto: the first of them that is there"}};
+                         .text = "in which edges are searched; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     const tofgraph_channel& what = *setup.find(image.channel());

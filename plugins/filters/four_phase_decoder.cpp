@@ -118,7 +118,7 @@ struct FourPhaseDecoder final : Decoder {
       throw std::runtime_error(
           "decodes four exposures at 0, 90, 180 and 270 deg of one frequency, in any order; what "
           "arrives has " +
-          physics::exposures_text(exposures_) + ": take phase_decoder for it");
+          physics::exposures_text(exposures_) + ": use phase_decoder for it");
     }
     set_constants(order);
   }

@@ -23,9 +23,9 @@ namespace tofgraph {
 /// four sources are not all valid, and of one that sees nothing of the image, the lengths become invalid; sigma is that
 /// of the mix, and flags are joined. Lengths are mixed over edges too: rectify raw samples where that matters.
 struct Intrinsics final : Filter {
-  InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, made anew"}};
-  InOut<void> every{this, "*", {.text = "images are resampled where rectify says so"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or joined, where images are rectified"}};
+  InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, recomputed"}};
+  InOut<void> every{this, "*", {.text = "images are resampled if rectify is true"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created or combined if images are rectified"}};
   Param<InputFile> calibration{this, "calibration", {.text = "a calibration file of the kind intrinsics"}};
   Param<double> fx{this, "fx", {.unit = "px", .min = 1e-3, .text = "focal length in x"}};
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
@@ -39,7 +39,7 @@ struct Intrinsics final : Filter {
   Param<bool> rectify{
       this,
       "rectify",
-      {.default_value = "false", .text = "resamples the images: the camera that leaves has no distortion"}};
+      {.default_value = "false", .text = "resamples the images: the outgoing camera has no distortion"}};
 
   void prepare(Setup& setup) {
     tofgraph_camera camera = setup.camera();
@@ -54,8 +54,8 @@ struct Intrinsics final : Filter {
     if (*rectify) use_rectification(setup, camera);
     if (setup.find("points") != nullptr)
       warn(
-          "the points that are there already keep the lens they were made with; to make them anew, read the recording "
-          "without them (channels of capture_reader) and put point_cloud behind");
+          "existing points keep the lens they were computed with; to compute them again, read the recording "
+          "without them (channels of capture_reader) and put point_cloud after it");
     std::vector<float> table(std::size_t{camera.width} * camera.height * 3);
     physics::pixel_rays(camera, table.data());
     camera.rays = table.data();
@@ -119,7 +119,7 @@ struct Intrinsics final : Filter {
   void use_rectification(const Setup& setup, tofgraph_camera& camera) {
     if (const tofgraph_channel* points = setup.find("points"))
       throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
-                                       ? "comes too late: there are points already; put the node before point_cloud"
+                                       ? "comes too late: there already are points; put the node before point_cloud"
                                        : "the points that were recorded are not an image: read the recording without "
                                          "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);
@@ -128,7 +128,7 @@ struct Intrinsics final : Filter {
       throw ConfigError("rectify", "no pixel of the rectified image lies within the image: check the lens");
     if (inside < pixels) {
       warn(std::to_string(pixels - inside) + " of " + std::to_string(pixels) +
-           " pixels of the rectified image see nothing of the image and become invalid");
+           " pixels of the rectified image lie outside the original image and become invalid");
     }
     flags.provide(setup);
     lengths_.prepare(setup, {});

@@ -25,8 +25,10 @@ struct LinearModel : Filter {
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
   InOut<float> sigma{
-      this, "sigma", {.optional = true, .text = "of the distance, becomes that of the depth", .of = "depth"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+      this,
+      "sigma",
+      {.optional = true, .text = "standard deviation of the distance; becomes that of the depth", .of = "depth"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
 
  protected:
   void prepare_model(Setup& setup) {

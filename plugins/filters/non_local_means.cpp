@@ -44,12 +44,13 @@ struct NonLocalMeans final : WindowFilter {
       this,
       "patch",
       {.default_value = "3", .min = 1, .max = 21, .text = "side of the patches in pixels, odd, at most `search`"}};
-  Param<Choice> patch_weights{this,
-                              "patch_weights",
-                              {.default_value = "gaussian",
-                               .choices = "gaussian uniform robust",
-                               .text = "of a patch's pixels; robust: those across an edge count less, at a time that "
-                                       "goes with the square of the side"}};
+  Param<Choice> patch_weights{
+      this,
+      "patch_weights",
+      {.default_value = "gaussian",
+       .choices = "gaussian uniform robust",
+       .text = "weights of a patch's pixels; robust: pixels across an edge count less, in a time that "
+               "grows with the square of the side"}};
   Param<double> patch_sigma{
       this,
       "patch_sigma",
@@ -58,7 +59,7 @@ struct NonLocalMeans final : WindowFilter {
                       "guide",
                       {.default_value = "none",
                        .choices = "none amplitude",
-                       .text = "amplitude: patches have to agree in amplitude, too, as far as its noise allows"}};
+                       .text = "amplitude: patches must also agree in amplitude, as far as its noise allows"}};
 
   void prepare(Setup& setup) {
     prepare_window(setup, "search", *search);
@@ -98,7 +99,7 @@ struct NonLocalMeans final : WindowFilter {
     if (!amplitude.present()) throw ConfigError("guide", "what arrives has no amplitude");
     if (!sigma.present()) {
       throw ConfigError("guide",
-                        "amplitude needs the channel sigma, which tells the noise of the amplitude: let the "
+                        "amplitude needs the channel sigma, from which the noise of the amplitude follows: let the "
                         "decoder know the noise (a camera profile with it, or its parameters)");
     }
     if (!setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY))
@@ -116,7 +117,7 @@ struct NonLocalMeans final : WindowFilter {
                .guide_scale = guided() ? noise_exponent : 0};
     if (!guided()) return;
     const double frequency = frame.metadata().modulation_frequency;
-    if (!(frequency > 0)) throw std::runtime_error("the frame does not know its modulation frequency");
+    if (!(frequency > 0)) throw std::runtime_error("the modulation frequency of the frame is unknown");
     const auto per_metre = static_cast<float>(1 / physics::metres_per_radian(frequency));
     const Array<const float> light = amplitude(frame);
     const std::ptrdiff_t all = 3 * window_radius() + border;

@@ -200,15 +200,18 @@ struct OptimizedBistatic final : Filter {
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
   InOut<float> sigma{
-      this, "sigma", {.optional = true, .text = "of the distance, becomes that of the depth", .of = "depth"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
-  Param<Choice> solver{this,
-                       "solver",
-                       {.default_value = "newton",
-                        .choices = "newton closed_form bisection",
-                        .text = "newton: any number of sources, its steps only where a corrected closed form would not "
-                                "do; closed_form: exact, for one source only; "
-                                "bisection: the slow reference in double precision"}};
+      this,
+      "sigma",
+      {.optional = true, .text = "standard deviation of the distance; becomes that of the depth", .of = "depth"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
+  Param<Choice> solver{
+      this,
+      "solver",
+      {.default_value = "newton",
+       .choices = "newton closed_form bisection",
+       .text = "newton: any number of sources, with Newton steps only where a corrected closed form is not "
+               "exact enough; closed_form: exact, for one source only; "
+               "bisection: the slow reference in double precision"}};
 
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
@@ -276,5 +279,6 @@ struct OptimizedBistatic final : Filter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::OptimizedBistatic, "Distance to depth by the optimized bistatic model, any sources anywhere")
+TOFGRAPH_STAGE(tofgraph::OptimizedBistatic,
+               "Distance to depth by the optimized bistatic model, for any sources anywhere")
 #endif

@@ -63,7 +63,7 @@ struct PhaseDecoder final : Decoder {
       {.default_value = "5",
        .min = 0,
        .choices = "off",
-       .text = "standard deviations: samples or frequencies that fit each other less are flagged as inconsistent; "
+       .text = "in standard deviations: samples or frequencies that differ by more are flagged as inconsistent; "
                "where the noise is known"}};
   Param<double> wrap_confidence{
       this,
@@ -71,7 +71,7 @@ struct PhaseDecoder final : Decoder {
       {.default_value = "0.999",
        .min = 0.5,
        .max = 0.999999,
-       .text = "of the best wraps against the second best ones; less is flagged as wrapped; where the noise is known"}};
+       .text = "of the best wraps over the second best; less is flagged as wrapped; if the noise is known"}};
   Param<bool> invalidate_wrapped{
       this, "invalidate_wrapped", {.default_value = "true", .text = "pixels whose wraps are uncertain become invalid"}};
   Param<double> phase_error{this,
@@ -81,14 +81,14 @@ struct PhaseDecoder final : Decoder {
                              .min = 0,
                              .max = 1,
                              .text = "standard deviation of systematic errors of each frequency's phase, which the "
-                                     "choice of the wraps allows for; sigma is without it"}};
-  Param<double> max_range{
-      this,
-      "max_range",
-      {.unit = "m",
-       .min = 1e-3,
-       .max = 1e6,
-       .text = "nothing is farther away; default: where the frequencies repeat together, c / (2 gcd)"}};
+                                     "choice of the wraps allows for; not included in sigma"}};
+  Param<double> max_range{this,
+                          "max_range",
+                          {.unit = "m",
+                           .min = 1e-3,
+                           .max = 1e6,
+                           .text = "nothing is farther away than this; default: the distance at which the frequencies "
+                                   "repeat together, c / (2 gcd)"}};
 
   void prepare(Setup& setup) {
     prepare_samples(setup);
@@ -100,11 +100,11 @@ struct PhaseDecoder final : Decoder {
                                physics::exposures_text(exposures_));
     if (fits_.size() > 1 && modulation_frequency.given())
       throw ConfigError("modulation_frequency",
-                        "is that of one frequency; what arrives has " + physics::exposures_text(exposures_));
+                        "applies to one frequency; what arrives has " + physics::exposures_text(exposures_));
     if (fits_.size() == 1) refuse_what_unwraps();
     if (*phase_error > 0 && !counts_.noise_known)
       throw ConfigError("phase_error",
-                        "adds to the noise, which is not known: give read_noise and shot_noise, here or "
+                        "is added to the noise, which is unknown: give read_noise and shot_noise, here or "
                         "in the camera's profile");
     for (const physics::PhaseFit& fit : fits_) add_band(fit);
     set_constants();

@@ -88,13 +88,15 @@ struct PointCloud final : Filter {
                    {.name = "length", .text = "depth from the sensor plane or range from the lens centre"}};
   Out<float> points{this, "points", {.from = "depth range distance rays"}};
   InOut<float> sigma{
-      this, "sigma", {.optional = true, .text = "of the length, becomes that along the ray", .of = "points"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+      this,
+      "sigma",
+      {.optional = true, .text = "standard deviation of the length; becomes that along the ray", .of = "points"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "auto: the first that is there of depth, range, distance"}};
+                         .text = "auto: the first of depth, range, distance that exists"}};
   Param<Choice> assume{this,
                        "assume",
                        {.choices = "range",
@@ -107,8 +109,8 @@ struct PointCloud final : Filter {
     if (source == "distance" && !assume.given()) {
       throw ConfigError(
           "assume",
-          "'distance' is half of the travelled path and no range: put optimized_bistatic before, or write "
-          "assume: range where the camera's distances are ranges already");
+          "'distance' is half of the travelled path, not a range: put optimized_bistatic before it, or write "
+          "assume: range if the camera's distances already are ranges");
     }
     if (source == "depth" && !(camera.focal_length > 0)) {
       throw std::runtime_error(

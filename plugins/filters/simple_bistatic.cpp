@@ -128,5 +128,5 @@ struct SimpleBistatic final : LinearModel {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::SimpleBistatic, "Distance to depth with the sources' angles of a plane, given or estimated")
+TOFGRAPH_STAGE(tofgraph::SimpleBistatic, "Distance to depth with the sources' angles for a plane, given or estimated")
 #endif

@@ -37,12 +37,12 @@ struct TemporalKalman final : LengthFilter {
                      {.default_value = "4",
                       .min = 1,
                       .max = 100,
-                      .text = "standard deviations beyond which a pixel has moved and starts anew"}};
+                      .text = "standard deviations beyond which a pixel counts as moved and is restarted"}};
 
   void prepare(Setup& setup) {
     if (!sigma.present() && !measurement_noise.given()) {
       throw ConfigError("measurement_noise",
-                        "what arrives has no sigma: write it, e.g. measurement_noise: 5 mm, or let the decoder know "
+                        "what arrives has no sigma: give it, e.g. measurement_noise: 5 mm, or give the decoder "
                         "the noise (a camera profile with it, or its parameters read_noise and shot_noise)");
     }
     prepare_lengths(setup);
@@ -88,4 +88,4 @@ struct TemporalKalman final : LengthFilter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::TemporalKalman, "Follows each pixel from frame to frame, anew where it moves")
+TOFGRAPH_STAGE(tofgraph::TemporalKalman, "Follows each pixel from frame to frame, restarting where it moves")

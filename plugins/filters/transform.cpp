@@ -83,7 +83,7 @@ struct Transform final : Filter {
                                         std::to_string(worst) + ")");
     const double determinant =
         r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
-    if (determinant < 0) throw ConfigError("rotation", "is a mirror image, no rotation: its determinant is -1");
+    if (determinant < 0) throw ConfigError("rotation", "is a reflection, not a rotation: its determinant is -1");
   }
 
   std::array<std::array<double, 4>, 3> t_world_camera_{};

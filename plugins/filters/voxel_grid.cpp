@@ -22,7 +22,7 @@ struct VoxelGrid final : Filter {
   Param<double> size{
       this, "size", {.unit = "m", .default_value = "20 mm", .min = 1e-6, .max = 1000, .text = "edge of a voxel"}};
   Param<std::int64_t> least{
-      this, "least", {.default_value = "1", .min = 1, .max = 1e6, .text = "voxels with fewer points are left out"}};
+      this, "least", {.default_value = "1", .min = 1, .max = 1e6, .text = "voxels with fewer points are omitted"}};
 
   void prepare(Setup& setup) {
     const tofgraph_channel& cloud = *setup.find("points");
@@ -161,4 +161,4 @@ struct VoxelGrid final : Filter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::VoxelGrid, "One point a voxel: the centroid, with the means of its channels")
+TOFGRAPH_STAGE(tofgraph::VoxelGrid, "One point per voxel: the centroid, with the means of its channels")

@@ -35,11 +35,11 @@ struct WindowFilter : LengthFilter {
                           .choices = "auto",
                           .text = "h, the difference at which a weight is 1/e, e.g. 20 mm; auto: sqrt(2) times the "
                                   "median of the frame's sigma, equation (7.9)"}};
-  Param<bool> sigma_adaptive{
-      this,
-      "sigma_adaptive",
-      {.default_value = "false",
-       .text = "h of each pixel in proportion to its sigma, `strength` at the median: the less light, the smoother"}};
+  Param<bool> sigma_adaptive{this,
+                             "sigma_adaptive",
+                             {.default_value = "false",
+                              .text = "h of each pixel proportional to its sigma, equal to `strength` at the median "
+                                      "sigma: the less light, the smoother"}};
   Param<bool> fill{this,
                    "fill",
                    {.default_value = "false",
@@ -114,9 +114,9 @@ struct WindowFilter : LengthFilter {
         ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
         "and shot_noise)";
     if (automatic)
-      throw ConfigError("strength", "auto needs the channel sigma, which is not there" + hint +
+      throw ConfigError("strength", "auto needs the channel sigma, which is missing" + hint +
                                         ", or write a length, e.g. strength: 20 mm");
-    if (*sigma_adaptive) throw ConfigError("sigma_adaptive", "needs the channel sigma, which is not there" + hint);
+    if (*sigma_adaptive) throw ConfigError("sigma_adaptive", "needs the channel sigma, which is missing" + hint);
   }
 
   void set_frame(WindowFrame& f, const Array<float>& lengths, const Array<float>& deviations, std::ptrdiff_t border,

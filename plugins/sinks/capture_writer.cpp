@@ -51,7 +51,7 @@ struct CaptureWriter final : Sink {
         std::ranges::any_of(chosen_, [](const io::CaptureChannel& c) { return is_measurement(c.name); });
     if (!measured) {
       throw ConfigError("channels",
-                        fmt::format("a capture holds at least one of taps, phases, distance, range, depth; what "
+                        fmt::format("a capture needs at least one of taps, phases, distance, range, depth; what "
                                     "would be recorded is {}",
                                     names(setup)));
     }
@@ -71,7 +71,7 @@ struct CaptureWriter final : Sink {
     if (writer_)
       writer_->finish();
     else
-      warn("no frame arrived: " + *path + " is not written");
+      warn("no frames arrived: " + *path + " is not written");
   }
 
  private:
@@ -110,10 +110,9 @@ struct CaptureWriter final : Sink {
       if (side == nullptr) continue;
       const auto size = static_cast<std::uint32_t>(channel.extent[i]);
       if (*side != 0 && *side != size) {
-        throw ConfigError("channels",
-                          fmt::format("'{}' has {} px where the channels before it have {}: the images of a "
-                                      "capture are of one size",
-                                      channel.name, size, *side));
+        throw ConfigError("channels", fmt::format("'{}' has {} px, but the channels before it have {}: the images of a "
+                                                  "capture all have one size",
+                                                  channel.name, size, *side));
       }
       *side = size;
     }

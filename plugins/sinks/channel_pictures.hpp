@@ -136,7 +136,7 @@ struct ChannelPictures : Sink {
   Param<std::string> channel{
       this,
       "channel",
-      {.text = "the image; default: the first there is of depth, range, distance, amplitude, intensity"}};
+      {.text = "the image; default: the first of depth, range, distance, amplitude, intensity that exists"}};
   Param<FrameFiles> path{
       this, "path", {.required = true, .text = "the files, e.g. out/range_{frame:06}.png; {frame} is the number"}};
   Param<double> minimum{this,
@@ -144,13 +144,13 @@ struct ChannelPictures : Sink {
                         {.unit = "m|counts|1",
                          .default_value = "auto",
                          .choices = "auto",
-                         .text = "of the colours; auto: 1 % of the frame's valid pixels are below"}};
+                         .text = "lower end of the colours; auto: 1 % of the frame's valid pixels are below"}};
   Param<double> maximum{this,
                         "maximum",
                         {.unit = "m|counts|1",
                          .default_value = "auto",
                          .choices = "auto",
-                         .text = "of the colours; auto: 1 % are above"}};
+                         .text = "upper end of the colours; auto: 1 % are above"}};
 
  protected:
   void prepare_pictures(Setup& setup) {

@@ -30,13 +30,14 @@ struct CloudFile : Sink {
                          "path",
                          {.required = true,
                           .choices = provenance_ending,
-                          .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Beside "
+                          .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Next to "
                                   "them: out/cloud.provenance.json"}};
   Param<bool> dense{this, "dense", {.default_value = "false", .text = "valid points only, without the image's rows"}};
-  Param<std::string> intensity{this,
-                               "intensity",
-                               {.default_value = "amplitude",
-                                .text = "the channel of the field intensity, or none; amplitude where it is there"}};
+  Param<std::string> intensity{
+      this,
+      "intensity",
+      {.default_value = "amplitude",
+       .text = "the channel for the field intensity, or none; default: amplitude if it exists"}};
   Param<bool> sigma{this, "sigma", {.default_value = "false", .text = "with the field sigma"}};
   Param<bool> flags{this, "flags", {.default_value = "false", .text = "with the field flags"}};
 

@@ -116,9 +116,11 @@ struct ImageWriter final : ChannelPictures {
   Param<double> scale{
       this,
       "scale",
-      {.unit = "m|counts|1", .min = 1e-9, .text = "of one count of uint16; default: 1 mm, 1 counts or 1"}};
+      {.unit = "m|counts|1", .min = 1e-9, .text = "value of one count of uint16; default: 1 mm, 1 counts or 1"}};
   Param<std::int64_t> zoom{
-      this, "zoom", {.min = 1, .max = 64, .text = "of the colours' picture; default: so that it has 400 rows"}};
+      this,
+      "zoom",
+      {.min = 1, .max = 64, .text = "magnification of the colour picture; default: such that it has 400 rows"}};
 
   void prepare(Setup& setup) {
     prepare_pictures(setup);
@@ -173,7 +175,7 @@ struct ImageWriter final : ChannelPictures {
       return static_cast<std::uint16_t>(std::clamp(count, 0.0, greatest));
     });
     if (beyond != 0 && !warned_.exchange(true))
-      warn(fmt::format("{} pixels of {} are beyond 0 to {} {} and were cut: give a greater scale", beyond, channel_,
+      warn(fmt::format("{} pixels of {} are outside 0 to {} {} and were clipped: use a larger scale", beyond, channel_,
                        greatest * scale_, unit_));
     return result;
   }

@@ -6,4 +6,4 @@ struct Null final : tofgraph::Sink {
   In<void> every{this, "*", {.text = "whatever arrives"}};
   void process(Frame&) const {}
 };
-TOFGRAPH_STAGE(Null, "Takes frames and does nothing with them")
+TOFGRAPH_STAGE(Null, "Accepts frames and does nothing with them")

@@ -20,7 +20,7 @@ struct PcdWriter final : CloudFile {
       "viewpoint",
       {.default_value = "[0, 0, 0, 1, 0, 0, 0]",
        .text = "of the camera in the frame of the points: x y z in metres, "
-               "quaternion w x y z; default: the optical centre; needed after transform"}};
+               "quaternion w x y z; default: the optical centre; required after transform"}};
 
   void prepare(Setup& setup) {
     prepare_files(setup, ".pcd");
@@ -67,4 +67,4 @@ struct PcdWriter final : CloudFile {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::PcdWriter, "Point clouds as PCD files, one a frame")
+TOFGRAPH_STAGE(tofgraph::PcdWriter, "Point clouds as PCD files, one per frame")

@@ -37,4 +37,4 @@ struct PlyWriter final : CloudFile {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::PlyWriter, "Point clouds as PLY files, one a frame")
+TOFGRAPH_STAGE(tofgraph::PlyWriter, "Point clouds as PLY files, one per frame")

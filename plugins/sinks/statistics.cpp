@@ -23,23 +23,23 @@ namespace tofgraph {
 /// frames, rms and sd are pooled over all pixels.
 struct Statistics final : Sink {
   In<float> image{this, "depth|range|distance", {.name = "image", .text = "the lengths"}};
-  Param<Choice> channel{
-      this, "channel", {.choices = "depth range distance", .text = "default: the first that is there"}};
+  Param<Choice> channel{this, "channel", {.choices = "depth range distance", .text = "default: the first that exists"}};
   Param<std::vector<double>> columns{
       this, "columns", {.min = 0, .text = "first and last, e.g. [90, 113]; default: all"}};
   Param<std::vector<double>> rows{this, "rows", {.min = 0, .text = "first and last; default: all"}};
-  Param<double> value{this, "value", {.unit = "m", .text = "what rms is against; default: a fitted plane"}};
+  Param<double> value{this, "value", {.unit = "m", .text = "the value to which rms refers; default: a fitted plane"}};
   Param<std::string> reference{
-      this, "reference", {.text = "a channel that rms is against, pixel by pixel, e.g. true_depth of a simulation"}};
+      this, "reference", {.text = "a channel to which rms refers, pixel by pixel, e.g. true_depth of a simulation"}};
   Param<Choice> part{this,
                      "part",
                      {.default_value = "all",
                       .choices = "all flat edge each",
                       .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
-                              "neighbours in the reference; flat, the others; each, all of them beside one another"}};
+                              "neighbours in the reference; flat, the others; each, all of them side by side"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
-  Param<bool> show{
-      this, "show", {.default_value = "false", .text = "the table on standard output, too, where path names a file"}};
+  Param<bool> show{this,
+                   "show",
+                   {.default_value = "false", .text = "also prints the table on standard output if path names a file"}};
   Param<Choice> format{this,
                        "format",
                        {.default_value = "auto",

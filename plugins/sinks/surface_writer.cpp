@@ -25,7 +25,7 @@ const cv::Scalar wall_grey(228, 228, 228), grid_grey(205, 205, 205);
 class View {
  public:
   /// @param azimuth the box is turned by this about its axis of values, rad; at 0 the last row is in front
-  /// @param elevation of the viewer over the image plane, rad
+  /// @param elevation of the viewer above the image plane, rad
   View(double azimuth, double elevation, const cv::Point3d& box)
       : c_(std::cos(azimuth)),
         s_(std::sin(azimuth)),
@@ -217,9 +217,9 @@ struct SurfaceWriter final : ChannelPictures {
                            .default_value = "40 deg",
                            .min = 0.05,
                            .max = 1.5,
-                           .text = "of the viewer over the image plane"}};
+                           .text = "of the viewer above the image plane"}};
   Param<std::int64_t> size{
-      this, "size", {.default_value = "720", .min = 300, .max = 8000, .text = "width of the picture in dots"}};
+      this, "size", {.default_value = "720", .min = 300, .max = 8000, .text = "width of the picture in pixels"}};
 
   void prepare(Setup& setup) {
     prepare_pictures(setup);

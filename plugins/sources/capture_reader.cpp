@@ -22,18 +22,18 @@ namespace tofgraph {
 /// the two was recorded.
 struct CaptureReader final : Source {
   Param<InputFile> file{
-      this, "file", {.required = true, .text = "a capture (.h5); .h5.part: one that is still running"}};
-  Param<std::string> channels{
-      this,
-      "channels",
-      {.text =
-           "which to read, e.g. [range, amplitude]; default: all but a simulation's truth. Lengths bring their flags"}};
+      this, "file", {.required = true, .text = "a capture (.h5), or one that is still being recorded (.h5.part)"}};
+  Param<std::string> channels{this,
+                              "channels",
+                              {.text = "which to read, e.g. [range, amplitude]; default: all but a simulation's truth. "
+                                       "Lengths come with their flags"}};
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
-  Param<Choice> exposures{this,
-                          "exposures",
-                          {.default_value = "recording",
-                           .choices = "recording camera",
-                           .text = "whose count: the recording's where it has its own, or the camera's profile's"}};
+  Param<Choice> exposures{
+      this,
+      "exposures",
+      {.default_value = "recording",
+       .choices = "recording camera",
+       .text = "which to use: the recording's if it has its own, or those of the camera's profile"}};
 
   void prepare(Setup& setup) {
     try {
@@ -106,7 +106,7 @@ struct CaptureReader final : Source {
       throw ConfigError("frames", "expected the first and the last frame, e.g. frames: [0, 19]");
     if ((*frames)[1] > static_cast<double>(last_)) {
       throw ConfigError("frames",
-                        fmt::format("the capture has the frames 0 to {}, frame {} is not there", last_, (*frames)[1]));
+                        fmt::format("the capture has the frames 0 to {}; there is no frame {}", last_, (*frames)[1]));
     }
     next_ = static_cast<std::size_t>((*frames)[0]);
     last_ = static_cast<std::size_t>((*frames)[1]);
@@ -143,7 +143,7 @@ struct CaptureReader final : Source {
     if (camera == nullptr) {
       if (setup.use_profile(header.camera, header.profile)) return check_profile(setup.camera());
       if (!header.profile.empty()) return;  // the host tells what is wrong with the text
-      warn(fmt::format("there is no profile for the capture's camera '{}': what needs one cannot be done",
+      warn(fmt::format("there is no profile for the capture's camera '{}': stages that need one will fail",
                        header.camera));
       return;
     }
@@ -166,14 +166,14 @@ struct CaptureReader final : Source {
     if (!physics::same_exposures(own, physics::exposures_of(*camera)))
       warn(
           fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used; "
-                      "exposures: camera takes the profile's",
+                      "exposures: camera uses those of the profile",
                       own.size(), camera->name));
   }
 
   void check_profile(const tofgraph_camera& camera) const {
     const io::CaptureHeader& header = reader_->header();
     if (camera.width == header.width && camera.height == header.height) return;
-    throw ConfigError("file", fmt::format("the capture is {} x {} px, the {} '{}' is of {} x {} px: give the profile "
+    throw ConfigError("file", fmt::format("the capture is {} x {} px, the {} '{}' has {} x {} px: give a profile "
                                           "of the right size, e.g. --camera ./cropped.yaml, or camera: ./cropped.yaml "
                                           "at the top of the pipeline file",
                                           header.width, header.height,

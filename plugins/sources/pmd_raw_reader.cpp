@@ -22,17 +22,14 @@ struct PmdRawReader final : Source {
       "raw_headers",
       {.shape = "4 512", .unit = "", .text = "the 512 bytes before each phase image, as they are"}};
   Param<InputFile> file{this, "file", {.required = true, .text = "the dump"}};
-  Param<std::int64_t> frame_header{this,
-                                   "frame_header",
-                                   {.unit = "",
-                                    .default_value = "0",
-                                    .min = 0,
-                                    .max = 1 << 20,
-                                    .text = "bytes before each frame that are passed over"}};
+  Param<std::int64_t> frame_header{
+      this,
+      "frame_header",
+      {.unit = "", .default_value = "0", .min = 0, .max = 1 << 20, .text = "bytes before each frame that are skipped"}};
   Param<std::vector<double>> phase_order{
       this,
       "phase_order",
-      {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "which k each image in the file is"}};
+      {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "the k of each image in the file"}};
   Param<double> integration_time{
       this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame; the dump does not say"}};
   Param<double> modulation_frequency{
@@ -62,7 +59,7 @@ struct PmdRawReader final : Source {
     if (rest != 0) {
       warn(*file + " is not a whole number of frames: " + std::to_string(whole) + " frames of " +
            std::to_string(frame_bytes()) + " bytes are read, the last " + std::to_string(rest) +
-           " bytes are not; is the camera right, or a frame_header missing?");
+           " bytes are not; is it the right camera, or is a frame_header missing?");
     }
     frames_ = whole;
     setup.set_frames(frames_, (integration_time.given() ? TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U : 0U) |

@@ -25,7 +25,7 @@ struct Simulator final : Source {
   Out<float> amplitude{this, "amplitude", {.optional = true}};
   Out<float> true_depth{this, "true_depth", {.optional = true}};
   Out<float> true_reflectivity{this, "reflectivity", {.optional = true}};
-  Param<InputFile> scene{this, "scene", {.text = "a scene file; default: a board as the parameters say"}};
+  Param<InputFile> scene{this, "scene", {.text = "a scene file; default: a board according to the parameters"}};
   Param<InputFile> model{this, "model", {.text = "a model file, light and effects; default: the scene's, or ideal"}};
   Param<double> distance{
       this,
@@ -44,7 +44,7 @@ struct Simulator final : Source {
   Param<std::int64_t> frames{
       this,
       "frames",
-      {.default_value = "1", .min = 0, .text = "how many, of each condition; 0: endless; default: the scene's"}};
+      {.default_value = "1", .min = 0, .text = "how many per condition; 0: endless; default: the scene's"}};
   Param<double> frame_rate{
       this,
       "frame_rate",
@@ -54,7 +54,7 @@ struct Simulator final : Source {
   Param<Choice> output{
       this,
       "output",
-      {.choices = "phases taps distance", .text = "what the camera hands out; default: the scene's, or phases"}};
+      {.choices = "phases taps distance", .text = "what the camera delivers; default: the scene's, or phases"}};
   Param<bool> truth{
       this, "truth", {.default_value = "false", .text = "adds true_depth and reflectivity, without any error"}};
 
@@ -111,7 +111,7 @@ struct Simulator final : Source {
       setup.use_profile(own.name, own.profile);
     else if (given->width != own.width || given->height != own.height || std::string(given->name) != own.name)
       throw ConfigError("scene", std::string("is for the camera '") + own.name + "', the pipeline has '" + given->name +
-                                     "': leave one of the two out");
+                                     "': remove one of the two");
     rows_ = own.height;
     columns_ = own.width;
     count_ = simulation_->frames();
@@ -123,8 +123,7 @@ struct Simulator final : Source {
     const tofgraph_camera& camera = camera_->view();
     const physics::Geometry geometry = physics::geometry_of(camera);
     if (*distance <= geometry.focal_length) {
-      throw ConfigError("distance", "the board stands behind the lens, which is " +
-                                        std::to_string(geometry.focal_length) +
+      throw ConfigError("distance", "the board is behind the lens, which is " + std::to_string(geometry.focal_length) +
                                         " m from the sensor plane, e.g. distance: 500 mm");
     }
     std::vector<simulation::EffectPtr> effects = effects_of(setup, camera);

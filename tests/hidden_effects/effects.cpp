@@ -108,7 +108,7 @@ const std::vector<Effect>& catalogue() {
 
 void Effects::add(const std::string& name, const std::map<std::string, double>& values) {
   const Effect& kind = kind_of(name);
-  if (has(name)) throw std::invalid_argument(fmt::format("the effect {} is there twice", name));
+  if (has(name)) throw std::invalid_argument(fmt::format("the effect {} is declared twice", name));
   std::map<std::string, double> all;
   for (const Parameter& parameter : kind.parameters) all[parameter.name] = parameter.off;
   for (const auto& [key, value] : values) all[parameter_of(kind, key).name] = value;

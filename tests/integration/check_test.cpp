@@ -32,7 +32,7 @@ TEST_F(Check, ACameraIsTheSameByNameAndByPath) {
   };
   write("scene.yaml", scene("camcube2", "model.yaml"));
   write("wrong.yaml", scene("camcube2", "other.yaml"));
-  EXPECT_EQ(check("scene.yaml").err, "scene.yaml: the scene is right, 1 object, 1 condition\n");
+  EXPECT_EQ(check("scene.yaml").err, "scene.yaml: the scene is valid, 1 object, 1 condition\n");
   expect_said(check("wrong.yaml"), 0, "warning: the model is for the camera '" + profiles + "camcube3.yaml'");
   const Outcome simulated = shell("$TOFGRAPH simulate scene.yaml -o a.h5", folder_.path());
   EXPECT_EQ(simulated.exit_code, 0);

@@ -66,6 +66,19 @@ TEST(Commands, AnUnknownOneIsNamedWithTheNearest) {
   EXPECT_TRUE(has(said("info a.h5 b.h5"), "'b.h5' is one argument too many"));
 }
 
+TEST(Commands, AnOptionBeforeItsCommandIsToldWhereItBelongs) {
+  const TemporaryFolder folder;
+  const Outcome outcome = shell("$TOFGRAPH --camera camcube2 run p.yaml", folder.path());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(outcome.err, "error: '--camera' is an option of 'run': write it after that word\n");
+}
+
+/// Where nobody can be told, the exit code still says it.
+TEST(Commands, AStandardErrorThatIsFullEndsNothing) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(shell("$TOFGRAPH check nothing.yaml 2>/dev/full", folder.path()).exit_code, 2);
+}
+
 TEST(Commands, HelpIsInWordsAndListsTheOptionsOfAllCommands) {
   const TemporaryFolder folder;
   for (const std::string command : commands) {
@@ -125,6 +138,26 @@ TEST(Files, OfAFormerRunDoNotCount) {
       shell("\"$TOFGRAPH\" run 'ramp frames=9 ! notes path=c_{frame}.csv fail_at=1' --force", folder.path());
   EXPECT_EQ(failing.exit_code, 1);
   EXPECT_TRUE(has(failing.err, "wrote 2 files: c_0.csv ... c.notes.txt\n")) << failing.err;
+}
+
+/// Also with --force: a pipeline, scene or model is nobody's to replace.
+TEST(Files, InputsAreNeverReplaced) {
+  const TemporaryFolder folder;
+  const std::string pipeline =
+      "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator, distance: 1 m, frames: 1}\n  - {stage: null}\n";
+  const std::string scene = "scene: 1\ncamera: camcube2\nobjects:\n  - {name: board, type: board, distance: 1 m}\n";
+  write_text(folder.path() / "p.yaml", pipeline);
+  write_text(folder.path() / "s.yaml", scene);
+  write_text(folder.path() / "model.yaml", "model: 1\ncamera: camcube2\neffects: []\n");
+  for (const std::string words :
+       {"run p.yaml --stats p.yaml", "simulate s.yaml -o s.yaml", "simulate s.yaml -o a.h5 --preview s.yaml",
+        "diagnose --model model.yaml --data p.yaml -o ."}) {
+    const Outcome outcome = shell("$TOFGRAPH " + words + " --force", folder.path());
+    EXPECT_EQ(outcome.exit_code, 2) << words;
+    EXPECT_NE(outcome.err.find("is an input, so it cannot also be written"), std::string::npos) << words << outcome.err;
+  }
+  EXPECT_EQ(read_text(folder.path() / "p.yaml"), pipeline);
+  EXPECT_EQ(read_text(folder.path() / "s.yaml"), scene);
 }
 
 TEST(Files, SimulateSaysWhatItWrote) {

@@ -123,7 +123,7 @@ TEST_F(Exposures, WrongOnesAreToldWhereTheyAreWritten) {
   expect_profile_error("exposures: [{phase: 0 deg}, {phase: 180 deg}, {phase: 360 deg}]\n",
                        {"wrong.yaml:17:12", "the steps 0, 180, 360 deg are only 2 different ones"});
   expect_profile_error("exposures: [{phase: 0 deg}, {phase: 0.1 deg}, {phase: 0.2 deg}]\n",
-                       {"wrong.yaml:17:12", "leave the phase undetermined"});
+                       {"wrong.yaml:17:12", "the phase is undetermined"});
   expect_profile_error("exposures:\n  - {phase: 0 deg}\n  - {phase: 90 deg, frequency: 0 Hz}\n  - {phase: 180 deg}\n",
                        {"wrong.yaml:19:", "'frequency' is '0 Hz', expected more than 0"});
   expect_profile_error("exposures: [{phase: 0 deg}, {phase: 90 deg, frequency: 20 MHz}, {phase: 180 deg}]\n",
@@ -153,11 +153,11 @@ TEST_F(Exposures, ACaptureThatContradictsItselfIsTold) {
   const std::string read = "check 'capture_reader file=odd.h5 ! null' --camera ./small.yaml";
   capture({}, {}, 9);
   expect_error(
-      read, {"'phases' is float32 9 x 24 x 32, counts, that are 9 images, but the camera's profile has 6 exposures"});
+      read, {"'phases' is float32 9 x 24 x 32, counts, which is 9 images, but the camera's profile has 6 exposures"});
   capture({0, 2, 4}, {}, 9);
   expect_error(read, {"odd.h5", "/frames/phases", "expected 1 x 3 x 24 x 32"});
   capture({0, 2, 4}, {20e6, 20e6}, 3);
-  expect_error(read, {"odd.h5", "exposure_phase_rad has 3 values, exposure_frequency_hz has 2"});
+  expect_error(read, {"odd.h5", "exposure_phase_rad has 3 values, but exposure_frequency_hz has 2"});
   capture({0, 2, 2}, {}, 3);
   expect_error(read, {"odd.h5", "are only 2 different ones"});
   capture({0, 2, 4}, {20e6, 0, 20e6}, 3);
@@ -260,7 +260,7 @@ TEST_F(Exposures, WhatNeedsTheFourSaysSo) {
       {"a search needs four exposures at 0, 90, 180 and 270 deg of one frequency", "6 exposures: 0, 120, 240 deg"});
   EXPECT_NE(run("check rail/campaign.yaml").err.find("warning: diagnose needs four exposures"), std::string::npos);
   expect_error("gallery --camera ./small.yaml -o g.html", {"the gallery needs four exposures", "6 exposures"});
-  expect_error("check 'simulator ! four_phase_decoder ! null' --camera ./small.yaml", {"take phase_decoder for it"});
+  expect_error("check 'simulator ! four_phase_decoder ! null' --camera ./small.yaml", {"use phase_decoder for it"});
 }
 
 }  // namespace

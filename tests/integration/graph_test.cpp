@@ -206,8 +206,9 @@ TEST(Statistics, ThatCannotBeWrittenAreToldBeforeTheFirstFrame) {
   EXPECT_EQ(read_text(folder.path() / "there.json"), "precious");
   const Outcome both = run("'ramp ! collect path=same' --stats same", folder);
   EXPECT_EQ(both.exit_code, 1);
-  EXPECT_NE(both.err.find("error: the statistics of the run are not written: --stats same: error: the file exists"),
-            std::string::npos)
+  EXPECT_NE(
+      both.err.find("error: the statistics of the run could not be written: --stats same: error: the file exists"),
+      std::string::npos)
       << both.err;
 }
 
@@ -223,7 +224,7 @@ TEST(Statistics, DoNotHideTheErrorOfTheRun) {
   EXPECT_EQ(failed.exit_code, 1);
   EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 400: told to fail"), std::string::npos)
       << failed.err;
-  EXPECT_NE(failed.err.find("the statistics of the run are not written: "), std::string::npos) << failed.err;
+  EXPECT_NE(failed.err.find("the statistics of the run could not be written: "), std::string::npos) << failed.err;
   const Outcome interrupted =
       shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats b.txt & " +
                 once_it_writes("b.txt") + "kill -INT $!; wait $!",

@@ -32,7 +32,7 @@ TEST(Outputs, ANameForOneFrameIsNumberedWhereMoreMayCome) {
   const TemporaryFolder folder;
   const Outcome run = shell("\"$TOFGRAPH\" run 'ramp frames=2 ! notes path=b.csv'", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.err.find("path names one file where more than one frame may come"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("path names one file, but there may be more than one frame"), std::string::npos) << run.err;
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "b_000001.csv"));
 }
 
@@ -43,7 +43,7 @@ TEST(Outputs, AreRefusedByCheckAndRunAlikeWhereTheyExist) {
   for (const std::string command : {"check ", "run "}) {
     const Outcome refused = shell("\"$TOFGRAPH\" " + command + line, folder.path());
     EXPECT_EQ(refused.exit_code, 2) << command;
-    EXPECT_NE(refused.err.find("exists already: --force or overwrite: true allows to replace it"), std::string::npos)
+    EXPECT_NE(refused.err.find("exists: --force or overwrite: true allows it to be replaced"), std::string::npos)
         << refused.err;
   }
   EXPECT_EQ(shell("\"$TOFGRAPH\" check --force " + line, folder.path()).exit_code, 0);

@@ -262,7 +262,7 @@ TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
   ASSERT_EQ(clouds.size(), 4U);
   const Outcome shorter = run("ideal_board.yaml --frames 1 --force");
   ASSERT_EQ(shorter.exit_code, 0) << shorter.err;
-  EXPECT_NE(shorter.err.find("older files of this series stay: " + *std::next(clouds.begin()) + " to " +
+  EXPECT_NE(shorter.err.find("older files of this series remain: " + *std::next(clouds.begin()) + " to " +
                              *clouds.rbegin() + " (3 files)\n"),
             std::string::npos)
       << shorter.err;

@@ -36,9 +36,9 @@ INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
                          testing::Values(Case{"no_symbol", "has no symbol 'tofgraph_plugin'"},
                                          Case{"old_version", "was built for plugin API 0.0, this program has 2.0"},
                                          Case{"new_version", "was built for plugin API 2.99, this program has 2.0"},
-                                         Case{"no_descriptor", "gave no descriptor"},
-                                         Case{"joins_streams", "is a filter over any number of streams"},
-                                         Case{"crashes_when_loaded", "crashed while it was loaded (signal 11"},
+                                         Case{"no_descriptor", "returned no descriptor"},
+                                         Case{"joins_streams", "is a filter that takes any number of streams"},
+                                         Case{"crashes_when_loaded", "crashed while it was being loaded (signal 11"},
                                          Case{"ends_the_process", "ended the process that loaded it (exit code 7)"},
                                          Case{"missing_library",
                                               "needs the library 'libtofgraph_absent.so', which is not installed"},
@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
 TEST(BrokenPlugin, ThatThrowsInItsConstructorIsToldWithItsWords) {
   const Outcome run = with_broken("run 'ramp ! throws_in_constructor ! null'");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_NE(run.err.find("the stage cannot be made: the constructor gave up"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("the stage cannot be created: the constructor gave up"), std::string::npos) << run.err;
 }
 
 TEST(BrokenPlugin, ThatThrowsWhileRunningEndsTheRunInOrder) {
@@ -82,7 +82,7 @@ TEST(BrokenPlugin, ThatThrowsWhenItIsStoppedEndsTheRunInOrder) {
 TEST(BrokenPlugin, ThatGivesAnotherShapeIsRefused) {
   const Outcome run = with_broken("run 'ramp ! wrong_shape ! null'");
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find("frame 0: 'depth' is float32 2 x 3, announced was float32 4 x 8, m"), std::string::npos)
+  EXPECT_NE(run.err.find("frame 0: 'depth' is float32 2 x 3, but float32 4 x 8, m was announced"), std::string::npos)
       << run.err;
 }
 
@@ -96,7 +96,7 @@ TEST(BrokenPlugin, DoesNotKeepTheOthersFromBeingListed) {
   const Outcome list = with_broken("list --json");
   EXPECT_EQ(list.exit_code, 0);
   EXPECT_NE(list.out.find("\"make_depth\""), std::string::npos);
-  EXPECT_NE(list.out.find("crashed while it was loaded"), std::string::npos);
+  EXPECT_NE(list.out.find("crashed while it was being loaded"), std::string::npos);
 }
 
 TEST(PluginPath, ThatIsNoFolderIsAMistake) {
@@ -120,9 +120,10 @@ TEST(PluginPath, FilesThatAreNoPluginsAreToldOnceByList) {
   for (const char* what : {" list", " list effects", " list plugins", " list --json"}) {
     const Outcome outcome = shell(program + what, folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << what;
-    EXPECT_EQ(outcome.err, "warning: " + folder.path().string() +
-                               ": left out, as a plugin is called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
-                               "effect): mine.so, notes.txt, tofgraph_filtre_mine.so\n")
+    EXPECT_EQ(outcome.err,
+              "warning: " + folder.path().string() +
+                  ": ignored, because a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
+                  "effect): mine.so, notes.txt, tofgraph_filtre_mine.so\n")
         << what;
   }
   EXPECT_EQ(shell(program + " list --quiet", folder.path()).err, "");

@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(
     Validate, Rule,
     testing::Values(Case{"nan", "'depth' is NaN without the flag 'invalid' at 2 pixels, the first in row 1, column 2"},
                     Case{"flag",
-                         "'depth' is a number in spite of the flag 'invalid' at 1 pixel, the first in row 2, column 5"},
+                         "'depth' is a number despite the flag 'invalid' at 1 pixel, the first in row 2, column 5"},
                     Case{"reads", "the stage changed 'distance', which it only reads"},
                     Case{"before", "the stage wrote before the memory of 'depth'"},
                     Case{"behind", "the stage wrote beyond the end of the memory of 'depth'"}),
@@ -43,7 +43,7 @@ TEST(Validate, AnnouncedMetadataThatIsMissingIsTold) {
   const Outcome outcome = shell(line + "--validate", "/tmp");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_NE(
-      outcome.err.find("frame 0: the source announced the frames' integration time, and this one does not know it"),
+      outcome.err.find("frame 0: the source announced the frames' integration time, but did not set it in this one"),
       std::string::npos)
       << outcome.err;
 }
@@ -63,7 +63,8 @@ TEST(Validate, AnEffectThatIsNotOffIsTold) {
   EXPECT_EQ(with_effect("never_off", "").exit_code, 0) << "without a close look nobody sees it";
   const Outcome outcome = with_effect("never_off", "--validate");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("the effect never_off changes the light though all its sizes are off"), std::string::npos)
+  EXPECT_NE(outcome.err.find("the effect never_off changes the light although all its sizes are off"),
+            std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find("tofgraph_effect_never_off.so"), std::string::npos) << outcome.err;
 }
@@ -71,7 +72,7 @@ TEST(Validate, AnEffectThatIsNotOffIsTold) {
 TEST(Validate, AnEffectThatMakesNaNIsTold) {
   const Outcome outcome = with_effect("gives_nan", "--validate");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("the effect gives_nan makes what is not a number out of finite light"), std::string::npos)
+  EXPECT_NE(outcome.err.find("the effect gives_nan turns finite light into NaN or infinity"), std::string::npos)
       << outcome.err;
 }
 

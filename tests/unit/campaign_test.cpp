@@ -226,7 +226,7 @@ TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
   const std::string said = mistakes(folder.path() / "t.yaml");
   for (const char* line :
        {"csv:2:3: error: the distance 'five' is not a number", "csv:3:28: error: the roi_half_height",
-        "csv:5:1: error: the row has 6 cells, and the first line 7",
+        "csv:5:1: error: the row has 6 cells, but the first line has 7",
         "csv:6:4: error: the distance '-1000' is -1 m: the board would be behind the lens",
         "csv:6:10: error: the integration_time '0' must be positive",
         "csv:6:13: error: the measured_depth_sd '-3.63' must not be negative",

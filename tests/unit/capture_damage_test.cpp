@@ -14,6 +14,7 @@
 #include <random>
 #include <thread>
 
+#include "config/paths.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_map.hpp"
@@ -194,23 +195,39 @@ TEST(Trial, TellsWhatIsWrong) {
 }
 
 TEST(Trial, SurvivesACrash) {
-  EXPECT_EQ(trial_of("kill -KILL $$"), "is damaged: HDF5 crashed when a child process tried to read it");
-  EXPECT_EQ(trial_of("exit 3"), "is damaged: HDF5 crashed when a child process tried to read it");
+  EXPECT_EQ(trial_of("kill -SEGV $$"), "is damaged: HDF5 crashed when a child process tried to read it");
 }
 
-TEST(Trial, EndsALoop) {
-  EXPECT_EQ(trial_of("ulimit -S -t 1; while :; do :; done"),
-            "is damaged: HDF5 found no end when a child process tried to read it");
+/// That the system ends a trial says nothing of the file.
+TEST(Trial, BlamesTheFileForCrashesAlone) {
+  EXPECT_EQ(trial_of("kill -KILL $$"), "cannot be tried: /bin/sh ended with signal 9");
+  EXPECT_EQ(trial_of("printf 'no library' >&2; exit 127"),
+            "cannot be tried: /bin/sh ended with exit code 127: no library");
+  EXPECT_EQ(thrown([] {
+              io::run_trial({config::trial_program().string(), "kind", "file"});
+            }),
+            "cannot be tried: " + config::trial_program().string() + " ended with exit code 2");
 }
 
-TEST(Trial, OnlyTheProcessorsTimeIsLimited) {
-  // Under load a healthy file may take long: that says nothing about it.
-  EXPECT_EQ(trial_of("ulimit -S -t 1; sleep 2"), "");
+TEST(Trial, EndsALoopByTheProcessorsTimeAlone) {
+  const pid_t child = fork();
+  if (child == 0) {
+    io::set_limits({std::size_t{1} << 40U, 1});
+    sleep(2);  // under load a healthy file may take long
+    std::atomic<bool> go_on{true};
+    while (go_on.load()) {
+    }
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) << status;
+  EXPECT_EQ(trial_of("kill -XCPU $$"), "is damaged: HDF5 did not finish when a child process tried to read it");
 }
 
 TEST(Trial, SaysWhichProgramIsMissing) {
   EXPECT_EQ(thrown([] { io::run_trial({"/nowhere/tofgraph-try"}); }),
-            "cannot be tried: /nowhere/tofgraph-try cannot be started: no such file or directory");
+            "cannot be tried: /nowhere/tofgraph-try cannot be started: No such file or directory");
 }
 
 TEST(Trial, ManyAtOnceInAProcessOfManyThreads) {

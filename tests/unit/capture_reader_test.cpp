@@ -128,7 +128,7 @@ TEST_F(ReaderStage, FramesAreCountedFromZeroAndBothEndsBelong) {
     EXPECT_EQ(stage.get<float>("depth"), std::vector<float>{value});
   }
   EXPECT_FALSE(stage.run());
-  expect_words(why("frames=[1,5]"), "the capture has the frames 0 to 4, frame 5 is not there");
+  expect_words(why("frames=[1,5]"), "the capture has the frames 0 to 4; there is no frame 5");
   expect_words(why("frames=[3,1]"), "expected the first and the last frame, e.g. frames: [0, 19]");
   expect_words(why("frames=[1.5,2]"), "expected the first and the last frame");
   expect_words(why("frames=[1]"), "expected the first and the last frame");
@@ -183,9 +183,9 @@ TEST_F(ReaderStage, AProfileOfAnotherSizeIsAMistake) {
       .text("profile", read_text(test::profile_of(small.view)))
       .dataset<float>("depth", {1, 1, 2}, {1, 2})
       .metadata(1);
-  expect_words(why(), "parameter 'file': the capture is 2 x 1 px, the profile in it 'test' is of 3 x 2 px");
+  expect_words(why(), "parameter 'file': the capture is 2 x 1 px, the profile in it 'test' has 3 x 2 px");
   RawCapture(path).head(2, 1, 1, "tofgraph-capture", "camcube2").dataset<float>("depth", {1, 1, 2}, {1, 2}).metadata(1);
-  expect_words(why(), "the capture is 2 x 1 px, the profile of its camera 'camcube2' is of 204 x 204 px");
+  expect_words(why(), "the capture is 2 x 1 px, the profile of its camera 'camcube2' has 204 x 204 px");
 }
 
 TEST_F(ReaderStage, MistakesOfTheProfileInACaptureAreTold) {

@@ -122,13 +122,13 @@ TEST_F(CaptureFile, RefusesFramesThatAreNotAsAnnounced) {
 TEST_F(CaptureFile, DoesNotReplaceARecordingOrWhatIsLeftOfOne) {
   write_text(path, "precious");
   const auto why_not = [&] { return thrown([&] { CaptureWriter writer(path, header_of(3, 2), {range_channel}); }); };
-  expect_words(why_not(), {"a.h5 exists already"});
+  expect_words(why_not(), {"a.h5 already exists"});
   fs::rename(path, path.string() + ".part");
-  expect_words(why_not(), {"a.h5.part exists already"});
+  expect_words(why_not(), {"a.h5.part already exists"});
   expect_words(thrown([&] {
                  CaptureWriter(path, header_of(3, 2), {range_channel}, {0, true});
                }),
-               {"a.h5.part exists already", "read it", "or move it away"});
+               {"a.h5.part already exists", "read it", "or move it away"});
   EXPECT_EQ(read_text(path.string() + ".part"), "precious");
 }
 

@@ -134,7 +134,7 @@ TEST_F(CaptureFile, UnknownDatasetsAreChannelsOrLeftOut) {
 TEST_F(CaptureFile, NoFile) {
   expect_words(why(), {path.string(), "there is no such file"});
   write_text(path.string() + ".part", "");
-  expect_words(why(), {"a.h5.part is: a recording that still runs or was cut off"});
+  expect_words(why(), {"a.h5.part does: a recording that is still running or was cut off"});
   path = folder.path();
   expect_words(why(), {"is not a file"});
 }
@@ -148,7 +148,7 @@ TEST_F(CaptureFile, EmptyOrNotHdf5) {
 
 TEST_F(CaptureFile, AnotherFormatOrVersion) {
   { RawCapture(path).head(3, 2, 1, "something-else"); }
-  expect_words(why(), {"is HDF5, but no capture", "'something-else'", "expected 'tofgraph-capture'"});
+  expect_words(why(), {"is HDF5, but not a capture", "'something-else'", "expected 'tofgraph-capture'"});
   { RawCapture(path).head(3, 2, 2); }
   expect_words(why(), {"is a capture of version 2, this program reads version 1"});
   { RawCapture(path).text("format", "tofgraph-capture"); }

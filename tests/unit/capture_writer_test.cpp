@@ -100,7 +100,7 @@ TEST_F(WriterStage, WritesWhatIsAskedForAndNeverTheRays) {
                "parameter 'channels': 'range' cannot be recorded: what arrives has depth, flags, taps, sigma");
   expect_words(why("channels=[rays]", [](Harness& s) { put(s, 1); }), "'rays' cannot be recorded");
   expect_words(why("channels=[flags]", [](Harness& s) { put(s, 1); }),
-               "a capture holds at least one of taps, phases, distance, range, depth");
+               "a capture needs at least one of taps, phases, distance, range, depth");
 }
 
 TEST_F(WriterStage, ChecksEverythingBeforeTheFirstFrameAndTouchesNothing) {
@@ -109,7 +109,7 @@ TEST_F(WriterStage, ChecksEverythingBeforeTheFirstFrameAndTouchesNothing) {
                      put(s, 1);
                      s.put<float>("amplitude", {3, 3}, std::vector<float>(9));
                    }),
-               "'amplitude' has 3 px where the channels before it have 2");
+               "'amplitude' has 3 px, but the channels before it have 2");
   expect_words(why("",
                    [](Harness& s) {
                      put(s, 1);
@@ -120,7 +120,7 @@ TEST_F(WriterStage, ChecksEverythingBeforeTheFirstFrameAndTouchesNothing) {
                    [](Harness& s) {
                      s.put<float>("points", {1, 5, 3}, std::vector<float>(15));
                    }),
-               "a capture holds at least one of taps, phases, distance, range, depth");
+               "a capture needs at least one of taps, phases, distance, range, depth");
   Harness stage(line());
   put(stage, 1);
   stage.prepare();
@@ -130,7 +130,7 @@ TEST_F(WriterStage, ChecksEverythingBeforeTheFirstFrameAndTouchesNothing) {
 TEST_F(WriterStage, ExistingCapturesAreNotReplacedUnlessAllowed) {
   write_text(path, "precious");
   const auto with_frame = [](Harness& s) { put(s, 1); };
-  const std::string hint = " exists already: --force or overwrite: true allows to replace it";
+  const std::string hint = " already exists: --force or overwrite: true allows it to be replaced";
   expect_words(why("", with_frame), "parameter 'path': " + path.string() + hint);
   fs::rename(path, path.string() + ".part");
   for (const bool forced : {false, true}) {
@@ -138,7 +138,7 @@ TEST_F(WriterStage, ExistingCapturesAreNotReplacedUnlessAllowed) {
       s.overwrite(forced);
       put(s, 1);
     });
-    expect_words(message, "parameter 'path': " + path.string() + ".part exists already");
+    expect_words(message, "parameter 'path': " + path.string() + ".part already exists");
     expect_words(message, "read it (capture_reader file=" + path.string() + ".part), or move it away");
   }
   EXPECT_EQ(read_text(path.string() + ".part"), "precious");
@@ -149,7 +149,7 @@ TEST_F(WriterStage, SaysThatNoFrameArrived) {
   put(stage, 1);
   stage.prepare();
   stage.finish();
-  EXPECT_EQ(stage.messages(), std::vector<std::string>{"no frame arrived: " + path.string() + " is not written"});
+  EXPECT_EQ(stage.messages(), std::vector<std::string>{"no frames arrived: " + path.string() + " is not written"});
   EXPECT_FALSE(fs::exists(path));
 }
 

@@ -57,14 +57,14 @@ TEST(Channels, ARenamedOneKeepsContentMeaningAndItsSigma) {
 }
 
 TEST(Channels, SaysWhatCannotBe) {
-  EXPECT_NE(refusal("").find("nothing is done: give keep, drop or rename"), std::string::npos);
+  EXPECT_NE(refusal("").find("there is nothing to do: give keep, drop or rename"), std::string::npos);
   EXPECT_NE(refusal("drop=[depth]").find("there is no 'depth'; what arrives has distance, sigma, amplitude"),
             std::string::npos);
   EXPECT_NE(refusal("keep=[sigma] drop=[sigma]").find("exclude each other"), std::string::npos);
-  EXPECT_NE(refusal("rename=[distance]").find("'distance' is not an old=new"), std::string::npos);
+  EXPECT_NE(refusal("rename=[distance]").find("'distance' is not of the form old=new"), std::string::npos);
   EXPECT_NE(refusal("rename=[distance=sigma]").find("there is a channel 'sigma' already"), std::string::npos);
-  EXPECT_NE(refusal("drop=[distance] rename=[distance=other]").find("'distance' is taken out"), std::string::npos);
-  EXPECT_NE(refusal("rename=[distance=a@b]").find("a name has no @"), std::string::npos);
+  EXPECT_NE(refusal("drop=[distance] rename=[distance=other]").find("'distance' is removed"), std::string::npos);
+  EXPECT_NE(refusal("rename=[distance=a@b]").find("a name must not contain @"), std::string::npos);
 }
 
 }  // namespace

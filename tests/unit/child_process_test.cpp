@@ -3,6 +3,7 @@
 #include "config/child_process.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <csignal>
@@ -44,8 +45,8 @@ TEST(Child, OneThatReadsNothingEndsNobody) {
 }
 
 TEST(Child, SaysWhyItCannotBeStarted) {
-  EXPECT_EQ(tests::thrown([] { run_child({"/nowhere/at/all"}); }), "no such file or directory");
-  EXPECT_EQ(tests::thrown([] { run_child({"/etc/passwd"}); }), "permission denied");
+  EXPECT_EQ(tests::thrown([] { run_child({"/nowhere/at/all"}); }), "No such file or directory");
+  EXPECT_EQ(tests::thrown([] { run_child({"/etc/passwd"}); }), "Permission denied");
 }
 
 TEST(Child, TellsOfSilence) {
@@ -58,6 +59,37 @@ TEST(Child, TellsOfSilence) {
   shell_says("echo begun; sleep 0.5", {.patience = std::chrono::milliseconds(200), .on_silence = on_silence});
   EXPECT_EQ(heard, "begun\n");
   EXPECT_GE(times, 1);
+}
+
+/// Programs that embed this have their own way with SIGCHLD.
+TEST(Child, EndsWhereSigchldIsBlockedAndLeavesAHandlerAlone) {
+  static std::atomic<int> told{0};
+  struct sigaction own {
+  }, before{}, after{};
+  own.sa_handler = [](int) { ++told; };
+  sigaction(SIGCHLD, &own, &before);
+  EXPECT_EQ(shell_says("exit 3").exit_code, 3);
+  EXPECT_EQ(told, 1);
+  sigset_t child, mask;
+  sigemptyset(&child);
+  sigaddset(&child, SIGCHLD);
+  pthread_sigmask(SIG_BLOCK, &child, &mask);
+  EXPECT_EQ(shell_says("echo heard; exit 4").output, "heard\n");
+  pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+  sigaction(SIGCHLD, nullptr, &after);
+  EXPECT_EQ(after.sa_handler, own.sa_handler);
+  sigaction(SIGCHLD, &before, nullptr);
+}
+
+TEST(Child, WithoutDescriptorsIsAnError) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  rlimit few = before;
+  few.rlim_cur = 4;
+  setrlimit(RLIMIT_NOFILE, &few);
+  const std::string why = tests::thrown([] { shell_says("true"); });
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(why, "Too many open files");
 }
 
 /// A pipe that another child inherits would keep open what was closed here.

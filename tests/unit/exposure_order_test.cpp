@@ -119,11 +119,11 @@ TEST(ExposureOrder, TheOtherDirectionIsTold) {
 }
 
 TEST(ExposureOrder, ExchangedImagesAreTold) {
-  expect_told(steps_of({0, 180, 90, 270}), steps_of({0, 90, 180, 270}), "images or taps were exchanged",
+  expect_told(steps_of({0, 180, 90, 270}), steps_of({0, 90, 180, 270}), "images or taps were swapped",
               "four_phase_decoder");
-  expect_told(steps_of({90, 0, 180, 270}), steps_of({0, 90, 180, 270}), "images or taps were exchanged",
+  expect_told(steps_of({90, 0, 180, 270}), steps_of({0, 90, 180, 270}), "images or taps were swapped",
               "four_phase_decoder");
-  expect_told(steps_of({0, 72, 216, 144, 288}), steps_of({0, 72, 144, 216, 288}), "images or taps were exchanged",
+  expect_told(steps_of({0, 72, 216, 144, 288}), steps_of({0, 72, 144, 216, 288}), "images or taps were swapped",
               "phase_decoder");
 }
 
@@ -138,17 +138,17 @@ const Steps nine = bands({80e6, 16e6, 120e6}, {0, 120, 240});
 TEST(ExposureOrder, ExchangedImagesOfSeveralFrequenciesAreTold) {
   Steps taken = nine;
   std::swap(taken[1], taken[4]);
-  expect_told(taken, nine, "images or taps were exchanged", "phase_decoder");
-  expect_told(bands({16e6, 80e6, 120e6}, {0, 120, 240}), nine, "images or taps were exchanged", "phase_decoder");
+  expect_told(taken, nine, "images or taps were swapped", "phase_decoder");
+  expect_told(bands({16e6, 80e6, 120e6}, {0, 120, 240}), nine, "images or taps were swapped", "phase_decoder");
   Steps by_turns;
   for (const double phase : {0.0, 120.0, 240.0})
     for (const double frequency : {80e6, 16e6, 120e6}) by_turns.push_back({phase * deg, frequency});
-  expect_told(by_turns, nine, "images or taps were exchanged", "phase_decoder");
+  expect_told(by_turns, nine, "images or taps were swapped", "phase_decoder");
 }
 
 TEST(ExposureOrder, SeveralFrequenciesTheOtherWayOrWithExchangedTapsAreTold) {
   expect_told(bands({80e6, 16e6, 120e6}, {0, 240, 120}), nine, "turned the other way", "phase_decoder");
-  expect_told(bands({80e6, 16e6, 120e6}, {180, 300, 60}), nine, "images or taps were exchanged", "phase_decoder");
+  expect_told(bands({80e6, 16e6, 120e6}, {180, 300, 60}), nine, "images or taps were swapped", "phase_decoder");
   const Scene room = [](auto row, auto column) {
     return Pixel{1.2 + 0.9 * static_cast<double>(row) / rows, floor_of(row, column).reflectivity};
   };
@@ -178,8 +178,8 @@ TEST(ExposureOrder, ExchangedTapsAreTold) {
   expect_told(steps_of({180, 270, 0, 90}), steps_of({0, 90, 180, 270}), "brighter than white", "four_phase_decoder");
   expect_told(steps_of({180, 300, 60}), steps_of({0, 120, 240}), "brighter than white", "phase_decoder");
   const Scene even = [](std::size_t row, std::size_t) { return Pixel{1 + 2.5 * static_cast<double>(row) / rows, 0.5}; };
-  expect_told(steps_of({180, 270, 0, 90}), steps_of({0, 90, 180, 270}), "falls too fast", "four_phase_decoder", even,
-              std::nan(""));
+  expect_told(steps_of({180, 270, 0, 90}), steps_of({0, 90, 180, 270}), "decreases too fast", "four_phase_decoder",
+              even, std::nan(""));
 }
 
 TEST(ExposureOrder, AWallThatIsTooBrightIsToldWithoutAnOrder) {
@@ -199,7 +199,7 @@ TEST(ExposureOrder, ExchangedImagesDoNotTurnTheDirection) {
   const Steps six = bands({100e6, 80e6}, {0, 120, 240});
   Steps taken = six;
   std::swap(taken[1], taken[3]);
-  expect_told(taken, six, "images or taps were exchanged", "phase_decoder", ball);
+  expect_told(taken, six, "images or taps were swapped", "phase_decoder", ball);
 }
 
 TEST(ExposureOrder, RightOnesAreLeftInPeace) {

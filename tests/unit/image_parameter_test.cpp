@@ -111,8 +111,8 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
   expect_refusal("{file: " + file("counts.h5") + ", dataset: none}", "no dataset 'none'");
   expect_refusal(file("empty.h5"), "empty.h5");
   expect_refusal(file("broken.npy"), "broken.npy is not a .npy");
-  expect_refusal(file("colours.png"), "has 3 colours, expected one value a pixel");
-  expect_refusal(file("bytes.png"), "has 8 bits a pixel, expected 16");
+  expect_refusal(file("colours.png"), "has 3 colour channels, expected one value per pixel");
+  expect_refusal(file("bytes.png"), "has 8 bits per pixel, expected 16");
   expect_refusal("{file: " + file("bytes.png") + ", dataset: map}", "only .h5 files have");
   expect_refusal(file("map.bmp"), "there is no file");
   expect_refusal("{dataset: map}", "'file'");

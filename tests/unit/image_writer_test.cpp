@@ -120,7 +120,7 @@ TEST_F(ImageStage, WhatDoesNotFitIsTold) {
   put(stage);
   stage.run();
   ASSERT_EQ(stage.messages().size(), 1U) << "once";
-  expect_words(stage.messages()[0], "1 pixels of range are beyond 0 to 65.535 m and were cut: give a greater scale");
+  expect_words(stage.messages()[0], "1 pixels of range are outside 0 to 65.535 m and were clipped: use a larger scale");
 }
 
 TEST_F(ImageStage, ColoursStandForValues) {
@@ -234,16 +234,16 @@ TEST_F(ImageStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("a.png", "minimum=3"), "parameter 'minimum': 'range' is in m: write e.g. minimum: 500 mm");
   expect_words(why("a.png", "channel=amplitude maximum='3 mm'"),
                "'amplitude' is in counts: write e.g. maximum: 100 counts");
-  expect_words(why("a.png", "scale='3 s'"), "'scale' is '3 s': it has none of the units m|counts|1");
+  expect_words(why("a.png", "scale='3 s'"), "'scale' is '3 s': it does not have one of the units m|counts|1");
   expect_words(why("a.png", "minimum='3 m' maximum='2 m'"), "parameter 'minimum': must be less than maximum");
-  expect_words(why("a_{x}.png", ""), "{x} is not known");
+  expect_words(why("a_{x}.png", ""), "{x} is unknown");
   write_text(folder.path() / "b_4.png", "precious");
   const std::string existing = thrown([&] {
     Harness stage("image_writer path='" + (folder.path() / "b_{frame}.png").string() + "'");
     put(stage);
     stage.prepare();
   });
-  expect_words(existing, "b_4.png exists already: --force or overwrite: true allows to replace it");
+  expect_words(existing, "b_4.png already exists: --force or overwrite: true allows it to be replaced");
 }
 
 TEST_F(ImageStage, AFullDiskIsAnErrorAndLeavesNothing) {

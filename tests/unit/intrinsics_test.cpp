@@ -147,7 +147,7 @@ TEST(Intrinsics, CalibrationFileThatIsWrongIsToldWithItsPlace) {
   EXPECT_EQ(has(error_of("camera: test", "camera: o3"), ".yaml:3:9: error: the calibration's camera is"), "");
   EXPECT_EQ(has(error_of("calibration: 1", "calibration: 2"), "newer than this program"), "");
   EXPECT_EQ(has(error_of("[316.75 px, 317 px]", "[12.8 mm, 12.8 mm]"), ".yaml:9:26: error: 'value' holds"), "");
-  EXPECT_EQ(has(error_of("[316.75 px, 317 px]", "[317 px]"), "'value' needs 2 numbers, here are 1"), "");
+  EXPECT_EQ(has(error_of("[316.75 px, 317 px]", "[317 px]"), "'value' needs 2 numbers, but has 1"), "");
   EXPECT_EQ(has(error_of("  distortion:", "  distorsion:"), "has no key 'distorsion'"), "");
   EXPECT_EQ(has(error_of("  distortion:", "  distorsion:"), "'values' has no 'distortion'"), "");
   EXPECT_EQ(has(error_of("serial", "seriel"), ".yaml:4:1: error: the calibration has no key 'seriel'"), "");
@@ -274,7 +274,7 @@ TEST(Intrinsics, RefusesToRectifyWhereThereIsNothingOrTooLate) {
   late.camera(profile);
   late.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1),
                   {.unit = "m", .of = "", .applied = "optimized_bistatic point_cloud", .from = ""});
-  EXPECT_NE(message_of([&] { late.prepare(); }).find("there are points already"), std::string::npos);
+  EXPECT_NE(message_of([&] { late.prepare(); }).find("there already are points"), std::string::npos);
   Harness recorded("intrinsics rectify=true");
   recorded.camera(profile);
   recorded.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));
@@ -284,7 +284,7 @@ TEST(Intrinsics, RefusesToRectifyWhereThereIsNothingOrTooLate) {
   kept.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));
   kept.prepare();
   ASSERT_EQ(kept.messages().size(), 1U);
-  EXPECT_NE(kept.messages()[0].find("keep the lens they were made with"), std::string::npos) << kept.messages()[0];
+  EXPECT_NE(kept.messages()[0].find("keep the lens they were computed with"), std::string::npos) << kept.messages()[0];
   Harness folded("intrinsics rectify=true k1=-3");
   folded.camera(profile);
   folded.put<float>("distance", {204, 204}, std::vector<float>(pixels, 1));

@@ -125,12 +125,12 @@ TEST(OutputPattern, TellsWhetherTwoCanMakeOneName) {
 
 TEST(OutputPattern, RefusesWhatItDoesNotKnow) {
   const auto why = [](const char* pattern) { return thrown([&] { OutputPattern p(pattern); }); };
-  EXPECT_NE(why("a_{time}.pcd").find("{time} is not known"), std::string::npos);
-  EXPECT_NE(why("a_{frame:6}.pcd").find("{frame:6} is not known"), std::string::npos);
-  EXPECT_NE(why("a_{frame:0x}.pcd").find("is not known"), std::string::npos);
-  EXPECT_NE(why("a_{frame.pcd").find("a brace has no partner"), std::string::npos);
-  EXPECT_NE(why("{frame}/a.pcd").find("only be in the file's name"), std::string::npos);
-  EXPECT_NE(why("{frame}_{frame}.pcd").find("only be there once"), std::string::npos);
+  EXPECT_NE(why("a_{time}.pcd").find("{time} is unknown"), std::string::npos);
+  EXPECT_NE(why("a_{frame:6}.pcd").find("{frame:6} is unknown"), std::string::npos);
+  EXPECT_NE(why("a_{frame:0x}.pcd").find("is unknown"), std::string::npos);
+  EXPECT_NE(why("a_{frame.pcd").find("a brace is not closed or not opened"), std::string::npos);
+  EXPECT_NE(why("{frame}/a.pcd").find("only in the file's name"), std::string::npos);
+  EXPECT_NE(why("{frame}_{frame}.pcd").find("only once"), std::string::npos);
   EXPECT_NE(why("out/").find("names a folder"), std::string::npos);
   EXPECT_NE(why("a_{x}").find("example: out/cloud_{frame:06}.pcd"), std::string::npos);
 }
@@ -148,7 +148,7 @@ TEST(OutputPattern, FindsAnyFileThatItCouldMake) {
   EXPECT_EQ(pattern.existing(), folder.path() / "cloud_007.pcd");
   const std::string problem = io::output_problem(pattern, false);
   EXPECT_EQ(problem, (folder.path() / "cloud_007.pcd").string() +
-                         " exists already: --force or overwrite: true allows to replace it");
+                         " already exists: --force or overwrite: true allows it to be replaced");
   EXPECT_EQ(io::output_problem(pattern, true), "");
 }
 

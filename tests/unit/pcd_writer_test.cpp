@@ -220,10 +220,10 @@ TEST_F(PcdStage, ANameWithoutNumberGetsOneWhereMoreThanOneFrameMayCome) {
 }
 
 TEST_F(PcdStage, ChecksItsFilesBeforeTheFirstFrame) {
-  expect_words(why("", "cloud_{number}.pcd"), "{number} is not known: only {frame} and {frame:06} are");
+  expect_words(why("", "cloud_{number}.pcd"), "{number} is unknown: only {frame} and {frame:06} are allowed");
   EXPECT_EQ(why(""), "");
   EXPECT_FALSE(fs::exists(out)) << "a check makes nothing";
-  const std::string hint = " exists already: --force or overwrite: true allows to replace it";
+  const std::string hint = " already exists: --force or overwrite: true allows it to be replaced";
   write_text(out / "cloud_012.pcd", "precious");
   expect_words(why(""), "parameter 'path': " + (out / "cloud_012.pcd").string() + hint);
   EXPECT_EQ(why("overwrite=true"), "");

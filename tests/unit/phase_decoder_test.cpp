@@ -161,7 +161,7 @@ TEST(PhaseDecoder, SaysWhatCannotBeDecoded) {
   expect_words(message_of("phase_decoder", {{0, 0}, {pi, 0}}, 2), "2 exposures, expected 3 to 32");
   expect_words(message_of("phase_decoder", {{0, 0}, {pi, 0}, {0, 0}}, 3),
                "the steps 0, 180, 0 deg are only 2 different");
-  expect_words(message_of("phase_decoder", {{0, 0}, {0.001, 0}, {0.002, 0}}, 3), "leave the phase undetermined");
+  expect_words(message_of("phase_decoder", {{0, 0}, {0.001, 0}, {0.002, 0}}, 3), "the phase is undetermined");
   expect_words(message_of("phase_decoder", {{0, 20e6}, {2, 20e6}, {4, 0}}, 3),
                "exposure 2 has a frequency of 0 Hz or none");
   expect_words(message_of("phase_decoder", three_at({20e6, 31.7e6 + 1234}), 6),
@@ -174,7 +174,7 @@ TEST(PhaseDecoder, SaysWhatCannotBeDecoded) {
     expect_words(message_of(std::string("phase_decoder ") + parameter, three_at({20e6}), 3),
                  "is for several modulation frequencies");
   expect_words(message_of("phase_decoder", three_at({20e6}, 4), 3), "3 images");
-  expect_words(message_of("four_phase_decoder", three_at({20e6}), 3), "take phase_decoder for it");
+  expect_words(message_of("four_phase_decoder", three_at({20e6}), 3), "use phase_decoder for it");
 }
 
 }  // namespace

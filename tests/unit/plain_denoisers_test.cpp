@@ -167,7 +167,7 @@ TEST(TemporalKalman, SaysThatItNeedsTheNoise) {
     kalman("temporal_kalman", {1.0F}, nullptr);
     FAIL();
   } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find("write it, e.g. measurement_noise: 5 mm"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("give it, e.g. measurement_noise: 5 mm"), std::string::npos);
   }
 }
 

@@ -57,15 +57,15 @@ TEST(Quantity, SaysWhatIsWrong) {
   const Wrong cases[] = {{"50", "m", "has no unit: a value in m is expected"},
                          {"50 ms", "m", "has the wrong dimension: a value in m is expected"},
                          {"50 mm", "", "has a unit: a pure number is expected"},
-                         {"50 mn", "m", "has the unit 'mn', which is not known"},
+                         {"50 mn", "m", "has the unknown unit 'mn'"},
                          {"mm", "m", "is not a number"},
                          {"", "m", "is not a number"},
                          {"inf mm", "m", "must be finite"},
                          {"nan", "", "must be finite"},
-                         {"1e999 m", "m", "is out of the range of numbers"},
+                         {"1e999 m", "m", "is too large or too small for a number"},
                          {"5 mm/", "m", "has a unit that ends in the middle"},
                          {"5 m^x", "m", "has 'm^x', which is not a power of a unit"},
-                         {"5 mm 3", "m", "has the unit '3', which is not known"}};
+                         {"5 mm 3", "m", "has the unknown unit '3'"}};
   for (const Wrong& c : cases) EXPECT_EQ(config::parse_quantity(c.text, c.unit).problem, c.problem) << c.text;
 }
 

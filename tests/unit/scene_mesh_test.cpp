@@ -194,10 +194,10 @@ std::string ply_header(const std::string& vertices, const std::string& faces) {
 
 TEST(MeshFile, NonsenseIsRefusedWithItsReason) {
   EXPECT_EQ(refusal("a.ply", ply_header("3", "100000000")),
-            "a.ply: it has 100000000 faces, and at most 10000000 are read: simplify the mesh");
+            "a.ply: it has 100000000 faces, but at most 10000000 are read: simplify the mesh");
   EXPECT_THAT(refusal("a.ply", ply_header("3", "-5")), testing::HasSubstr("no count in 'element face -5'"));
   EXPECT_EQ(refusal("a.ply", ply_header("5000000", "1")),
-            "a.ply: it ends too early: its header announces at least 60000013 bytes of data, and there are 0");
+            "a.ply: it ends too early: its header announces at least 60000013 bytes of data, but there are only 0");
   EXPECT_THAT(refusal("a.ply", "no mesh at all\n"), testing::StartsWith("a.ply: it cannot be read as a mesh: "));
   EXPECT_THAT(refusal("a.ply", ""), testing::StartsWith("a.ply: it cannot be read as a mesh: "));
   EXPECT_THAT(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), testing::StartsWith("a.obj: it "));

@@ -298,7 +298,7 @@ TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("statistics path=a.txt"), "says nothing about the format: end it in .csv or .json");
   expect_words(why("statistics channel=range"), "needs range; what arrives has depth");
   write_text(path, "precious");
-  expect_words(why(line()), path.string() + " exists already: --force or overwrite: true allows to replace it");
+  expect_words(why(line()), path.string() + " already exists: --force or overwrite: true allows it to be replaced");
 }
 
 TEST_F(StatisticsStage, AFullDiskIsAnErrorAtTheEnd) {

@@ -124,7 +124,7 @@ TEST(WindowFilterProperties, SayWhatIsWrong) {
   expect("yaroslavsky strength='20 mm' window=21", "is 21 pixels, the image has only 20 x 30");
   expect("bilateral strength='0 mm'", "at least 1 um, e.g. 20 mm");
   expect("bilateral strength='-3 mm'", "at least 1 um, e.g. 20 mm");
-  expect("bilateral", "auto needs the channel sigma, which is not there");
+  expect("bilateral", "auto needs the channel sigma, which is missing");
   expect("bilateral strength='20 mm' sigma_adaptive=true", "needs the channel sigma");
   expect("non_local_means strength='20 mm' search=5 patch=7", "is 7 pixels, greater than search, which is 5");
   expect("non_local_means strength='20 mm' search=4", "must be odd");

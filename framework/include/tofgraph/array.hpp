@@ -75,7 +75,7 @@ template <class T> class Array {
 
   /// @throws std::runtime_error when the view has no data, elements of another type, or gaps
   explicit Array(const tofgraph_view& view) : view_(view) {
-    if (view.data == nullptr) refuse(" is not there");
+    if (view.data == nullptr) refuse(" is missing");
     if (view.type != element_type<T>()) refuse(std::string(" is not ") + element_name(element_type<T>()));
     auto stride = static_cast<std::int64_t>(sizeof(T));
     for (std::uint32_t i = view.rank; i-- > 0;) {

@@ -21,17 +21,18 @@ struct ChannelInfo {
 
 inline constexpr ChannelInfo known_channels[] = {
     {"taps", "P 2 H W", TOFGRAPH_TYPE_U16, "counts", "A and B tap of the exposures"},
-    {"phases", "P H W", TOFGRAPH_TYPE_ANY, "counts", "c_k = A_k - B_k = amplitude cos(Psi + theta_k), one an exposure"},
+    {"phases", "P H W", TOFGRAPH_TYPE_ANY, "counts",
+     "c_k = A_k - B_k = amplitude cos(Psi + theta_k), one per exposure"},
     {"distance", "H W", TOFGRAPH_TYPE_F32, "m", "half of the travelled path"},
     {"range", "H W", TOFGRAPH_TYPE_F32, "m", "straight distance from the optical centre"},
     {"depth", "H W", TOFGRAPH_TYPE_F32, "m", "along z from the sensor plane"},
     {"amplitude", "H W", TOFGRAPH_TYPE_F32, "counts", "A of c_k = A cos"},
     {"intensity", "H W", TOFGRAPH_TYPE_F32, "counts", "mean of the tap samples"},
     {"sigma", "H W", TOFGRAPH_TYPE_F32, "m", "standard deviation of a length"},
-    {"flags", "H W", TOFGRAPH_TYPE_U16, "", "why a pixel is not good, as bits"},
+    {"flags", "H W", TOFGRAPH_TYPE_U16, "", "what is wrong with a pixel, as bits"},
     {"points", "H W 3", TOFGRAPH_TYPE_F32, "m", "optical frame: x right, y down, z forward"},
-    {"true_depth", "H W", TOFGRAPH_TYPE_F32, "m", "of a simulation: the depth without any error"},
-    {"reflectivity", "H W", TOFGRAPH_TYPE_F32, "", "of a simulation: the surface's, 0 .. 1"},
+    {"true_depth", "H W", TOFGRAPH_TYPE_F32, "m", "in simulations: the depth without any error"},
+    {"reflectivity", "H W", TOFGRAPH_TYPE_F32, "", "in simulations: that of the surface, 0 .. 1"},
     {"rays", "H W 3", TOFGRAPH_TYPE_F32, "", "unit vector of each pixel in the optical frame"},
 };
 

@@ -119,7 +119,7 @@ struct SamplesLevel : LightState {
   /// The boards farther away (m) in exposure k: its phase and light follow.
   void displace(std::uint32_t k, double displacement) const {
     if (state.displace(&state, k, displacement) != TOFGRAPH_STATUS_OK)
-      throw std::runtime_error("the boards cannot be moved so");
+      throw std::runtime_error("the boards cannot be moved like this");
   }
 };
 

@@ -112,13 +112,14 @@ inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviat
 ///     };
 struct LengthFilter : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
-  InOut<float> sigma{this, "sigma", {.optional = true, .text = "of what is filtered; becomes that of the result"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "made, or combined with those that arrive"}};
+  InOut<float> sigma{
+      this, "sigma", {.optional = true, .text = "standard deviation of the input; becomes that of the result"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "what is filtered; auto: the first of them that is there"}};
+                         .text = "what is filtered; auto: the first of these that exists"}};
 
  protected:
   /// What a frame brings. sigma has no data where there is none.

@@ -96,7 +96,7 @@ std::vector<double> numbers_attribute(hid_t object, const char* name, std::size_
   const Handle space(check(H5Aget_space(attribute), fmt::format("attribute {}", name)), H5Sclose);
   const Handle type(check(H5Aget_type(attribute), fmt::format("attribute {}", name)), H5Tclose);
   if (H5Tget_class(type) != H5T_FLOAT && H5Tget_class(type) != H5T_INTEGER)
-    throw std::runtime_error(fmt::format("attribute {} holds no numbers", name));
+    throw std::runtime_error(fmt::format("attribute {} does not contain numbers", name));
   std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
   check(H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()), fmt::format("attribute {} cannot be read", name));
   return values;
@@ -106,7 +106,7 @@ void write_numbers(hid_t object, const char* name, const std::vector<double>& va
   const hsize_t size = values.size();
   const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
   const Handle attribute(check(H5Acreate2(object, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
-                               fmt::format("attribute {} cannot be made", name)),
+                               fmt::format("attribute {} cannot be created", name)),
                          H5Aclose);
   check(H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data()), fmt::format("attribute {} cannot be written", name));
 }
@@ -178,7 +178,7 @@ void Dataset::fail(const std::string& why) const { throw std::runtime_error(fmt:
 
 void Dataset::check_storage() {
   const Handle creation(check(H5Dget_create_plist(dataset_), "/frames/" + name_), H5Pclose);
-  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail("is kept in another file");
+  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail("is stored in another file");
   const std::uint64_t frame = product(product(size_, 1), H5Tget_size(type_));
   if (frame > max_frame) fail(fmt::format("is {}: such frames are not read", described()));
   if (H5Pget_layout(creation) != H5D_CHUNKED) return;
@@ -186,7 +186,7 @@ void Dataset::check_storage() {
   check(H5Pget_chunk(creation, static_cast<int>(chunk_.size()), chunk_.data()), "/frames/" + name_);
   const std::uint64_t bytes = product(product(chunk_, 0), H5Tget_size(type_));
   if (bytes == 0 || bytes > std::max<std::uint64_t>(max_chunk, frame)) {
-    fail(fmt::format("is stored in chunks of {}, {} bytes each, expected one chunk a frame: h5repack can change that",
+    fail(fmt::format("is stored in chunks of {}, {} bytes each, expected one chunk per frame: h5repack can change that",
                      fmt::join(chunk_, " x "), bytes));
   }
 }

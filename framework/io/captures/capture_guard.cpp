@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <fstream>
 #include <stdexcept>
@@ -48,8 +49,13 @@ void run_trial(std::vector<std::string> command) {
   }
   if (!result.output.empty()) throw std::runtime_error(result.output);
   if (result.ok()) return;
-  throw std::runtime_error(fmt::format("is damaged: HDF5 {} when a child process tried to read it",
-                                       result.signal == SIGXCPU ? "found no end" : "crashed"));
+  constexpr std::array crashes = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL};
+  if (result.signal == SIGXCPU || std::ranges::find(crashes, result.signal) != crashes.end())
+    throw std::runtime_error(fmt::format("is damaged: HDF5 {} when a child process tried to read it",
+                                         result.signal == SIGXCPU ? "did not finish" : "crashed"));
+  throw std::runtime_error(fmt::format(
+      "cannot be tried: {} ended with {} {}{}{}", program, result.signal != 0 ? "signal" : "exit code",
+      result.signal != 0 ? result.signal : result.exit_code, result.errors.empty() ? "" : ": ", result.errors));
 }
 
 }  // namespace tofgraph::io

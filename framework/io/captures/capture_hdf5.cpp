@@ -29,7 +29,7 @@ std::string last_error() {
   std::string text;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &text);
   H5Eclear2(H5E_DEFAULT);
-  return text.empty() ? "HDF5 does not say why" : text;
+  return text.empty() ? "HDF5 gives no reason" : text;
 }
 
 hid_t memory_type(std::uint32_t element_type) {

@@ -48,7 +48,7 @@ ImageData load(const std::string& file, const std::string& wanted) {
   hsize_t extent[2] = {0, 0};
   const int rank = H5Sget_simple_extent_ndims(space);
   if (rank != 2)
-    throw std::runtime_error(fmt::format("{}: '{}' is of {} dimensions, expected rows x columns", file, dataset, rank));
+    throw std::runtime_error(fmt::format("{}: '{}' has {} dimensions, expected rows x columns", file, dataset, rank));
   H5Sget_simple_extent_dims(space, extent, nullptr);
   ImageData image;
   image.rows = extent[0];

@@ -145,7 +145,7 @@ void CaptureReader::Impl::check_file() const {
   if (!fs::exists(file, error)) {
     if (fs::exists(file.string() + ".part", error))
       throw std::runtime_error(
-          fmt::format("is not there, but {}.part is: a recording that still runs or was cut off; "
+          fmt::format("does not exist, but {}.part does: a recording that is still running or was cut off; "
                       "it can be read under that name",
                       file.filename().string()));
     throw std::runtime_error("there is no such file");
@@ -182,7 +182,7 @@ std::int64_t CaptureReader::Impl::side(const char* name) const {
 
 void CaptureReader::Impl::read_header() {
   if (h5::text_attribute(h5, "format") != layout::format) {
-    throw std::runtime_error(fmt::format("is HDF5, but no capture: its attribute format is '{}', expected '{}'",
+    throw std::runtime_error(fmt::format("is HDF5, but not a capture: its attribute format is '{}', expected '{}'",
                                          h5::text_attribute(h5, "format"), layout::format));
   }
   const std::int64_t version = h5::integer_attribute(h5, "version");
@@ -206,8 +206,8 @@ void CaptureReader::Impl::read_exposures() {
   const std::vector<double> frequencies = h5::numbers_attribute(h5, layout::frequency, physics::max_exposures);
   if (phases.empty() && frequencies.empty()) return;
   if (phases.empty() || (!frequencies.empty() && frequencies.size() != phases.size())) {
-    throw std::runtime_error(fmt::format("attribute {} has {} values, {} has {}: as many are expected", layout::phase,
-                                         phases.size(), layout::frequency, frequencies.size()));
+    throw std::runtime_error(fmt::format("attribute {} has {} values, but {} has {}: expected the same number",
+                                         layout::phase, phases.size(), layout::frequency, frequencies.size()));
   }
   for (std::size_t k = 0; k < phases.size(); ++k)
     header.exposures.push_back({phases[k], frequencies.empty() ? 0 : frequencies[k]});

@@ -86,7 +86,7 @@ struct Series {
     // A chunk that is a whole frame goes straight to the file.
     if (chunk_frames == 1) check(H5Pset_chunk_cache(access, 0, 0, H5D_CHUNK_CACHE_W0_DEFAULT), "the chunk cache");
     dataset = Handle(check(H5Dcreate2(group, name.c_str(), stored_as, space, H5P_DEFAULT, creation, access),
-                           name + " cannot be made"),
+                           name + " cannot be created"),
                      H5Dclose);
     std::vector<hsize_t> one = size;
     one[0] = 1;
@@ -133,7 +133,8 @@ std::string CaptureWriter::problem(const fs::path& file, bool overwrite) {
   std::error_code error;
   if (!why_not.empty() || !fs::exists(fs::symlink_status(part, error))) return why_not;
   return fmt::format(
-      "{} exists already: a recording that still runs, or what one that was cut off had taken; it is never replaced: "
+      "{} already exists: a recording that is still running, or the frames of one that was cut off; it is never "
+      "replaced: "
       "read it (capture_reader file={}), or move it away",
       part.string(), part.string());
 }
@@ -150,7 +151,7 @@ CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::ve
     throw std::runtime_error(why_not);
   std::error_code error;
   if (self.file.has_parent_path()) fs::create_directories(self.file.parent_path(), error);
-  if (error) self.fail("the folder cannot be made: " + error.message());
+  if (error) self.fail("the folder cannot be created: " + error.message());
   const h5::Lock lock;
   try {
     self.create(header);
@@ -192,7 +193,7 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
     write_numbers(h5, layout::frequency, frequencies);
   }
   const Handle group(
-      check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "the group frames cannot be made"),
+      check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "the group frames cannot be created"),
       H5Gclose);
   for (const CaptureChannel& channel : channels) {
     Series& made = series.emplace_back(group, channel.name, file_type(channel.type), h5::memory_type(channel.type),
@@ -231,7 +232,7 @@ void CaptureWriter::Impl::append_metadata(const tofgraph_metadata& values) {
 
 void CaptureWriter::append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views) {
   Impl& self = *impl_;
-  if (views.size() != self.channels.size()) self.fail("as many views as channels are expected");
+  if (views.size() != self.channels.size()) self.fail("expected as many views as channels");
   for (std::size_t i = 0; i < views.size(); ++i) self.check_view(views[i], self.channels[i]);
   const h5::Lock lock;
   try {
@@ -255,7 +256,7 @@ void CaptureWriter::Impl::close() {
 
 void CaptureWriter::finish() {
   Impl& self = *impl_;
-  if (self.broken) self.fail("was not written whole");
+  if (self.broken) self.fail("was not written completely");
   {
     const h5::Lock lock;
     self.series.clear();

@@ -22,9 +22,10 @@ ImageData from_picture(const std::string& file) {
   const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
   if (picture.empty()) throw std::runtime_error(file + " cannot be read as a picture");
   if (picture.channels() != 1)
-    throw std::runtime_error(fmt::format("{} has {} colours, expected one value a pixel", file, picture.channels()));
+    throw std::runtime_error(
+        fmt::format("{} has {} colour channels, expected one value per pixel", file, picture.channels()));
   if (picture.depth() == CV_8U)
-    throw std::runtime_error(file + " has 8 bits a pixel, expected 16 (PNG) or floating point (TIFF)");
+    throw std::runtime_error(file + " has 8 bits per pixel, expected 16 (PNG) or floating point (TIFF)");
   cv::Mat values;
   picture.convertTo(values, CV_64F);
   return {{values.begin<double>(), values.end<double>()},

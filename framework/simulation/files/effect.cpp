@@ -56,7 +56,7 @@ void Effect::apply(tofgraph_light_state& state) const {
   const graph::RunningCall call(instance_, "apply");
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
   const graph::Failure told = std::exchange(failure, {});
-  throw EffectError(name(), told.parameter, told.text.empty() ? "failed and did not say why" : told.told(descriptor()));
+  throw EffectError(name(), told.parameter, told.text.empty() ? "failed without saying why" : told.told(descriptor()));
 }
 
 }  // namespace tofgraph::simulation

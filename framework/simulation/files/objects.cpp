@@ -21,16 +21,17 @@ Problem behind(double end, Vector3 lens, std::string key, std::string hint) {
           std::move(key), std::move(hint)};
 }
 
-Problem around() { return {"has the camera inside", "position", "example: position: [0 mm, 0 mm, 2 m]"}; }
+Problem around() { return {"contains the camera", "position", "example: position: [0 mm, 0 mm, 2 m]"}; }
 
 Problem problem_of(const Target& target, Vector3 lens) {
   if (!(target.distance > lens.z)) return behind(target.distance, lens, "distance", "example: distance: 500 mm");
   const Pose pose = target.pose();
   if (dot(pose.rotation.z, pose.position - lens) > 0) return {};
   const std::string key = std::abs(target.tilt_x) > std::abs(target.tilt_y) ? "tilt_x" : "tilt_y";
-  return {fmt::format("shows the camera its edge or its back: its tilts are {:.4g} deg about x and {:.4g} deg about y",
-                      target.tilt_x * 180 / M_PI, target.tilt_y * 180 / M_PI),
-          key, fmt::format("example: {}: 30 deg", key)};
+  return {
+      fmt::format("turns its edge or its back to the camera: its tilts are {:.4g} deg about x and {:.4g} deg about y",
+                  target.tilt_x * 180 / M_PI, target.tilt_y * 180 / M_PI),
+      key, fmt::format("example: {}: 30 deg", key)};
 }
 
 /// Half the extent of a box along z of the sensor frame.
