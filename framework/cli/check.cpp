@@ -18,7 +18,7 @@ namespace tofgraph::cli {
 namespace {
 
 /// What a simulation or a search will say of a camera; pipelines need none of it.
-void warn_of_camera(const io::Camera& camera, const char* who, std::vector<simulation::Need> missing,
+void warn_of_camera(const io::Camera& camera, const char* who, const std::vector<simulation::Need>& missing,
                     const config::Position& at, config::Diagnostics& diagnostics) {
   if (missing.empty()) return;
   diagnostics.warning(at,

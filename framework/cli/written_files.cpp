@@ -55,7 +55,7 @@ std::string WrittenFiles::older(const io::OutputPattern& pattern) const {
   }
   if (older.empty()) return {};
   const std::string last = older.size() == 1 ? "" : fmt::format(" to {} ({} files)", older.back(), older.size());
-  return fmt::format("older files of this series stay: {}{}", older.front(), last);
+  return fmt::format("older files of this series remain: {}{}", older.front(), last);
 }
 
 }  // namespace tofgraph::cli

@@ -75,7 +75,7 @@ Names KnownStages::added_by(const std::string& stage) const {
 }
 
 /// "'decode' (four_phase_decoder)" where the pipeline has such a node, else all the stages that would do.
-std::string KnownStages::named(Names stages) const {
+std::string KnownStages::named(const Names& stages) const {
   Names nodes;
   for (const NodeSpec& node : nodes_) {
     if (has(stages, node.stage)) nodes.push_back(fmt::format("'{}' ({})", node.name, node.stage));

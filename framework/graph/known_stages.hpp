@@ -36,7 +36,7 @@ class KnownStages {
   using Names = std::vector<std::string>;
 
   const std::vector<Step>& steps() const;
-  std::string named(Names stages) const;
+  std::string named(const Names& stages) const;
   Names missing_for(const Names& stages, const Names& have) const;
   Names makers_of(const Names& channels, const Names& have, const std::string& except) const;
 
