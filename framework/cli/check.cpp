@@ -116,7 +116,7 @@ void add_check(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   CLI::App* command = app.add_subcommand(
       "check", "Report every error in a pipeline, profile, scene, model or campaign, without running it");
-  command->footer("Example: tofgraph check pipelines/quickstart.yaml --set save.encoding=ascii");
+  command->footer("Example: tofgraph check pipelines/quickstart.yaml --set clouds.encoding=ascii --force");
   arguments->add_to(*command);
   auto force = std::make_shared<bool>(false);
   command->add_flag("--force", *force, "Existing outputs may be replaced");
