@@ -5,6 +5,7 @@
 #include "cli/written_files.hpp"
 
 #include "config/quantity.hpp"
+#include "graph/outputs.hpp"
 #include "graph/runner.hpp"
 #include "graph/running_call.hpp"
 #include "graph/validation.hpp"
@@ -128,6 +129,8 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
     for (const io::OutputPattern& pattern : node->outputs()) {
       if (pattern.text().empty()) continue;
       say(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(pattern.text()).string()));
+    }
+    for (const io::OutputPattern& pattern : graph::output_files(*node)) {
       if (const std::string older = files.older(pattern); !older.empty())
         say(fmt::format("  {}: {}", node->name, older));
     }

@@ -18,10 +18,8 @@ WrittenFiles::WrittenFiles(const graph::Graph& graph) {
   }
 }
 
-bool WrittenFiles::is_new(const fs::path& written) const {
+bool WrittenFiles::is_new(const fs::path& file) const {
   std::error_code error;
-  const fs::path folder = fs::weakly_canonical(written.parent_path(), error);  // whatever links lead to it
-  const fs::path file = error ? written : folder / written.filename();
   const auto there = before_.find(file);
   return there == before_.end() || there->second != fs::last_write_time(file, error);
 }

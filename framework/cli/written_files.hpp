@@ -22,10 +22,11 @@ class WrittenFiles {
   /// `wrote 9 files: out/a.pcd ... out/c.png`; empty: none.
   std::string summary(const graph::Graph& graph) const;
   /// What a former run left of a series and this one did not replace, in one line; empty: nothing.
+  /// @param pattern one of graph::output_files(), whose folders have their one name
   std::string older(const io::OutputPattern& pattern) const;
 
  private:
-  bool is_new(const std::filesystem::path& written) const;
+  bool is_new(const std::filesystem::path& file) const;
 
   std::map<std::filesystem::path, std::filesystem::file_time_type> before_;
 };

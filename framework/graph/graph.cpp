@@ -243,8 +243,7 @@ nlohmann::json Graph::provenance(std::size_t node) const {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
     for (const UsedFile& file : step.files()) {
-      const std::string& hash =
-          file.hash->get([this] { return host_.stopping.load() || host_.hashing_stopped.load(); });
+      const std::string& hash = file.hash->get([this] { return !host_.wants_hashes(); });
       if (hash.empty() && host_.message)
         host_.message(
             step.name,

@@ -14,9 +14,7 @@ class Hashing {
  public:
   explicit Hashing(Graph& graph)
       : graph_(graph), thread_([&graph](const std::stop_token& over) {
-          const auto stopped = [&] {
-            return over.stop_requested() || graph.host().stopping.load() || graph.host().hashing_stopped.load();
-          };
+          const auto stopped = [&] { return over.stop_requested() || !graph.host().wants_hashes(); };
           for (const auto& node : graph.nodes()) {
             for (const UsedFile& file : node->files()) file.hash->get(stopped);
           }

@@ -29,6 +29,7 @@ struct Host {
   bool overwrite = false;
   std::atomic<bool> stopping{false};
   std::atomic<bool> hashing_stopped{false};  ///< the run failed: nobody waits for the hashes of long inputs
+  bool wants_hashes() const { return !stopping.load() && !hashing_stopped.load(); }
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
   std::string version;
   std::string plugin_path;                      ///< folders with colons between

@@ -160,6 +160,23 @@ TEST(Files, InputsAreNeverReplaced) {
   EXPECT_EQ(read_text(folder.path() / "s.yaml"), scene);
 }
 
+TEST(Files, OfAFormerRunAreToldBehindALink) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "real");
+  std::filesystem::create_directory_symlink("real", folder.path() / "link");
+  const std::string line =
+      "\"$TOFGRAPH\" run \"simulator distance='1 m' frames=FRAMES ! four_phase_decoder ! image_writer channel=distance "
+      "path='link/a_{frame}.png'\" --camera camcube2 --force";
+  const auto run = [&](const std::string& frames) {
+    std::string words = line;
+    words.replace(words.find("FRAMES"), 6, frames);
+    return shell(words, folder.path());
+  };
+  ASSERT_EQ(run("3").exit_code, 0) << run("3").err;
+  const Outcome shorter = run("2");
+  EXPECT_NE(shorter.err.find("older files of this series remain: a_2.png"), std::string::npos) << shorter.err;
+}
+
 TEST(Files, SimulateSaysWhatItWrote) {
   const TemporaryFolder folder;
   write_text(folder.path() / "s.yaml",
