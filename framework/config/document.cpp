@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -191,6 +192,21 @@ std::string yaml_text(const Value& value) {
       return fmt::format("{{{}}}", fmt::join(parts, ", "));
   }
   return {};
+}
+
+Value with_absolute_paths(Value value) {
+  for (Value& item : value.items) item = with_absolute_paths(std::move(item));
+  for (Entry& entry : value.entries) {
+    const std::string& text = entry.value.text;
+    const bool camera = entry.key == "camera" && (text.find('/') != std::string::npos || text.ends_with(".yaml"));
+    constexpr std::array<std::string_view, 5> files = {"file", "image", "model", "table", "map"};
+    const bool file = std::ranges::find(files, entry.key) != files.end();
+    if (entry.value.kind == Value::Kind::scalar && (camera || file))
+      entry.value.text = std::filesystem::absolute(path_at(text, entry.value.at)).string();
+    else
+      entry.value = with_absolute_paths(std::move(entry.value));
+  }
+  return value;
 }
 
 std::filesystem::path path_at(const std::string& text, const Position& at) {

@@ -56,6 +56,9 @@ Value without_quotes(const Value& value);
 std::string yaml_word(const std::string& text);
 /// A value in one line, such that it is read back the same.
 std::string yaml_text(const Value& value);
+/// The same value with absolute paths under the keys that name files: file, image, model, table, map, and camera where
+/// it is a path.
+Value with_absolute_paths(Value value);
 /// How a key gets a value at a place, for hints: `key: value` in a file, `key='a value'` in the one-line form.
 std::string assignment(const Position& at, std::string_view key, std::string_view value);
 /// A path written at a place: relative ones are relative to the file that contains them.

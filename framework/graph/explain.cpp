@@ -81,6 +81,7 @@ std::string explain(const Graph& graph) {
                         sources.empty() ? "" : fmt::format(" of {}", fmt::join(sources, ", ")), node.stage().summary);
     if (const std::string parameters = parameters_text(node); !parameters.empty())
       text += fmt::format("    with {}\n", parameters);
+    for (const std::string& note : node.notes()) text += fmt::format("    {}\n", note);
     for (const UsedFile& file : node.files())
       text += fmt::format("    uses {} ({})\n", file.path, "SHA-256 " + file.hash->get());
     if (node.is_sink()) continue;

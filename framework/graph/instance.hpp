@@ -93,6 +93,8 @@ class Instance {
   void add_file(const std::string& path);
   /// Warnings of create and prepare, which have a place in what the user wrote.
   const std::vector<std::string>& warnings() const { return warnings_; }
+  /// What it told of itself meanwhile, for `explain`.
+  const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   friend struct HostCalls;
@@ -108,7 +110,7 @@ class Instance {
   bool overwrite_ = false;
   std::size_t index_ = 0;
   Leaving* leaving_ = nullptr;  ///< during prepare of a stage
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, notes_;
   std::vector<UsedFile> files_;
   std::vector<io::OutputPattern> outputs_;
   std::mutex claims_mutex_;

@@ -58,6 +58,8 @@ struct HostCalls {
       const bool warning = level == TOFGRAPH_MESSAGE_WARNING;
       if (self.starting_ && warning)
         self.warnings_.emplace_back(needed(text, "the text of a message"));
+      else if (self.starting_)
+        self.notes_.emplace_back(needed(text, "the text of a message"));
       else if (self.host_.message)
         self.host_.message(self.name_, needed(text, "the text of a message"), warning);
     });

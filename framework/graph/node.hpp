@@ -43,6 +43,7 @@ class Node {
   const ParameterValues& values() const { return values_; }
   const Stream& output() const { return leaving_.stream; }
   const std::vector<UsedFile>& files() const { return instance_.files(); }
+  const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< of the stage, for `explain`
   /// The files of each parameter that names some, at its place; without text: none.
   const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
   bool may_overwrite() const { return overwrite_; }

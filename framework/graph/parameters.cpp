@@ -157,6 +157,12 @@ bool ParameterValues::parse_number(const tofgraph_parameter& p, const config::Va
 void ParameterValues::parse(const tofgraph_parameter& p, const config::Value& value, tofgraph_value& out,
                             config::Diagnostics& diagnostics) {
   if (p.kind == TOFGRAPH_KIND_IMAGE) return parse_image(p, value, out, diagnostics);
+  if (value.is_map() && (p.flags & TOFGRAPH_PARAMETER_IN_PLACE) != 0) {
+    const config::Value absolute = config::with_absolute_paths(value);
+    out.text = keep(config::yaml_text(absolute));
+    shown_[p.name] = out.text;
+    return;
+  }
   if (value.kind == config::Value::Kind::null && out.given != 0) {
     diagnostics.error(value.at, fmt::format("'{}' has no value", p.name), example(p, value.at));
     return;

@@ -161,7 +161,7 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
     wrong("chooses among the channels of a port, so it must be a choice");
   if (p.kind < TOFGRAPH_KIND_BOOL || p.kind > TOFGRAPH_KIND_IMAGE)
     wrong(fmt::format("has the invalid kind {}", p.kind));
-  constexpr std::uint32_t known = TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE;
+  constexpr std::uint32_t known = TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE | TOFGRAPH_PARAMETER_IN_PLACE;
   if ((p.flags & ~known) != 0) wrong(fmt::format("has the flags {}, some of which are unknown", p.flags));
   if ((p.flags & TOFGRAPH_PARAMETER_LIVE) != 0 && plugin.change == nullptr) wrong("may change, but change() is null");
   if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0 && p.default_value != nullptr)

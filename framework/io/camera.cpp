@@ -10,11 +10,15 @@
 namespace tofgraph::io {
 
 Camera::Camera(const tofgraph_camera& camera)
-    : view_(host_sized(camera)), name_(camera.name), profile_(view_.profile != nullptr ? view_.profile : "") {
+    : view_(host_sized(camera)),
+      name_(camera.name),
+      profile_(view_.profile != nullptr ? view_.profile : ""),
+      model_(view_.model != nullptr ? view_.model : "") {
   view_.light_size = sizeof(tofgraph_light);
   view_.exposure_size = sizeof(tofgraph_exposure);
   view_.name = name_.c_str();
   view_.profile = profile_.c_str();
+  view_.model = model_.empty() ? nullptr : model_.c_str();
   for (const tofgraph_light& light : lights_of(camera))
     lights_.push_back(host_sized<tofgraph_light>(&light, camera.light_size));
   light_names_.reserve(lights_.size());

@@ -24,7 +24,7 @@ class Camera {
 
  private:
   tofgraph_camera view_;
-  std::string name_, profile_;
+  std::string name_, profile_, model_;
   std::vector<std::string> light_names_;
   std::vector<tofgraph_light> lights_;
   std::vector<tofgraph_exposure> exposures_;

@@ -10,8 +10,9 @@
 
 namespace tofgraph {
 
-/// D += slope ln(t_int / reference_time) + linear (t_int - reference_time), or what a table says: linear in ln t_int
-/// between its lines, constant outside. The published tables of a CamCube 2.0 want about 3 mm more for each ms.
+/// D += slope ((t_int / reference_time)^exponent - 1) / exponent + linear (t_int - reference_time), with exponent 0 the
+/// logarithm; or what a table says: linear in ln t_int between its lines, constant outside. The published tables of a
+/// CamCube 2.0 want about 3 mm more for each ms.
 struct IntegrationTimeOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",
@@ -35,6 +36,10 @@ struct IntegrationTimeOffset final : Effect {
                         .text = "increase per second; 1 m/s is 1 mm per ms",
                         .off = 0,
                         .typical = 1}};
+  Param<double> exponent{
+      this,
+      "exponent",
+      {.default_value = "0", .min = -4, .max = 4, .text = "q of the slope's power law, not fitted; 0: the logarithm"}};
   Param<double> reference_time{
       this, "reference_time", {.unit = "s", .default_value = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{
@@ -54,8 +59,7 @@ struct IntegrationTimeOffset final : Effect {
  private:
   double offset_at(double time) const {
     if (table->empty()) {
-      const double logarithmic = *slope == 0 ? 0 : *slope * std::log(time / *reference_time);
-      return logarithmic + *linear * (time - *reference_time);
+      return *slope * power_law(time / *reference_time) + *linear * (time - *reference_time);
     }
     const double x = std::log(time);
     const auto after = std::ranges::upper_bound(lines_, x, {}, &std::pair<double, double>::first);
@@ -63,6 +67,10 @@ struct IntegrationTimeOffset final : Effect {
     if (after == lines_.end()) return lines_.back().second;
     const auto before = after - 1;
     return std::lerp(before->second, after->second, (x - before->first) / (after->first - before->first));
+  }
+
+  double power_law(double times) const {
+    return *exponent == 0 ? std::log(times) : std::expm1(*exponent * std::log(times)) / *exponent;
   }
 
   void read_table() {

@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "config/paths.hpp"
+#include "plugins/model_reader.hpp"
 #include "simulation/board.hpp"
-#include "simulation/effect_check.hpp"
 #include "simulation/simulation.hpp"
 
 namespace tofgraph {
@@ -92,19 +91,19 @@ struct Simulator final : Source {
       const char* name = parameter->parameter().name;
       if (parameter->given()) throw ConfigError(name, "is the scene's: write it in " + *scene);
     }
-    simulation::SimulationChanges changes{std::string(*model), {}, {}, effects_host()};
+    const ModelReader reader(*this);
+    simulation::SimulationChanges changes{std::string(*model), {}, {}, reader.host()};
     if (seed.given()) changes.seed = static_cast<std::uint64_t>(*seed);
     if (frames.given()) changes.frames = *frames;
     config::Diagnostics diagnostics;
     try {
-      simulation_ = simulation::Simulation::read(std::string(*scene), catalogue(), changes, diagnostics);
+      simulation_ = simulation::Simulation::read(std::string(*scene), reader.registry(), changes, diagnostics);
     } catch (const config::ConfigurationError& error) {
       throw ConfigError("scene", error.what());
     }
     if (!simulation_) throw ConfigError("scene", diagnostics.text());
-    pass_on(diagnostics);
-    for (const std::string& file : simulation::files_of(simulation_->model())) setup.uses_file(file);
-    use_files(setup, simulation_->effects());
+    reader.pass_on(diagnostics);
+    ModelReader::use_files(setup, simulation_->model(), simulation_->effects());
     const tofgraph_camera& own = simulation_->camera();
     const tofgraph_camera* given = setup.stream().camera;
     if (given == nullptr)
@@ -153,45 +152,9 @@ struct Simulator final : Source {
 
   std::vector<simulation::EffectPtr> effects_of(const Setup& setup, const tofgraph_camera& camera) {
     if (model->empty()) return {};
-    config::Diagnostics diagnostics;
-    try {
-      const auto read = simulation::load_model(std::string(*model), catalogue(), diagnostics);
-      physical_ = read.physical;
-      std::vector<simulation::EffectPtr> effects = simulation::make_effects(read, camera, diagnostics, effects_host());
-      simulation::look_closely(read, camera, diagnostics);
-      for (const std::string& file : simulation::files_of(read)) setup.uses_file(file);
-      use_files(setup, effects);
-      pass_on(diagnostics);
-      if (diagnostics.ok()) return effects;
-    } catch (const config::ConfigurationError& error) {
-      throw ConfigError("model", error.what());
-    }
-    throw ConfigError("model", diagnostics.text());
-  }
-
-  /// The plugins of the run that this stage is in.
-  graph::PluginRegistry catalogue() const {
-    return graph::PluginRegistry(config::split_path(host->plugin_path(context)));
-  }
-
-  static void use_files(const Setup& setup, const std::vector<simulation::EffectPtr>& effects) {
-    for (const simulation::EffectPtr& effect : effects) {
-      for (const graph::UsedFile& file : effect->files()) setup.uses_file(file.path);
-    }
-  }
-
-  /// What effects remark is told as this stage's.
-  std::shared_ptr<graph::Host> effects_host() const {
-    auto own = std::make_shared<graph::Host>();
-    own->plugin_path = host->plugin_path(context);
-    own->message = [this](const std::string& name, const std::string& text, bool) {
-      warn("effect " + name + ": " + text);
-    };
-    return own;
-  }
-  void pass_on(const config::Diagnostics& diagnostics) const {
-    for (const config::Diagnostic& remark : diagnostics.all())
-      if (remark.severity == config::Severity::warning) warn(remark.message);
+    ModelReader::Made made = ModelReader(*this).read(setup, "model", std::string(*model), camera);
+    physical_ = made.model.physical;
+    return std::move(made.effects);
   }
 
   void load_condition() {

@@ -201,9 +201,11 @@ class Turns {
  public:
   Turns(const Physics& physics, const View& view) : physics_(physics), view_(view) {
     const Effects& e = physics.effects;
+    const double times = view.integration_time / e.value("integration_time_offset", "reference_time");
+    const double exponent = e.value("integration_time_offset", "exponent");
+    const double longer = exponent == 0 ? std::log(times) : (std::pow(times, exponent) - 1) / exponent;
     everywhere_ = view.drift_distance + e.value("warm_up", "drift") * warm(view, e) +
-                  e.value("integration_time_offset", "slope") *
-                      std::log(view.integration_time / e.value("integration_time_offset", "reference_time"));
+                  e.value("integration_time_offset", "slope") * longer + e.value("zero_offset", "offset");
     logarithmic_ = e.value("amplitude_walk", "logarithmic");
     inverse_ = e.value("amplitude_walk", "inverse");
     reference_amplitude_ = e.value("amplitude_walk", "reference_amplitude");
@@ -279,11 +281,15 @@ SensorLight light_on_sensor(const Physics& physics, const View& view, double dis
   const complex<double> inside =
       view.integration_time *
       complex<double>(physics.effects.value("crosstalk", "real"), physics.effects.value("crosstalk", "imaginary"));
+  const double window =
+      view.capped ? 0 : view.integration_time * physics.effects.value("static_reflection", "strength");
+  const complex<double> reflected =
+      std::polar(window, physics.effects.value("static_reflection", "distance") / camera.metres_per_radian());
   for (int row = 0; row < camera.height; ++row)
     for (int column = 0; column < camera.width; ++column) {
       const std::size_t i = static_cast<std::size_t>(row * camera.width + column);
-      light.phasor[i] += inside;
-      light.total[i] += std::abs(inside);
+      light.phasor[i] += inside + reflected;
+      light.total[i] += std::abs(inside) + window;
       const double metres = turns.metres(column, row, light.phasor[i]);
       light.phasor[i] *= std::polar(1.0, metres / camera.metres_per_radian());
     }

@@ -60,7 +60,7 @@ TEST(BorderLayout, Exposure) {
 
 TEST(BorderLayout, Camera) {
   using S = tofgraph_camera;
-  pinned<S>(248, {PIN(size, 0, 4),
+  pinned<S>(256, {PIN(size, 0, 4),
                   PIN(light_size, 4, 4),
                   PIN(exposure_size, 8, 4),
                   PIN(zero, 12, 4),
@@ -85,7 +85,8 @@ TEST(BorderLayout, Camera) {
                   PIN(rays, 216, 8),
                   PIN(profile, 224, 8),
                   PIN(exposures, 232, 8),
-                  PIN(exposure_count, 240, 8)});
+                  PIN(exposure_count, 240, 8),
+                  PIN(model, 248, 8)});
 }
 
 TEST(BorderLayout, Stream) {

@@ -60,8 +60,9 @@ enum { /* clang-format off */
   TOFGRAPH_KIND_CHOICE = 5, TOFGRAPH_KIND_NUMBERS = 6, TOFGRAPH_KIND_INPUT_FILE = 7, TOFGRAPH_KIND_OUTPUT_FILE = 8,
   TOFGRAPH_KIND_FRAME_FILES = 9, TOFGRAPH_KIND_INPUT_FOLDER = 10, TOFGRAPH_KIND_IMAGE = 11
 }; /* clang-format on */
-/** Flags of a parameter. LIVE: may change between frames, told by change(). */
-enum { TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2 };
+/** Flags of a parameter. LIVE: may change between frames, told by change(). IN_PLACE: of an INPUT_FILE, what it would
+ * hold may be written instead of its path; the text is then YAML, "{..}", with absolute paths. */
+enum { TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2, TOFGRAPH_PARAMETER_IN_PLACE = 4 };
 
 /** Metadata bits: what is known of every frame of a stream. */
 enum { /* clang-format off */
@@ -123,6 +124,7 @@ typedef struct tofgraph_camera {
   const char* profile; /* text of the profile; may be null */
   const tofgraph_exposure* exposures; /* of a frame, in their order */
   uint64_t exposure_count;            /* 0: four, 90 degrees apart */
+  const char* model; /* path of the file with the effects that belong to this very camera; may be null */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. It lives during prepare; its camera, with lights, rays and

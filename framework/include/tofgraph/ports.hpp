@@ -26,6 +26,7 @@ struct ParamSpec {
   double min = none, max = none;
   const char *choices = "", *text = "";
   double off = none, typical = none;
+  bool in_place = false;  ///< of an InputFile: its content may be written instead, the value is then "{..}"
 };
 
 struct Choice : std::string {};       ///< one of the words in `choices`
@@ -88,7 +89,8 @@ class ParamBase {
   ParamBase(Stage* stage, std::uint32_t kind, const char* name, const ParamSpec& spec)
       : parameter_{name,
                    kind,
-                   spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U,
+                   (spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U) |
+                       (spec.in_place ? TOFGRAPH_PARAMETER_IN_PLACE + 0U : 0U),
                    spec.unit,
                    spec.default_value,
                    spec.min,

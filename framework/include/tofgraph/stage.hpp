@@ -5,7 +5,7 @@
 ///
 ///     struct Scale final : tofgraph::Filter {
 ///       InOut<float> depth{this, "depth", {.text = "what is scaled"}};
-///       Param<double> factor{this, "factor", {.fallback = "1.01", .min = 0.5, .max = 2, .text = "multiplier"}};
+///       Param<double> factor{this, "factor", {.default_value = "1.01", .min = 0.5, .max = 2, .text = "multiplier"}};
 ///       void process(Frame& frame) const {
 ///         for (float& z : depth(frame)) z *= static_cast<float>(*factor);
 ///       }
@@ -68,6 +68,8 @@ class Stage {
 
   /// A remark for the user that does not end the run.
   void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }
+  /// What `explain` tells of this node; in prepare.
+  void note(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_INFO, text.c_str()); }
   /// The provenance of what arrives here, as JSON.
   std::string provenance() const { return host->provenance(context); }
   /// True once the run is ending: a source that waits should return false.

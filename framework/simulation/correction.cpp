@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Which effects are undone, and what is needed for it.
+#include "simulation/correction.hpp"
+
+#include "config/quantity.hpp"
+#include "simulation/correction_views.hpp"
+
+#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/lens.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace tofgraph::simulation {
+namespace {
+
+/// The camera that effects of the geometry make of this one.
+std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, const std::vector<EffectPtr>& effects) {
+  const Acquisition acquisition = acquisition_for(camera, {});
+  std::vector<tofgraph_source_light> sources;
+  for (const tofgraph_light& light : lights_of(camera))
+    sources.push_back({light.name, {light.position[0], light.position[1], light.position[2]}, 1, nullptr, {}, {}});
+  tofgraph_light_state state{};
+  state.size = sizeof state;
+  state.source_size = sizeof(tofgraph_source_light);
+  state.exposure_size = sizeof(tofgraph_exposure);
+  state.camera = &camera;
+  state.condition = &acquisition.condition;
+  state.frequency = camera.modulation_frequency;
+  state.sources = sources.data();
+  state.source_count = sources.size();
+  for (const EffectPtr& effect : effects) effect->apply(state);
+  tofgraph_camera changed = camera;
+  for (std::size_t i = 0; i < 5; ++i) changed.distortion[i] += state.distortion[i];
+  for (std::size_t i = 0; i < 2; ++i) changed.principal_point[i] += state.principal_point[i];
+  std::vector<tofgraph_light> lights;
+  for (const tofgraph_light& light : lights_of(camera)) lights.push_back(light);
+  for (std::size_t s = 0; s < lights.size(); ++s) std::copy_n(sources[s].position, 3, lights[s].position);
+  changed.lights = lights.data();
+  changed.light_size = sizeof(tofgraph_light);
+  changed.rays = nullptr;
+  return std::make_shared<const io::Camera>(changed);
+}
+
+/// How much of any pattern an image effect adds to or takes from it at most, on some pixels in the middle: below 1 the
+/// fixed point comes nearer with each step.
+double greatest_change(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
+  constexpr std::size_t size = 48;
+  const CameraInverse inverse(camera, physical, {effect});
+  const Pixels some =
+      window(inverse.pixels(), std::min<std::size_t>(size, camera.height), std::min<std::size_t>(size, camera.width));
+  const Acquisition acquisition = acquisition_for(camera, {});
+  PhasorImage pattern = random_phasors(some.size());
+  double change = 0;
+  constexpr int steps = 12;
+  for (int step = 0; step < steps; ++step) {
+    const PhasorImage seen = look(inverse, acquisition, some, pattern);
+    const double before = norm_of(pattern);
+    for (std::size_t i = 0; i < pattern.size(); ++i) pattern[i] = seen[i] - pattern[i];
+    change = norm_of(pattern) / before;
+    if (change < 1e-9) break;
+    const double scale = before / norm_of(pattern);
+    for (std::complex<double>& value : pattern) value *= scale;
+  }
+  return change;
+}
+
+/// A frame's settings one of which is another.
+using Change = void (*)(FrameSettings&);
+
+std::string length_text(double metres) { return config::format_quantity(std::round(metres * 1e3) * 1e-3, "m"); }
+
+}  // namespace
+
+Correction::Correction(const tofgraph_camera& camera, bool physical, const std::vector<EffectPtr>& effects)
+    : camera_(std::make_shared<const io::Camera>(camera)) {
+  choose(physical, effects);
+  find_needs();
+  require_monotone(physical, pixels_->model().effects());
+}
+
+void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
+  std::vector<EffectPtr> geometry, single, all;
+  bool images = false;
+  constexpr double undoable = 0.5;  // a pattern may be made stronger by two, and so may its noise
+  for (const EffectPtr& effect : effects) {
+    const auto tell = [&](bool undone, std::string how) { fates_.push_back({effect->name(), undone, std::move(how)}); };
+    if (effect->border().scope == TOFGRAPH_SCOPE_SETUP) {
+      tell(false, "belongs to the set-up, not to the camera");
+    } else if (effect->level() == TOFGRAPH_LEVEL_GEOMETRY) {
+      geometry.push_back(effect);
+      tell(true, "the frames have the corrected camera");
+    } else if (!effect->looks_at_neighbours()) {
+      single.push_back(effect);
+      all.push_back(effect);
+      tell(true, "each pixel's distance is corrected");
+    } else if (greatest_change(camera_->view(), physical, effect) < undoable) {
+      all.push_back(effect);
+      images = true;
+      tell(true, "taken off the whole image, step by step");
+    } else {
+      tell(false, "mixes neighbours so much that undoing it would make noise stronger than what is corrected");
+    }
+  }
+  if (!geometry.empty()) {
+    camera_ = changed_camera(camera_->view(), geometry);
+    changed_ = true;
+  }
+  pixels_ = std::make_unique<const CameraInverse>(camera_->view(), physical, single);
+  if (images) images_ = std::make_unique<const CameraInverse>(camera_->view(), physical, all);
+}
+
+void Correction::find_needs() {
+  const tofgraph_camera& camera = camera_->view();
+  const Views views = some_views(*pixels_);
+  const auto changes = [&](const FrameSettings& settings, double light) {
+    Views changed = views;
+    const Acquisition usual = acquisition_for(camera, {}), other = acquisition_for(camera, settings);
+    const double time = usual.condition.integration_time / other.condition.integration_time;
+    for (double& reflectivity : changed.reflectivity) reflectivity *= light * time;
+    const Measurements before = pixels_->measure(usual, views), after = pixels_->measure(other, changed);
+    const double range = pixels_->range(usual);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (!(std::abs(std::remainder(after.distance[i] - before.distance[i], range)) < 1e-7)) return true;
+    }
+    return false;
+  };
+  constexpr FrameSettings unknown{};
+  FrameSettings longer = unknown, warmer = unknown, later = unknown;
+  longer.integration_time = 3 * acquisition_for(camera, {}).condition.integration_time;
+  warmer.temperature = 320;
+  later.time_since_power_on = 300;
+  needs_ = {changes(unknown, 0.2) || images_ != nullptr, changes(longer, 1), changes(warmer, 1), changes(later, 1)};
+}
+
+void Correction::require_monotone(bool physical, const std::vector<EffectPtr>& effects) const {
+  const Acquisition acquisition = acquisition_for(camera_->view(), {});
+  const auto fold = first_fold(*pixels_, acquisition);
+  if (!fold) return;
+  std::string culprits;
+  for (const EffectPtr& effect : effects) {
+    if (first_fold(CameraInverse(camera_->view(), physical, {effect}), acquisition))
+      culprits += (culprits.empty() ? "" : ", ") + effect->name();
+  }
+  throw std::invalid_argument(fmt::format(
+      "cannot be undone: between {} and {} the measured distance falls while the true one rises, so that one measured "
+      "distance stands for several true ones ({})",
+      length_text(fold->from), length_text(fold->to),
+      culprits.empty() ? "by the effects together" : "by the effect " + culprits));
+}
+
+}  // namespace tofgraph::simulation

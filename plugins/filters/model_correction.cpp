@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Undoes what a model's effects do to the distance.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/model_correction.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
+#include <hwy/highway.h>
+#include <tofgraph/lengths.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "plugins/model_reader.hpp"
+#include "simulation/correction.hpp"
+
+#ifndef TOFGRAPH_MODEL_CORRECTION_ONCE
+#define TOFGRAPH_MODEL_CORRECTION_ONCE
+namespace tofgraph {
+
+/// A frame and the tables for it; see simulation::CorrectionTables.
+struct CorrectionLookup {
+  float *distance, *sigma;  // changed; sigma may be null
+  const float* amplitude;   // null where it makes no difference
+  std::uint16_t* flags;     // combined
+  std::size_t count;
+  const float *nodes, *pixels, *shifts;
+  std::size_t lanes, distances, amplitudes;
+  float first, range, per_step;  // m, m, 1/m
+  float weakest, strongest;      // counts
+};
+
+}  // namespace tofgraph
+#endif
+
+#include "plugins/filters/correction_vector.hpp"
+
+#if HWY_ONCE
+namespace tofgraph {
+
+HWY_EXPORT(LookUp);
+
+/// Looks for the distance that the camera without its effects would have measured, at the measured amplitude and the
+/// frame's settings: by the forward model itself, so that every effect can be undone, also those of other plugins.
+/// Effects of the geometry leave as a corrected camera. Tables are compiled with the first frame, and anew for settings
+/// that they do not cover.
+struct ModelCorrection final : Filter {
+  InOut<float> distance{
+      this,
+      "distance",
+      {.text = "half of the travelled path", .refuses = "model_correction offset_correction denoised non_linearity"}};
+  In<float> amplitude{this, "amplitude", {.optional = true, .text = "where the model's effects depend on it"}};
+  InOut<float> sigma{this, "sigma", {.optional = true, .text = "standard deviation of the distance"}};
+  InOut<std::uint16_t> flags{
+      this,
+      "flags",
+      {.optional = true,
+       .text = "inconsistent: one distance stands for several; extrapolated: weaker or stronger than solved"}};
+  Param<InputFile> model{
+      this,
+      "model",
+      {.text = "a model file, of diagnose, of calibrate or by hand, or what it would hold; default: the profile's",
+       .in_place = true}};
+
+  void prepare(Setup& setup) {
+    check_sigma(setup, sigma.present(), "distance");
+    flags.provide(setup);
+    const tofgraph_camera& camera = setup.camera();
+    const std::string file = !model->empty() ? std::string(*model) : camera.model != nullptr ? camera.model : "";
+    if (file.empty())
+      throw ConfigError("model",
+                        std::string("is missing: it tells what is to be undone, and the profile of the camera '") +
+                            camera.name + "' names no model, e.g. model: model.yaml");
+    const ModelReader::Made made = ModelReader(*this).read(setup, "model", file, camera);
+    if (model->empty()) setup.uses_file(file);
+    const std::string name = made.model.camera;
+    if (!simulation::is_for(made.model, io::Camera(camera)))
+      throw ConfigError("model", "is for the camera '" + name + "', the frames are from '" + camera.name + "'");
+    try {
+      correction_.emplace(camera, made.model.physical, made.effects);
+    } catch (const std::exception& error) {
+      throw ConfigError("model", error.what());
+    }
+    check_needs(setup);
+    if (const io::Camera* corrected = correction_->corrected_camera()) setup.set_camera(corrected->view());
+    for (const simulation::EffectFate& fate : correction_->fates())
+      note(std::string(fate.undone ? "undoes " : "leaves ") + fate.effect + ": " + fate.how);
+  }
+
+  void process(Frame& frame) const {
+    const Array<float> image = distance(frame);
+    const Array<const float> light = amplitude(frame);
+    if (image.size() != correction_->pixels())
+      throw std::runtime_error("distance has " + std::to_string(image.size()) + " pixels, the camera has " +
+                               std::to_string(correction_->pixels()));
+    const simulation::FrameSettings settings = settings_of(frame);
+    const auto tables = tables_for(settings);
+    const auto nodes = tables->nodes_at(settings);
+    thread_local std::vector<float> before;
+    if (correction_->has_images()) before.assign(image.begin(), image.end());
+    const Array<std::uint16_t> bits = flags(frame, image.rows(), image.columns());
+    const CorrectionLookup lookup{.distance = image.data(),
+                                  .sigma = sigma(frame).data(),
+                                  .amplitude = tables->amplitudes > 1 ? light.data() : nullptr,
+                                  .flags = bits.data(),
+                                  .count = image.size(),
+                                  .nodes = nodes->data(),
+                                  .pixels = tables->pixels.data(),
+                                  .shifts = tables->shifts.data(),
+                                  .lanes = tables->lanes,
+                                  .distances = tables->distances,
+                                  .amplitudes = tables->amplitudes,
+                                  .first = static_cast<float>(tables->first),
+                                  .range = static_cast<float>(tables->range),
+                                  .per_step = static_cast<float>(1 / tables->step),
+                                  .weakest = static_cast<float>(tables->weakest),
+                                  .strongest = static_cast<float>(tables->strongest)};
+    HWY_DYNAMIC_DISPATCH(LookUp)(lookup);
+    if (!correction_->has_images()) return;
+    for (const std::uint32_t pixel : correction_->undo_images(settings, before, light.span(), image.span()))
+      bits[pixel] |= flag::inconsistent;
+  }
+
+ private:
+  void check_needs(const Setup& setup) const {
+    const simulation::CorrectionNeeds& needs = correction_->needs();
+    const auto require = [](bool there, const char* what) {
+      if (!there)
+        throw std::runtime_error(std::string("the frames have no ") + what +
+                                 ", on which what the model undoes depends");
+    };
+    require(!needs.amplitude || amplitude.present(), "amplitude");
+    require(!needs.integration_time || setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME), "integration time");
+    require(!needs.temperature || setup.knows(TOFGRAPH_KNOWS_TEMPERATURE), "temperature");
+    require(!needs.time_since_power_on || setup.knows(TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON), "time since power-on");
+  }
+
+  simulation::FrameSettings settings_of(const Frame& frame) const {
+    const tofgraph_metadata& metadata = frame.metadata();
+    const auto check = [](bool needed, double value, const char* what) {
+      if (needed && !std::isfinite(value))
+        throw std::runtime_error(std::string("the ") + what + " is not known, on which what the model undoes depends");
+    };
+    const simulation::CorrectionNeeds& needs = correction_->needs();
+    check(needs.integration_time, metadata.integration_time, "integration time");
+    check(needs.temperature, metadata.temperature, "temperature");
+    check(needs.time_since_power_on, metadata.time_since_power_on, "time since power-on");
+    return {metadata.integration_time, metadata.modulation_frequency, metadata.temperature,
+            metadata.time_since_power_on};
+  }
+
+  /// The last ones are kept: exposures of several integration times come in turns.
+  std::shared_ptr<const simulation::CorrectionTables> tables_for(const simulation::FrameSettings& settings) const {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::ranges::find_if(tables_, [&](const auto& tables) { return tables->covers(settings); });
+    if (known != tables_.end()) return *known;
+    constexpr std::size_t kept = 16;
+    if (tables_.size() == kept) tables_.erase(tables_.begin());
+    tables_.push_back(correction_->compile(settings));
+    constexpr double noticeable = 1e-4;  // m
+    if (tables_.back()->worst > noticeable && !warned_)
+      warn("the model's effects differ from pixel to pixel in so many ways that the correction is up to " +
+           std::to_string(std::lround(tables_.back()->worst * 1e6)) + " um off");
+    warned_ = true;
+    return tables_.back();
+  }
+
+  std::optional<simulation::Correction> correction_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::shared_ptr<const simulation::CorrectionTables>> tables_;  // oldest first
+  mutable bool warned_ = false;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::ModelCorrection, "Undoes the effects of a model on the distance")
+#endif
