@@ -202,6 +202,10 @@ struct HostCalls {
 
   static const char* provenance(void* context) {
     Instance& self = instance(context);
+    if (self.starting_) {
+      self.wants_provenance_ = true;
+      return "{}";
+    }
     const auto make = [&] { self.provenance_ = self.make_provenance_ ? self.make_provenance_() : "{}"; };
     return guarded([&] { std::call_once(self.provenance_made_, make); }) == TOFGRAPH_STATUS_OK
                ? self.provenance_.c_str()
