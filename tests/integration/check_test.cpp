@@ -93,7 +93,8 @@ TEST_F(Check, NamesThatNoFileCanHaveAreMistakesLikeOthers) {
   expect_said(check("'simulator scene=" + name + " ! null'" + at), 2, "File name too long");
   expect_said(check("'capture_reader file=" + name + " ! null'" + at), 2, "there is no such file");
   expect_said(check("'simulator distance=1m ! pcd_writer path=" + name + ".pcd'" + at), 2, "error: ");
-  expect_said(shell("$TOFGRAPH list --plugin-path " + name, folder_.path()), 2, "this cannot be entered: File name too long");
+  expect_said(shell("$TOFGRAPH list --plugin-path " + name, folder_.path()), 2,
+              "this cannot be entered: File name too long");
   expect_said(check(name), 2, "error: ");
   write("scene.yaml", "scene: 1\ncamera: " + name + "\nmodel: " + name + "\nobjects:\n  - {type: mesh, file: " + name +
                           ".ply, position: [0 m, 0 m, 1 m]}\n");
