@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether the captures of a campaign are what its conditions say.
 #include "cli/campaign.hpp"
+#include "config/say.hpp"
 #include "io/captures/capture.hpp"
 
 #include <fmt/format.h>
@@ -31,8 +32,8 @@ void check_capture(const io::Condition& condition, const io::CameraPtr& camera, 
     diagnostics.error(at, fmt::format("'capture': the capture is {} x {} px, the camera '{}' has {} x {}", header.width,
                                       header.height, camera->view().name, camera->view().width, camera->view().height));
   if (condition.frames && (*condition.frames)[1] >= capture.frames())
-    diagnostics.error(at, fmt::format("'capture': the capture has {} frames, which count from 0: frame {} is not there",
-                                      capture.frames(), (*condition.frames)[1]));
+    diagnostics.error(at, fmt::format("'capture': the capture has {}, counted from 0: frame {} is not there",
+                                      config::counted(capture.frames(), "frame"), (*condition.frames)[1]));
   if (std::isnan(condition.integration_time) && capture.frames() > 0 &&
       std::isnan(capture.metadata(0).integration_time))
     diagnostics.warning(at, "diagnose cannot use the condition: neither it nor its capture says the integration time",

@@ -51,7 +51,7 @@ std::string check_model(const config::Value& document, config::Diagnostics& diag
     const io::CameraPtr profile = io::find_camera(camera->value, diagnostics);
     if (profile) simulation::make_effects(model, profile->view(), diagnostics);
   }
-  return fmt::format("the model is valid, {} effect{}", effects, effects == 1 ? "" : "s");
+  return "the model is valid, " + config::counted(effects, "effect");
 }
 
 std::string check_scene(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
@@ -66,8 +66,8 @@ std::string check_scene(const config::Value& document, config::Diagnostics& diag
   diagnostics.add(of_model.all());
   if (!diagnostics.ok()) return {};
   const std::size_t conditions = simulation::expand(scene).size();
-  return fmt::format("the scene is valid, {} object{}, {} condition{}", scene.objects.size(),
-                     scene.objects.size() == 1 ? "" : "s", conditions, conditions == 1 ? "" : "s");
+  return fmt::format("the scene is valid, {}, {}", config::counted(scene.objects.size(), "object"),
+                     config::counted(conditions, "condition"));
 }
 
 std::string check_campaign(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
@@ -81,7 +81,7 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   if (campaign.camera)
     warn_of_camera(*campaign.camera, "diagnose", simulation::missing_for_light(campaign.camera->view()), document.at,
                    diagnostics);
-  return fmt::format("the campaign is valid, {} condition{}", conditions, conditions == 1 ? "" : "s");
+  return "the campaign is valid, " + config::counted(conditions, "condition");
 }
 
 /// How a kind of file is checked; gives what is said when it is right.
@@ -106,7 +106,9 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
     return done;
   }
   const auto graph = build(document, arguments, common, force);
-  if (!common.quiet) say(fmt::format("{}: the pipeline is valid, {} nodes", arguments.pipeline, graph->nodes().size()));
+  if (!common.quiet)
+    say(fmt::format("{}: the pipeline is valid, {}", arguments.pipeline,
+                    config::counted(graph->nodes().size(), "node")));
   return done;
 }
 

@@ -6,10 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-
-#include <vector>
+#include <charconv>
 
 namespace tofgraph::cli {
 namespace {
@@ -46,6 +44,20 @@ std::string guess(const std::string& word, const std::vector<std::string>& known
   return near.empty() ? "" : fmt::format(", did you mean '{}'?", near);
 }
 
+/// The first example of the chosen command's help, or of the program's.
+std::string example_of(const CLI::App& app) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const std::string footer = (chosen.empty() ? app : *chosen.front()).get_footer();
+  const std::size_t start = footer.find("tofgraph ", std::min(footer.find("Example"), footer.size()));
+  if (start == std::string::npos) return "";
+  return "\n         example: " + footer.substr(start, footer.find('\n', start) - start);
+}
+
+/// The text without its ending, where it has that; otherwise nothing.
+std::string before(const std::string& text, std::string_view ending) {
+  return text.ends_with(ending) ? text.substr(0, text.size() - ending.size()) : "";
+}
+
 }  // namespace
 
 std::shared_ptr<CLI::FormatterBase> help_in_words() { return std::make_shared<Help>(); }
@@ -77,6 +89,41 @@ std::string unknown_word(const CLI::App& app) {
   const std::string near = guess(rest.front(), commands);
   return fmt::format("error: there is no command '{}'{}", rest.front(),
                      near.empty() ? "\n         " + config::suggestion(rest.front(), commands, "commands") : near);
+}
+
+std::string usage_problem(const CLI::App& app, const CLI::ParseError& error) {
+  std::string text = error.what();
+  if (const std::string missing = before(text, " is required"); !missing.empty()) {
+    text = (missing == "A subcommand" ? "the command" : missing) + " is missing";
+  } else if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    const bool none = !before(text, " missing").empty();
+    text = fmt::format("{} {}", text.substr(0, text.find(':')), none ? "needs a value" : "is given more than once");
+  }
+  return fmt::format("error: {}{}", text, example_of(app));
+}
+
+CLI::Validator whole_number(std::int64_t minimum, std::int64_t maximum) {
+  const auto problem = [=](const std::string& text) -> std::string {
+    std::int64_t number = 0;
+    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool whole = failed == std::errc() && end == text.data() + text.size();
+    if (whole && number >= minimum && number <= maximum) return {};
+    const bool limited = maximum != std::numeric_limits<std::int64_t>::max();
+    return fmt::format(
+        "'{}' is not a whole number {}", text,
+        limited ? fmt::format("from {} to {}", minimum, maximum) : fmt::format("of at least {}", minimum));
+  };
+  return {problem, ""};
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  const auto problem = [words = std::move(words)](const std::string& text) -> std::string {
+    if (std::ranges::find(words, text) != words.end()) return {};
+    const std::string near = guess(text, words);
+    return fmt::format("'{}' is unknown{}", text,
+                       near.empty() ? fmt::format(", expected {}", fmt::join(words, ", ")) : near);
+  };
+  return {problem, ""};
 }
 
 }  // namespace tofgraph::cli

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How the command line is explained, and what is said of a word that it does not know.
+/// @file How the command line is explained, and what is said of one that is wrong.
 #pragma once
 
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
-
-namespace CLI {
-class App;
-class FormatterBase;
-}  // namespace CLI
+#include <vector>
 
 namespace tofgraph::cli {
 
@@ -19,5 +19,12 @@ std::shared_ptr<CLI::FormatterBase> help_in_words();
 
 /// What is wrong with the first word that nobody took, with the nearest one that there is; empty: each had its taker.
 std::string unknown_word(const CLI::App& app);
+
+/// What is wrong with the command line, in words, with an example of the command.
+std::string usage_problem(const CLI::App& app, const CLI::ParseError& error);
+
+/// Checks of an option's value, with the reason in words.
+CLI::Validator whole_number(std::int64_t minimum, std::int64_t maximum = std::numeric_limits<std::int64_t>::max());
+CLI::Validator one_of(std::vector<std::string> words);
 
 }  // namespace tofgraph::cli

@@ -3,7 +3,7 @@
 /// @file The commands: each adds itself to the command line and gives back its exit code.
 #pragma once
 
-#include "cli/say.hpp"
+#include "config/say.hpp"
 #include "graph/graph.hpp"
 
 #include <filesystem>
@@ -16,6 +16,8 @@ class App;
 }
 
 namespace tofgraph::cli {
+
+using config::say;
 
 inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose.hpp"
 
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,11 +23,13 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->option_text("FOLDER")
       ->required();
   command->add_option("--max-effects", arguments->max_effects, "Effects that may be added; default: 6")
-      ->option_text("N");
+      ->option_text("N")
+      ->check(whole_number(0));
   command
       ->add_option("--seed", arguments->seed,
                    "Seed of the random choices: held-out levels, sign flips, bootstrap; default: 1")
-      ->option_text("N");
+      ->option_text("N")
+      ->check(whole_number(0));
   command->add_option("--without", arguments->without, "An effect that is not a candidate; may be repeated")
       ->option_text("EFFECT")
       ->expected(1)
@@ -34,10 +37,11 @@ void add_diagnose(CLI::App& app, Common& common) {
   command
       ->add_option("--confidence", arguments->confidence,
                    "Inject this number of known truths into this design and report how often the search is right")
-      ->option_text("N");
+      ->option_text("N")
+      ->check(whole_number(0));
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number(1, 1024));
   command->add_flag("--skip-missing", arguments->skip_missing, "Continue without captures that cannot be read");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");

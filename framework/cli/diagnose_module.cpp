@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
-#include "cli/say.hpp"
 #include "config/diagnostics.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
@@ -27,7 +26,7 @@ void check_outputs(const DiagnoseArguments& arguments) {
   for (const char* name : output_names) {
     const std::array<fs::path, 2> inputs = {arguments.model, arguments.data};
     std::string problem = io::input_problem(fs::path(arguments.out) / name, inputs);
-    if (problem.empty()) problem = io::output_problem(fs::path(arguments.out) / name, arguments.force);
+    if (problem.empty()) problem = io::output_problem(fs::path(arguments.out) / name, arguments.force, "--force");
     if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   }
 }

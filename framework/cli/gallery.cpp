@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/gallery.hpp"
 
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -17,7 +18,7 @@ void add_gallery(CLI::App& app, Common& common) {
       ->option_text("CAMERA");
   command->add_option("--light", arguments->light, "reference (default) or physical")
       ->option_text("LIGHT")
-      ->check(CLI::IsMember({"reference", "physical"}));
+      ->check(one_of({"reference", "physical"}));
   command->add_flag("--force", arguments->force, "Replace the page if it exists");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {

@@ -22,7 +22,7 @@ int gallery(const GalleryArguments& arguments) {
                                                  arguments.camera,
                                                  config::suggestion(arguments.camera, names, "cameras")));
   }
-  if (const std::string problem = io::output_problem(std::filesystem::path(arguments.out), arguments.force);
+  if (const std::string problem = io::output_problem(std::filesystem::path(arguments.out), arguments.force, "--force");
       !problem.empty())
     throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   const auto camera = io::load_profile(profile);
@@ -34,7 +34,7 @@ int gallery(const GalleryArguments& arguments) {
       registry, camera->view(), arguments.out,
       {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
   progress.finish();
-  if (!arguments.quiet) say(fmt::format("wrote {}: {} effects", arguments.out, effects));
+  if (!arguments.quiet) say(fmt::format("wrote {}: {}", arguments.out, config::counted(effects, "effect")));
   return 0;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 
 #include "config/paths.hpp"
@@ -109,7 +110,7 @@ void add_list(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("list", "List stages, effects, cameras or plugin files");
   command->footer("Example: tofgraph list effects");
   command->add_option("WHAT", *what, "stages (default), effects, cameras or plugins")
-      ->check(CLI::IsMember({"stages", "effects", "cameras", "plugins"}));
+      ->check(one_of({"stages", "effects", "cameras", "plugins"}));
   command->add_flag("--json", *as_json, "As JSON");
   command->callback([=, &common] { common.command = [=, &common] { return list(*what, *as_json, common); }; });
 }

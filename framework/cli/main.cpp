@@ -107,12 +107,10 @@ int main(int argc, char** argv) {
     });
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
-    const std::string unknown = error.get_exit_code() != 0 ? cli::unknown_word(app) : "";
-    if (!unknown.empty()) {
-      cli::say(unknown);
-      return cli::wrong_usage;
-    }
-    return cli::with_output_written(app.exit(error) == 0 ? cli::done : cli::wrong_usage);
+    if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help, version
+    const std::string unknown = cli::unknown_word(app);
+    cli::say(unknown.empty() ? cli::usage_problem(app, error) : unknown);
+    return cli::wrong_usage;
   } catch (const config::ConfigurationError& error) {
     cli::say(error.what());
     return cli::wrong_usage;

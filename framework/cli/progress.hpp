@@ -3,7 +3,7 @@
 /// @file A bar on the terminal for what takes longer than two seconds.
 #pragma once
 
-#include "cli/say.hpp"
+#include "config/say.hpp"
 
 #include <fmt/format.h>
 
@@ -19,6 +19,8 @@
 #include <string_view>
 
 namespace tofgraph::cli {
+
+using config::say;
 
 /// `7 s`, `3 min 05 s`, `2 h 10 min`
 inline std::string duration_text(double seconds) {
@@ -57,7 +59,8 @@ class Progress {
       draw();
       fmt::print(stderr, "\n");
     }
-    drawn_ = bar_stands = false;
+    drawn_ = false;
+    config::set_bar_stands(false);
   }
 
   /// @param share done, of 1; none: nobody knows
@@ -70,7 +73,8 @@ class Progress {
     if (now < next_) return;
     next_ = now + std::chrono::milliseconds(200);
     draw();
-    drawn_ = bar_stands = true;
+    drawn_ = true;
+    config::set_bar_stands(true);
   }
 
  private:

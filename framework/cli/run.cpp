@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/written_files.hpp"
@@ -78,7 +79,8 @@ class Watch {
     const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
     std::optional<double> share;
     if (expected != 0) share = static_cast<double>(frames) / static_cast<double>(expected);
-    std::string text = share ? fmt::format("{} of {} frames", frames, expected) : fmt::format("{} frames", frames);
+    std::string text =
+        share ? fmt::format("{} of {}", frames, config::counted(expected, "frame")) : config::counted(frames, "frame");
     text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / elapsed());
     if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
     progress_.show(share, text);
@@ -140,15 +142,16 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
 /// What came of a run, in words on standard error. @returns the exit code
 int report(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files, const Common& common) {
   if (!common.quiet) {
-    say(fmt::format("{} frames in {}, {:.1f} frames/s{}", result.frames, config::format_quantity(result.wall_s, "s"),
+    say(fmt::format("{} in {}, {:.1f} frames/s{}", config::counted(result.frames, "frame"),
+                    config::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
-                    result.dropped != 0 ? fmt::format(", {} frames dropped", result.dropped) : ""));
+                    result.dropped != 0 ? fmt::format(", {} dropped", config::counted(result.dropped, "frame")) : ""));
   }
   if (common.verbose) {
     for (const graph::NodeStatistics& node : result.nodes) {
-      say(fmt::format("  {:20} {:>8} frames, median {}, 99 % {}, longest {}", node.name, node.frames,
-                      config::format_quantity(node.median_s, "s"), config::format_quantity(node.p99_s, "s"),
-                      config::format_quantity(node.max_s, "s")));
+      say(fmt::format("  {:20} {:>15}, median {}, 99 % {}, longest {}", node.name,
+                      config::counted(node.frames, "frame"), config::format_quantity(node.median_s, "s"),
+                      config::format_quantity(node.p99_s, "s"), config::format_quantity(node.max_s, "s")));
     }
   }
   const std::string written = common.quiet ? "" : files.summary(graph);
@@ -204,10 +207,10 @@ void add_run(CLI::App& app, Common& common) {
   arguments->add_to(*command);
   command->add_option("--frames", arguments->frames, "Stop after this number of frames")
       ->option_text("N")
-      ->check(CLI::Range(1, 1000000000));
+      ->check(whole_number(1, 1000000000));
   command->add_option("--threads", arguments->threads, "Threads that process frames; default: one per core")
       ->option_text("N")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number(1, 1024));
   command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file")
       ->option_text("FILE");
   command->add_flag("--validate", arguments->validate,

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/simulate.hpp"
 
+#include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,16 +23,18 @@ void add_simulate(CLI::App& app, Common& common) {
       ->add_option("--preview", arguments->preview,
                    "A picture (.png) of the first condition: phases, amplitude, distance, cloud")
       ->option_text("FILE");
-  command->add_option("--seed", arguments->seed, "Seed of the noise, instead of the scene's")->option_text("N");
+  command->add_option("--seed", arguments->seed, "Seed of the noise, instead of the scene's")
+      ->option_text("N")
+      ->check(whole_number(0));
   command->add_option("--frames", arguments->frames, "Frames of each condition, instead of the scene's")
       ->option_text("N")
-      ->check(CLI::PositiveNumber);
+      ->check(whole_number(1));
   command->add_option("--compression", arguments->compression, "Compression of the captures: 0 (none, default) to 9")
       ->option_text("N")
-      ->check(CLI::Range(0, 9));
+      ->check(whole_number(0, 9));
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number(1, 1024));
   command->add_flag("--truth", arguments->truth, "Add the depth and points without error, and the reflectivity");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph simulate pipelines/scenes/boxes.yaml -o boxes.h5 --preview boxes.png");

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress.hpp"
-#include "cli/say.hpp"
 #include "cli/simulate.hpp"
 #include "config/diagnostics.hpp"
 #include "io/campaign.hpp"
@@ -50,10 +49,11 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   const std::array<fs::path, 2> inputs = {arguments.scene, arguments.model};
   refuse("--preview", io::input_problem(fs::path(arguments.preview), inputs));
   refuse("--out", io::input_problem(fs::path(arguments.out), inputs));
-  if (!arguments.preview.empty()) refuse("--preview", io::output_problem(fs::path(arguments.preview), arguments.force));
+  if (!arguments.preview.empty())
+    refuse("--preview", io::output_problem(fs::path(arguments.preview), arguments.force, "--force"));
   if (arguments.out.empty()) return;
   const fs::path out = fs::path(arguments.out).lexically_normal();
-  if (!campaign) return refuse("--out", io::output_problem(out, arguments.force));
+  if (!campaign) return refuse("--out", io::output_problem(out, arguments.force, "--force"));
   refuse("--out", io::write_error(out / "campaign.yaml"));
   std::error_code error;
   if (fs::exists(out, error) && !fs::is_directory(out, error))
@@ -85,8 +85,9 @@ int simulate(const SimulateArguments& arguments) {
   std::atomic<std::uint64_t> done = 0;
   const std::uint64_t all = simulation->conditions().size() * simulation->frames();
   const simulation::RecordingOptions options{arguments.truth, arguments.force, arguments.compression, [&] {
-                                               progress.show(static_cast<double>(++done) / static_cast<double>(all),
-                                                             fmt::format("{} of {} frames", done.load(), all));
+                                               progress.show(
+                                                   static_cast<double>(++done) / static_cast<double>(all),
+                                                   fmt::format("{} of {}", done.load(), config::counted(all, "frame")));
                                              }};
   if (campaign)
     simulation::record_campaign(*simulation, arguments.out, options);
@@ -94,8 +95,8 @@ int simulate(const SimulateArguments& arguments) {
     simulation::record(*simulation, 0, arguments.out, options);
   progress.finish();
   if (!arguments.quiet)
-    say(fmt::format("wrote {}: {} condition{}, {} frame{}", arguments.out, simulation->conditions().size(),
-                    simulation->conditions().size() == 1 ? "" : "s", all, all == 1 ? "" : "s"));
+    say(fmt::format("wrote {}: {}, {}", arguments.out, config::counted(simulation->conditions().size(), "condition"),
+                    config::counted(all, "frame")));
   return 0;
 }
 

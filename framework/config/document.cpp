@@ -130,6 +130,11 @@ Value load_document(const std::filesystem::path& file) {
   if (!in) throw ConfigurationError(fmt::format("{}: error: {}\n", file.string(), std::strerror(errno)));
   std::ostringstream text;
   text << in.rdbuf();
+  if (text.view().starts_with("\x89HDF\r\n\x1a\n"))
+    throw ConfigurationError(
+        fmt::format("{0}: error: this is a recording (HDF5), not text\n         tofgraph info {0} "
+                    "shows what it holds; capture_reader file={0} reads it\n",
+                    file.string()));
   return parse_document(file.string(), text.str(), file.parent_path());
 }
 

@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/quantity.hpp"
 
+#include "config/diagnostics.hpp"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -50,6 +54,22 @@ const Unit* find_unit(std::string_view name) {
   return nullptr;
 }
 
+/// ", did you mean 'x'?": the unit that differs in upper and lower case only, or nearly a longer one; or nothing.
+std::string guess(std::string_view name) {
+  const auto lower = [](std::string_view text) {
+    std::string result(text);
+    std::ranges::transform(result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return result;
+  };
+  std::vector<std::string> names;
+  for (const Unit& unit : units) {
+    if (lower(unit.name) == lower(name)) return fmt::format(", did you mean '{}'?", unit.name);
+    names.emplace_back(unit.name);
+  }
+  const std::string near = name.size() < 3 ? "" : nearest(name, names);
+  return near.empty() ? "" : fmt::format(", did you mean '{}'?", near);
+}
+
 struct Parsed {
   double factor = 1;
   double offset = 0;
@@ -83,7 +103,7 @@ Parsed parse_unit(std::string_view text) {
     }
     const Unit* unit = find_unit(name);
     if (unit == nullptr) {
-      result.problem = fmt::format("has the unknown unit '{}'", name);
+      result.problem = fmt::format("has the unknown unit '{}'{}", name, guess(name));
       return result;
     }
     result.factor *= std::pow(unit->factor, sign * power);

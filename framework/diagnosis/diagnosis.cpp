@@ -87,7 +87,7 @@ class Run {
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
           fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
-    if (!d_->model.camera.empty() && d_->model.camera != campaign.camera_name)
+    if (!simulation::is_for(d_->model, *campaign.camera))
       d_->notes.push_back(
           fmt::format("The model is for the camera '{}', the campaign was made with '{}': its profile is used.",
                       d_->model.camera, campaign.camera_name));

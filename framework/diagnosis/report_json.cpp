@@ -47,6 +47,13 @@ json effect_of(const EffectResult& effect) {
   return result;
 }
 
+/// Its name; a path from the root, as the extended model lies in another folder than the one that has it.
+std::string camera_of(const simulation::Model& model) {
+  const bool path = model.camera.find('/') != std::string::npos || model.camera.ends_with(".yaml");
+  if (!path || !model.camera_at.source) return model.camera;
+  return std::filesystem::absolute(model.camera_at.source->base / model.camera).lexically_normal().string();
+}
+
 json pattern_of(const Pattern& p) {
   return {{"observable", observable_names[p.observable]}, {"axis", p.axis},  {"p_value", p.p_value}, {"size", p.size},
           {"unit", observable_units[p.observable]},       {"share", p.share}};
@@ -211,7 +218,7 @@ void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
 }
 
 std::string model_yaml(const Diagnosis& d) {
-  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", config::yaml_word(d.model.camera),
+  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", config::yaml_word(camera_of(d.model)),
                                  d.model.physical ? "physical" : "reference");
   text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
   for (const Term& term : d.search.after.state.terms)

@@ -5,7 +5,10 @@
 namespace tofgraph::graph {
 
 FrameQueue::FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& queue, BufferPool& pool)
-    : in_flight_limit_(in_flight), queue_(queue), tokens_(in_flight + queue.capacity + 1) {
+    : in_flight_limit_(in_flight),
+      queue_(queue),
+      tokens_(in_flight + queue.capacity + 1),
+      waiting_(queue.capacity + 1) {
   free_.reserve(tokens_.size());
   for (Token& token : tokens_) {
     token.frames.resize(nodes);

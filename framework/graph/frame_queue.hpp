@@ -6,9 +6,10 @@
 #include "graph/frame.hpp"
 #include "graph/pipeline.hpp"
 
+#include <boost/circular_buffer.hpp>
+
 #include <atomic>
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <mutex>
 #include <vector>
@@ -56,7 +57,7 @@ class FrameQueue {
   std::mutex mutex_;  // those below
   std::condition_variable changed_;
   std::vector<Token*> free_;
-  std::deque<Token*> waiting_;
+  boost::circular_buffer<Token*> waiting_;
   std::size_t in_flight_ = 0;
   std::size_t next_sequence_ = 0;
 };

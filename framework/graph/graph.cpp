@@ -234,12 +234,16 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
   }
 }
 
-nlohmann::json Graph::provenance(std::size_t node) const {
-  nlohmann::json stages = nlohmann::json::array();
+std::set<std::size_t> Graph::steps_to(std::size_t node) const {
   std::set<std::size_t> steps(nodes_[node]->output().history.begin(), nodes_[node]->output().history.end());
   for (const std::size_t input : inputs_[node])
     steps.insert(nodes_[input]->output().history.begin(), nodes_[input]->output().history.end());
-  for (const std::size_t i : steps) {
+  return steps;
+}
+
+nlohmann::json Graph::provenance(std::size_t node) const {
+  nlohmann::json stages = nlohmann::json::array();
+  for (const std::size_t i : steps_to(node)) {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
     for (const UsedFile& file : step.files()) {

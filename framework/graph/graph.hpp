@@ -8,6 +8,7 @@
 #include "graph/plugin.hpp"
 
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,6 +40,8 @@ class Graph {
   const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
     return aliases_[node][k];
   }
+  /// Indices of the nodes whose work is in the frames that reach a node.
+  std::set<std::size_t> steps_to(std::size_t node) const;
   /// What was done to the frames that reach a node, as data.
   nlohmann::json provenance(std::size_t node) const;
 

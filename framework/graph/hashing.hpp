@@ -9,14 +9,17 @@
 
 namespace tofgraph::graph {
 
-/// As long as it lives, the inputs' hashes are made beside the run, for whoever writes them at its end.
+/// As long as it lives, the hashes of inputs are made beside the run, for the stages that write them at its end.
 class Hashing {
  public:
   explicit Hashing(Graph& graph)
       : graph_(graph), thread_([&graph](const std::stop_token& over) {
           const auto stopped = [&] { return over.stop_requested() || !graph.host().wants_hashes(); };
-          for (const auto& node : graph.nodes()) {
-            for (const UsedFile& file : node->files()) file.hash->get(stopped);
+          for (const auto& writer : graph.nodes()) {
+            if (!writer->wants_provenance()) continue;
+            for (const std::size_t step : graph.steps_to(writer->index)) {
+              for (const UsedFile& file : graph.nodes()[step]->files()) file.hash->get(stopped);
+            }
           }
         }) {}
 

@@ -87,8 +87,10 @@ class Instance {
   /// The files of the outputs, for a stage that has some: by the parameter's place.
   void set_outputs(std::vector<io::OutputPattern> outputs) { outputs_ = std::move(outputs); }
   void set_overwrite(bool allowed) { overwrite_ = allowed; }
-  /// @param make called when somebody asks for it first: the hashes of long files take their time
+  /// @param make called when the stage asks for it first, after prepare: the hashes of long files take their time
   void set_provenance(std::function<std::string()> make) { make_provenance_ = std::move(make); }
+  /// Whether the stage asked for it in prepare, which says that it will at the end.
+  bool wants_provenance() const { return wants_provenance_; }
   const std::vector<UsedFile>& files() const { return files_; }
   void add_file(const std::string& path);
   /// Warnings of create and prepare, which have a place in what the user wrote.
@@ -116,6 +118,7 @@ class Instance {
   std::mutex claims_mutex_;
   std::set<std::size_t> claims_;
   std::function<std::string()> make_provenance_;
+  bool wants_provenance_ = false;
   std::once_flag provenance_made_;
   std::string provenance_;
 };

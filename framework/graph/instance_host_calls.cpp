@@ -133,23 +133,29 @@ struct HostCalls {
                       [](float a, float b) { return std::abs(a - b) < 1e-6F || (std::isnan(a) && std::isnan(b)); });
   }
 
+  static io::CameraPtr recorded_profile(const std::string& name, const char* text) {
+    try {
+      config::Diagnostics mistakes;
+      io::CameraPtr camera = io::read_profile(config::parse_document("profile of " + name, text), mistakes);
+      if (!mistakes.ok()) throw config::ConfigurationError(mistakes);
+      return camera;
+    } catch (const config::ConfigurationError& error) {
+      throw config::ConfigurationError(fmt::format("the profile that came with it cannot be used:\n{}", error.what()));
+    }
+  }
+
   static int use_profile(void* context, const char* name, const char* text) {
     bool found = false;
     const int status = guarded([&] {
       Instance& self = instance(context);
       Leaving& leaves = leaving(self, "use_profile");
-      config::Diagnostics mistakes;
       io::CameraPtr camera;
       if (text != nullptr) {
-        camera = io::read_profile(
-            config::parse_document(std::string("profile of ") + needed(name, "a profile's name"), text), mistakes);
+        camera = recorded_profile(needed(name, "a profile's name"), text);
       } else if (const auto file = io::find_profile(needed(name, "a profile's name"), {}); !file.empty()) {
         camera = io::load_profile(file);
         self.add_file(file.string());
       }
-      if (!mistakes.ok())
-        throw config::ConfigurationError(
-            fmt::format("the profile that came with it cannot be used:\n{}", mistakes.text()));
       if (!camera) return;
       leaves.stream.set_camera(std::move(camera), self.index_);
       if (leaves.arriving != nullptr) leaves.arriving->camera = &leaves.stream.camera->view();
@@ -204,6 +210,10 @@ struct HostCalls {
 
   static const char* provenance(void* context) {
     Instance& self = instance(context);
+    if (self.starting_) {
+      self.wants_provenance_ = true;
+      return "{}";
+    }
     const auto make = [&] { self.provenance_ = self.make_provenance_ ? self.make_provenance_() : "{}"; };
     return guarded([&] { std::call_once(self.provenance_made_, make); }) == TOFGRAPH_STATUS_OK
                ? self.provenance_.c_str()

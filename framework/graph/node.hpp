@@ -50,6 +50,7 @@ class Node {
   void set_overwrite(bool allowed);
   /// From now on each call of process() is watched: it fails when the stage does to a frame what it may not.
   void set_validating() { validating_ = true; }
+  bool wants_provenance() const { return instance_.wants_provenance(); }
   void set_provenance(std::function<std::string()> make) { instance_.set_provenance(std::move(make)); }
 
  private:

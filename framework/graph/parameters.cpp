@@ -97,6 +97,16 @@ std::string list_text(const config::Value& list) {
   return text.empty() ? "[]" : text + "]";
 }
 
+/// The nearest parameter, or key that every node has; where none is near, the parameters.
+std::string advice(const tofgraph_descriptor& stage, const std::string& key, const std::vector<std::string>& names) {
+  std::vector<std::string> known = names;
+  const std::string_view kind = stage.kind;
+  if (kind != "effect") known.insert(known.end(), {"name", "stage", "inputs"});
+  if (kind == "source") known.emplace_back("queue");
+  if (kind == "sink") known.emplace_back("overwrite");
+  return config::suggestion(key, config::nearest(key, known).empty() ? names : known, "parameters");
+}
+
 }  // namespace
 
 bool parse_bool(const std::string& text, bool& value) {
@@ -114,7 +124,7 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
     positions_.emplace_back(entry->key, entry->value.at);
     if (std::ranges::find(names, entry->key) != names.end()) continue;
     diagnostics.error(entry->at, fmt::format("the {} {} has no parameter '{}'", what, stage.name, entry->key),
-                      config::suggestion(entry->key, names, "parameters"));
+                      advice(stage, entry->key, names));
   }
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) {
     const tofgraph_parameter& p = stage.parameters[i];

@@ -61,6 +61,15 @@ class OutputAside {
   int kept_ = -1;
 };
 
+/// Why plugins cannot be looked for there, or nothing.
+std::string folder_problem(const std::filesystem::path& folder) {
+  std::error_code error;
+  const auto type = std::filesystem::status(folder, error).type();
+  if (type == std::filesystem::file_type::directory) return {};
+  const bool known = !error || type == std::filesystem::file_type::not_found;
+  return known ? "is not a folder" : "cannot be entered: " + error.message();
+}
+
 /// A bound as data: NaN, "no bound", is null.
 nlohmann::json number_or_null(double value) { return std::isnan(value) ? nlohmann::json() : nlohmann::json(value); }
 
@@ -176,18 +185,17 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
   std::vector<std::filesystem::path> path;
   for (const auto& folder : given) {
     constexpr std::string_view advice = "a plugin path is the folder that holds tofgraph_KIND_NAME.so";
-    const auto refuse_folder = [&](const char* why) {
+    const auto refuse_folder = [&](std::string_view why) {
       throw config::ConfigurationError(
-          fmt::format("plugin path {}: error: {}\n         {}", folder.string(), why, advice));
+          fmt::format("plugin path {}: error: this {}\n         {}", folder.string(), why, advice));
     };
-    std::error_code error;
-    if (!std::filesystem::is_directory(folder, error)) refuse_folder("this is not a folder");
-    if (access(folder.c_str(), R_OK | X_OK) != 0) refuse_folder("this folder cannot be read");
+    if (const std::string why = folder_problem(folder); !why.empty()) refuse_folder(why);
+    if (access(folder.c_str(), R_OK | X_OK) != 0) refuse_folder("folder cannot be read");
     path.push_back(std::filesystem::absolute(folder).lexically_normal());
   }
   for (const auto& folder : config::plugin_path_from_environment()) {
-    if (problem && !std::filesystem::is_directory(folder))
-      problem(fmt::format("TOFGRAPH_PLUGIN_PATH: {} is not a folder", folder.string()));
+    if (const std::string why = folder_problem(folder); problem && !why.empty())
+      problem(fmt::format("TOFGRAPH_PLUGIN_PATH: {} {}", folder.string(), why));
     path.push_back(std::filesystem::absolute(folder));
   }
   path.push_back(config::plugin_folder());

@@ -4,6 +4,7 @@
 // and time. Deleting the cache costs nothing but the time of a scan.
 #include "config/child_process.hpp"
 #include "config/paths.hpp"
+#include "config/say.hpp"
 #include "graph/plugin.hpp"
 
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -82,7 +82,8 @@ config::ChildResult run_scanner(const std::vector<PluginFile>& files, std::size_
   const auto tell = [&](const std::string& output) {
     const std::size_t loading = first + static_cast<std::size_t>(std::ranges::count(output, '\n'));
     if (loading >= files.size() || loading == told) return;
-    fmt::print(stderr, "plugin {}: still being loaded after {} s\n", files[loading].path.string(), patience.count());
+    config::say(
+        fmt::format("plugin {}: still being loaded after {} s", files[loading].path.string(), patience.count()));
     told = loading;
   };
   try {

@@ -207,14 +207,6 @@ std::string write_error(const fs::path& path) {
   return {};
 }
 
-namespace {
-
-std::string existing_problem(const fs::path& existing) {
-  return fmt::format("{} already exists: --force or overwrite: true allows it to be replaced", existing.string());
-}
-
-}  // namespace
-
 std::string input_problem(const fs::path& file, std::span<const fs::path> inputs) {
   std::error_code error;
   const auto is_it = [&](const fs::path& input) { return fs::equivalent(file, input, error); };
@@ -233,14 +225,15 @@ std::string output_problem(const OutputPattern& pattern, bool overwrite) {
   std::string problem = write_error(pattern.path(0));
   if (!problem.empty() || overwrite) return problem;
   const fs::path existing = pattern.existing();
-  return existing.empty() ? std::string() : existing_problem(existing);
+  return existing.empty() ? std::string() : output_problem(existing, overwrite);
 }
 
-std::string output_problem(const fs::path& file, bool overwrite) {
+std::string output_problem(const fs::path& file, bool overwrite, std::string_view allowed_by) {
   std::string problem = write_error(file);
   if (!problem.empty() || overwrite) return problem;
   std::error_code error;
-  return fs::exists(file, error) ? existing_problem(file) : std::string();
+  if (!fs::exists(file, error)) return {};
+  return fmt::format("{} already exists: {} allows it to be replaced", file.string(), allowed_by);
 }
 
 }  // namespace tofgraph::io

@@ -106,6 +106,8 @@ std::string input_problem(const std::filesystem::path& file, std::span<const std
 /// What a sink checks before the first frame. @returns why the output cannot be, or nothing.
 /// @param overwrite existing files may be replaced
 std::string output_problem(const OutputPattern& pattern, bool overwrite);
-std::string output_problem(const std::filesystem::path& file, bool overwrite);
+/// @param allowed_by what the user can write for that
+std::string output_problem(const std::filesystem::path& file, bool overwrite,
+                           std::string_view allowed_by = "--force or overwrite: true");
 
 }  // namespace tofgraph::io

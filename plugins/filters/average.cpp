@@ -14,6 +14,8 @@
 #include <limits>
 #include <vector>
 
+#include "config/say.hpp"
+
 #ifndef TOFGRAPH_AVERAGE_ONCE
 #define TOFGRAPH_AVERAGE_ONCE
 namespace tofgraph {
@@ -155,7 +157,7 @@ struct Average final : Filter {
     if (*running && *frames > 1000)
       throw ConfigError("frames", "a running mean keeps every frame of its window: at most 1000 are allowed");
     if (!*running && come > 0 && come < wanted) {
-      throw ConfigError("frames", std::to_string(come) + " frames arrive, not enough for one mean of " +
+      throw ConfigError("frames", config::counted(come, "frame") + " in all, not enough for one mean of " +
                                       std::to_string(wanted) + ": write frames: " + std::to_string(come) + " or less");
     }
     if (!*running) setup.set_frames(come / wanted, setup.stream().known);
@@ -186,8 +188,8 @@ struct Average final : Filter {
 
   void finish() const {
     if (*running || taken_ == 0) return;
-    warn("the last " + std::to_string(taken_) + " frames at the end do not fill a mean of " + std::to_string(*frames) +
-         " and are discarded");
+    warn("the last " + config::counted(static_cast<std::uint64_t>(taken_), "frame") +
+         " discarded: too few for a mean of " + std::to_string(*frames));
   }
 
  private:

@@ -16,6 +16,7 @@
 namespace tofgraph {
 
 /// While it runs the file is called PATH.part and can be read; what was written survives the end of the process. The
+/// provenance is written at the end, when the hashes of long inputs are ready, so that no frame waits for them. The
 /// rays are not recorded: they come from the camera's profile, whose text is.
 struct CaptureWriter final : Sink {
   In<void> every{this, "*", {.text = "what is recorded"}};
@@ -29,6 +30,7 @@ struct CaptureWriter final : Sink {
     options_ = {static_cast<int>(*compression), setup.overwrite()};
     const std::string problem = io::CaptureWriter::problem(std::string(*path), options_.overwrite);
     if (!problem.empty()) throw ConfigError("path", problem);
+    static_cast<void>(provenance());  // asked for here, it is made beside the run
     const tofgraph_camera* camera = setup.stream().camera;
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
@@ -58,10 +60,7 @@ struct CaptureWriter final : Sink {
   }
 
   void process(Frame& frame) {
-    if (!writer_) {
-      header_.provenance = provenance();
-      writer_ = std::make_unique<io::CaptureWriter>(std::string(*path), header_, chosen_, options_);
-    }
+    if (!writer_) writer_ = std::make_unique<io::CaptureWriter>(std::string(*path), header_, chosen_, options_);
     std::vector<tofgraph_view> views;
     for (const io::CaptureChannel& channel : chosen_) views.push_back(frame.find(channel.name.c_str()));
     writer_->append(frame.metadata(), views);
@@ -69,7 +68,7 @@ struct CaptureWriter final : Sink {
 
   void finish() {
     if (writer_)
-      writer_->finish();
+      writer_->finish(provenance());
     else
       warn("no frames arrived: " + *path + " is not written");
   }

@@ -43,6 +43,7 @@ struct CloudFile : Sink {
 
   /// @param ending of the files' names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {
+    static_cast<void>(provenance());  // asked for here, it is made beside the run
     check_ending(ending);
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <limits>
 
+#include "config/say.hpp"
 #include "io/output_file.hpp"
 #include "plugins/sinks/channel_pictures.hpp"
 
@@ -175,7 +176,7 @@ struct ImageWriter final : ChannelPictures {
       return static_cast<std::uint16_t>(std::clamp(count, 0.0, greatest));
     });
     if (beyond != 0 && !warned_.exchange(true))
-      warn(fmt::format("{} pixels of {} are outside 0 to {} {} and were clipped: use a larger scale", beyond, channel_,
+      warn(fmt::format("{} of {} clipped to 0 to {} {}: use a larger scale", config::counted(beyond, "pixel"), channel_,
                        greatest * scale_, unit_));
     return result;
   }

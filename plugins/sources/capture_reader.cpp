@@ -13,6 +13,7 @@
 #include <optional>
 #include <sstream>
 
+#include "config/say.hpp"
 #include "io/captures/capture.hpp"
 
 namespace tofgraph {
@@ -48,7 +49,8 @@ struct CaptureReader final : Source {
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
     if (!reader_->finished())
-      warn(fmt::format("{} is still being recorded or was cut off: {} frames are complete", *file, reader_->frames()));
+      warn(fmt::format("{} is still being recorded or was cut off: {} complete", *file,
+                       config::counted(reader_->frames(), "frame")));
     for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is not a channel", *file, name));
   }
 

@@ -11,6 +11,8 @@
 #include <limits>
 #include <vector>
 
+#include "config/say.hpp"
+
 namespace tofgraph {
 
 /// Reads what the vendor's library hands out as source data, frame after frame: 4 x { 512-byte header, kept and not
@@ -57,8 +59,8 @@ struct PmdRawReader final : Source {
                                     std::to_string(rows_) + " px)");
     }
     if (rest != 0) {
-      warn(*file + " is not a whole number of frames: " + std::to_string(whole) + " frames of " +
-           std::to_string(frame_bytes()) + " bytes are read, the last " + std::to_string(rest) +
+      warn(*file + " is not a whole number of frames: " + config::counted(whole, "frame") + " of " +
+           std::to_string(frame_bytes()) + " bytes read, the last " + std::to_string(rest) +
            " bytes are not; is it the right camera, or is a frame_header missing?");
     }
     frames_ = whole;

@@ -97,6 +97,7 @@ const Case running[] = {
     {"filter", "view_without_size", "frame 0: the view for channel 'distance' has no size"},
     {"filter", "reads_null", "frame 0: the plugin gave null to read()"},
     {"filter", "writes_rank_0", "frame 0: channel 'depth' was to be written with 0 dimensions of type float32"},
+    {"filter", "uses_file_while_running", "frame 0: uses_file() is for prepare()"},
     {"filter", "output_of_no_file", "frame 0: output() was asked for 'size', which is not an output"},
 };
 const Case simulating[] = {

@@ -75,7 +75,7 @@ TEST_F(Check, OpensTheCapturesOfACampaign) {
   const Outcome outcome = check("campaign.yaml");
   expect_said(outcome, 2, "campaign.yaml:4:22: error: 'capture': ");
   expect_said(outcome, 2, "campaign.yaml:5:22: error: 'capture': the capture is 176 x 132 px, the camera 'camcube2'");
-  expect_said(outcome, 2, "'capture': the capture has 3 frames, which count from 0: frame 19 is not there");
+  expect_said(outcome, 2, "'capture': the capture has 3 frames, counted from 0: frame 19 is not there");
 }
 
 TEST_F(Check, SaysWhatOtherCommandsNeedOfAProfile) {
@@ -93,7 +93,8 @@ TEST_F(Check, NamesThatNoFileCanHaveAreMistakesLikeOthers) {
   expect_said(check("'simulator scene=" + name + " ! null'" + at), 2, "File name too long");
   expect_said(check("'capture_reader file=" + name + " ! null'" + at), 2, "there is no such file");
   expect_said(check("'simulator distance=1m ! pcd_writer path=" + name + ".pcd'" + at), 2, "error: ");
-  expect_said(shell("$TOFGRAPH list --plugin-path " + name, folder_.path()), 2, "this is not a folder");
+  expect_said(shell("$TOFGRAPH list --plugin-path " + name, folder_.path()), 2,
+              "this cannot be entered: File name too long");
   expect_said(check(name), 2, "error: ");
   write("scene.yaml", "scene: 1\ncamera: " + name + "\nmodel: " + name + "\nobjects:\n  - {type: mesh, file: " + name +
                           ".ply, position: [0 m, 0 m, 1 m]}\n");

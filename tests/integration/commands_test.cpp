@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The command line itself: its help, its guesses, what it says on a terminal and what it says of files.
 #include "cli/progress.hpp"
+#include "graph/plugin.hpp"
 #include "tests/program.hpp"
 
 #include <pty.h>
@@ -233,12 +234,27 @@ TEST(Terminal, ABarNeverGoesBack) {
     progress.show(0.5, "first");
     wait(250);
     progress.show(0.2, "second");
-    cli::say("a message");
+    config::say("a message");
   });
   EXPECT_TRUE(has(said, " 50 % first")) << said;
   EXPECT_TRUE(has(said, " 50 % second")) << said;
   EXPECT_TRUE(has(said, "\r\033[Ka message\r\n")) << "not behind the bar: " << said;
   EXPECT_TRUE(said.ends_with(" left\r\n")) << said;
+}
+
+/// Modules, the graph and the program share one terminal: what any of them says takes the bar's line.
+TEST(Terminal, WhatTheGraphSaysTakesTheBarsLine) {
+  const TemporaryFolder cache;
+  const std::string said = printed([&] {
+    setenv("XDG_CACHE_HOME", cache.path().c_str(), 1);
+    cli::Progress progress(false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2050));
+    progress.show(0.5, "half");
+    const graph::PluginRegistry slow({TOFGRAPH_BINARY_DIR "/tests/noisy"});
+    static_cast<void>(slow.describe({*slow.find("loads_slowly")}));
+  });
+  EXPECT_TRUE(has(said, "\r\033[Kplugin " TOFGRAPH_BINARY_DIR "/tests/noisy/")) << said;
+  EXPECT_TRUE(has(said, "still being loaded after 2 s\r\n")) << said;
 }
 
 TEST(Terminal, ABarTellsElapsedAndRemainingTime) {

@@ -142,7 +142,7 @@ TEST(Average, TellsHowManyFramesAreLeftOver) {
   }
   stage.finish();
   ASSERT_EQ(stage.messages().size(), 1U);
-  EXPECT_NE(stage.messages()[0].find("the last 3 frames at the end do not fill a mean of 4"), std::string::npos)
+  EXPECT_NE(stage.messages()[0].find("the last 3 frames discarded: too few for a mean of 4"), std::string::npos)
       << stage.messages()[0];
 }
 
@@ -154,7 +154,7 @@ TEST(Average, RefusesARecordingThatIsShorterThanOneMean) {
   };
   const tests::Outcome short_one = check(7);
   EXPECT_EQ(short_one.exit_code, 2);
-  EXPECT_NE(short_one.err.find("7 frames arrive, not enough for one mean of 8"), std::string::npos) << short_one.err;
+  EXPECT_NE(short_one.err.find("7 frames in all, not enough for one mean of 8"), std::string::npos) << short_one.err;
   EXPECT_EQ(check(8).exit_code, 0);
 }
 

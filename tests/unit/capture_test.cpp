@@ -203,7 +203,7 @@ TEST_F(CaptureFile, WronglyShapedChannel) {
         .dataset("amplitude", {2, 2, 3}, ramp(12))
         .metadata(1);
   }
-  expect_words(why(), {"/frames/range has 1 frames, but /frames/amplitude has 2"});
+  expect_words(why(), {"/frames/range has 1 frame, but /frames/amplitude has 2"});
 }
 
 TEST_F(CaptureFile, MissingOrWrongMetadata) {

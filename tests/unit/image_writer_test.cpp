@@ -120,7 +120,7 @@ TEST_F(ImageStage, WhatDoesNotFitIsTold) {
   put(stage);
   stage.run();
   ASSERT_EQ(stage.messages().size(), 1U) << "once";
-  expect_words(stage.messages()[0], "1 pixels of range are outside 0 to 65.535 m and were clipped: use a larger scale");
+  expect_words(stage.messages()[0], "1 pixel of range clipped to 0 to 65.535 m: use a larger scale");
 }
 
 TEST_F(ImageStage, ColoursStandForValues) {

@@ -95,8 +95,7 @@ TEST(PmdRawReader, ReadsTheWholeFramesAndReportsTheRest) {
   expect_frame(stage, 0);
   EXPECT_FALSE(stage.run());
   ASSERT_EQ(stage.messages().size(), 1U);
-  EXPECT_NE(stage.messages()[0].find("1 frames of 667904 bytes are read, the last 1000 bytes are not"),
-            std::string::npos)
+  EXPECT_NE(stage.messages()[0].find("1 frame of 667904 bytes read, the last 1000 bytes are not"), std::string::npos)
       << stage.messages()[0];
 }
 

@@ -184,8 +184,8 @@ typedef struct tofgraph_host {
   /** A file whose content shapes the result: its hash goes into the provenance. In prepare only. Images and input
    * files are seen to by the host. */
   void (*uses_file)(void* context, const char* path);
-  /** The provenance of what arrives at this node, as JSON; {} before the first frame. Lives as long as the stage. Waits
-   * for the hashes of long inputs, which are made beside the run: best asked for in finish(). */
+  /** The provenance of what arrives at this node, as JSON. Lives as long as the stage. Waits for the hashes of inputs:
+   * best asked for in finish(), and in prepare(), where it is {}, so that they are made beside the run. */
   const char* (*provenance)(void* context);
   /** The folders in which the run finds plugins, in their order, with colons between; lives as long as the stage. */
   const char* (*plugin_path)(void* context);

@@ -70,7 +70,7 @@ class Stage {
   void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }
   /// What `explain` tells of this node; in prepare.
   void note(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_INFO, text.c_str()); }
-  /// The provenance of what arrives here, as JSON.
+  /// The provenance of what arrives here, as JSON: ask in finish(), and in prepare() so that it is ready then.
   std::string provenance() const { return host->provenance(context); }
   /// True once the run is ending: a source that waits should return false.
   bool stopping() const { return host->stopping(context) != 0; }

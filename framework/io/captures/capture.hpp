@@ -22,7 +22,8 @@ struct CaptureHeader {
   std::string camera;  ///< the name of its profile
   std::uint32_t width = 0, height = 0;
   std::string comment, serial;               ///< optional
-  std::string profile, provenance;           ///< optional: texts in YAML and JSON
+  std::string profile;                       ///< optional: its text
+  std::string provenance;                    ///< optional, JSON; a recording has it when it is finished
   std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
 };
 
@@ -93,8 +94,9 @@ class CaptureWriter {
   /// of another type or size than its channel
   void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
   std::size_t frames() const;
-  /// Closes the file, waits until it is on the disk and renames it. @throws std::runtime_error
-  void finish();
+  /// Closes the file, waits until it is on the disk and renames it. @param provenance of the frames, JSON; empty: none
+  /// @throws std::runtime_error
+  void finish(const std::string& provenance = {});
 
   /// FILE.part
   static std::filesystem::path part_of(const std::filesystem::path& file);

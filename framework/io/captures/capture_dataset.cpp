@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/captures/capture_dataset.hpp"
 
+#include "config/say.hpp"
+
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
@@ -203,7 +205,9 @@ std::size_t Dataset::stored_frames(bool all) const {
     const std::uint64_t frame = std::max<std::uint64_t>(product(product(size_, 1), H5Tget_size(type_)), 1);
     stored = std::min<std::uint64_t>(size_[0], H5Dget_storage_size(dataset_) / frame);
   }
-  if (all && stored != size_[0]) fail(fmt::format("announces {} frames, but {} are stored", size_[0], stored));
+  if (all && stored != size_[0])
+    fail(fmt::format("announces {}, but {} stored", config::counted(size_[0], "frame"),
+                     stored == 1 ? "1 is" : fmt::format("{} are", stored)));
   return static_cast<std::size_t>(stored);
 }
 

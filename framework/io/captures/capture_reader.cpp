@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/paths.hpp"
+#include "config/say.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_guard.hpp"
@@ -264,7 +265,8 @@ void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
   const std::size_t stored = dataset.stored_frames(finished);
   const bool first = frames == std::numeric_limits<std::size_t>::max();
   if (finished && !first && stored != frames) {
-    throw std::runtime_error(fmt::format("/frames/{} has {} frames, but /frames/{} has {}", dataset.name(), stored,
+    throw std::runtime_error(fmt::format("/frames/{} has {}, but /frames/{} has {}", dataset.name(),
+                                         config::counted(stored, "frame"),
                                          channels.empty() ? "" : channels.front().name, frames));
   }
   frames = std::min(frames, stored);

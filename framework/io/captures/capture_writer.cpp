@@ -42,6 +42,14 @@ void write_integer(hid_t object, const char* name, std::int64_t value) {
   check(H5Awrite(attribute, H5T_NATIVE_INT64, &value), fmt::format("attribute {} cannot be written", name));
 }
 
+/// The newest format is the one that can be read while it is written, and that a kill cannot leave torn (SWMR).
+Handle access() {
+  Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  check(H5Pset_libver_bounds(properties, H5F_LIBVER_V110, H5F_LIBVER_V110), "the format's version");
+  check(H5Pset_file_locking(properties, true, true), "file locking");
+  return properties;
+}
+
 hid_t file_type(std::uint32_t element_type) {
   switch (element_type) {
     case TOFGRAPH_TYPE_F32:
@@ -119,6 +127,8 @@ struct CaptureWriter::Impl {
   void check_view(const tofgraph_view& view, const CaptureChannel& channel) const;
   void append_metadata(const tofgraph_metadata& values);
   void close();
+  void close_whole();
+  void add_provenance(const std::string& text);
   [[noreturn]] void fail(const std::string& why) const {
     throw std::runtime_error(fmt::format("{}: {}", part.string(), why));
   }
@@ -169,11 +179,7 @@ CaptureWriter::~CaptureWriter() {
 }
 
 void CaptureWriter::Impl::create(const CaptureHeader& header) {
-  // The newest format is the one that can be read while it is written, and that a kill cannot leave torn (SWMR).
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "the format's version");
-  check(H5Pset_file_locking(access, true, true), "file locking");
-  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access), "cannot be made"), H5Fclose);
+  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access()), "cannot be made"), H5Fclose);
   write_text(h5, "format", layout::format);
   write_integer(h5, "version", layout::version);
   write_text(h5, "camera", header.camera);
@@ -182,7 +188,6 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   write_optional(h5, "comment", header.comment);
   write_optional(h5, "profile", header.profile);
   write_optional(h5, "serial", header.serial);
-  write_optional(h5, "provenance", header.provenance);
   if (!header.exposures.empty()) {
     std::vector<double> phases, frequencies;
     for (const tofgraph_exposure& exposure : header.exposures) {
@@ -254,15 +259,30 @@ void CaptureWriter::Impl::close() {
   h5.reset();
 }
 
-void CaptureWriter::finish() {
+void CaptureWriter::Impl::close_whole() {
+  series.clear();
+  metadata.clear();
+  if (H5Fclose(h5.release()) < 0) fail("cannot be written: " + h5::last_error());
+}
+
+/// Opens the file again: while others may read it, nothing can be added to it but frames.
+void CaptureWriter::Impl::add_provenance(const std::string& text) {
+  try {
+    h5 = Handle(check(H5Fopen(part.c_str(), H5F_ACC_RDWR, access()), "cannot be opened again"), H5Fclose);
+    write_text(h5, "provenance", text);
+  } catch (const std::exception& problem) {
+    fail(problem.what());
+  }
+  close_whole();
+}
+
+void CaptureWriter::finish(const std::string& provenance) {
   Impl& self = *impl_;
   if (self.broken) self.fail("was not written completely");
   {
     const h5::Lock lock;
-    self.series.clear();
-    self.metadata.clear();
-    const herr_t status = H5Fclose(self.h5.release());
-    if (status < 0) self.fail("cannot be written: " + h5::last_error());
+    self.close_whole();
+    if (!provenance.empty()) self.add_provenance(provenance);
   }
   const int descriptor = open(self.part.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = descriptor >= 0 && (fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP);

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/files/effect.hpp"
 
+#include "config/say.hpp"
 #include "graph/running_call.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <utility>
 
 namespace tofgraph::simulation {
@@ -18,7 +18,7 @@ std::shared_ptr<graph::Host> standard_host() {
   static const std::shared_ptr<graph::Host> host = [] {
     auto made = std::make_shared<graph::Host>();
     made->message = [](const std::string& name, const std::string& text, bool warning) {
-      fmt::print(stderr, "effect {}: {}{}\n", name, warning ? "warning: " : "", text);
+      config::say(fmt::format("effect {}: {}{}", name, warning ? "warning: " : "", text));
     };
     return made;
   }();

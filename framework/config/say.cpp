@@ -1,26 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Messages on standard error, of the program and of its modules alike.
-#pragma once
+#include "config/say.hpp"
 
 #include <fmt/format.h>
-
-#include <cstdio>
-
 #include <unistd.h>
+
 #include <atomic>
+#include <cstdio>
 #include <cstdlib>
-#include <string>
-#include <string_view>
 #include <utility>
 
-namespace tofgraph::cli {
+namespace tofgraph::config {
+namespace {
 
-/// Whether a progress bar stands on the terminal's last line, which a message then takes.
-inline std::atomic<bool> bar_stands = false;
+std::atomic<bool> bar_stands = false;
 
 /// Where standard error is a terminal that shows colours, and nobody asked for none (https://no-color.org).
-inline bool colours_wanted() {
+bool colours_wanted() {
   const char* no_colour = std::getenv("NO_COLOR");
   const char* terminal = std::getenv("TERM");
   return (no_colour == nullptr || *no_colour == 0) && terminal != nullptr && std::string_view(terminal) != "dumb" &&
@@ -29,7 +25,7 @@ inline bool colours_wanted() {
 
 /// `error` and `warning` in red and yellow, where a line begins with one or with a place or a name before it. Lines
 /// that begin with a blank are hints, and what the user wrote.
-inline std::string coloured(std::string_view text) {
+std::string coloured(std::string_view text) {
   static constexpr std::pair<std::string_view, std::string_view> words[] = {{"error", "\033[1;31m"},
                                                                             {"warning", "\033[1;33m"}};
   std::string result;
@@ -49,12 +45,19 @@ inline std::string coloured(std::string_view text) {
   return result;
 }
 
-/// A message on standard error.
-inline void say(const std::string& text) {
+}  // namespace
+
+void say(const std::string& text) {
   static const bool colours = colours_wanted();
   const std::string line = fmt::format("{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "",
                                        colours ? coloured(text) : text, text.ends_with('\n') ? "" : "\n");
   std::fwrite(line.data(), 1, line.size(), stderr);  // where nobody can be told, nobody is
 }
 
-}  // namespace tofgraph::cli
+void set_bar_stands(bool stands) { bar_stands = stands; }
+
+std::string counted(std::uint64_t number, std::string_view noun) {
+  return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
+}
+
+}  // namespace tofgraph::config
