@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The report of an offset calibration.
+#pragma once
+
+#include "calibration/campaign_inputs.hpp"
+#include "calibration/held_out.hpp"
+
+namespace tofgraph::calibration {
+
+report::Page offset_report(const Campaign& campaign, const physics::OffsetTable& table,
+                           const std::vector<HeldOut>& axes, const std::string& summary);
+
+}  // namespace tofgraph::calibration
