@@ -21,7 +21,7 @@ namespace {
 
 using config::format_quantity;
 
-/// Why a condition is no board that can be used, or nothing. It is left out, with a note.
+/// Why a condition cannot be used, or nothing. It is left out, with a note.
 std::string other_purpose(const io::Condition& c, bool table) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
   if (c.lens == "capped") return "the lens is capped";

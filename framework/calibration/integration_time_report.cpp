@@ -35,7 +35,7 @@ std::string best_times(const Boards& boards, const IntegrationTimes& times) {
   return report::curves(plot, 560, 340);
 }
 
-std::string least_errors(const Boards& boards, const IntegrationTimes& times) {
+std::string smallest_errors(const Boards& boards, const IntegrationTimes& times) {
   report::Curves plot{.title = "RMSE at the best time", .x_label = "distance, m", .y_label = "RMSE, mm"};
   for (std::size_t target = 0; target < boards.targets.size(); ++target) {
     report::Curve curve{.name = name_of(boards, target)};
@@ -115,7 +115,7 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   page.verdict(summary.substr(end == std::string::npos ? 0 : end + 1));
   page.paragraph(fmt::format("Camera '{}'. {}.", campaign.conditions.camera->view().name, described(boards)));
   page.heading("The best time");
-  page.figures(std::vector<std::string>{best_times(boards, times), least_errors(boards, times)},
+  page.figures(std::vector<std::string>{best_times(boards, times), smallest_errors(boards, times)},
                "The time with the least RMSE among those with at most 1 % of the pixels saturated.");
   const bool compares = std::ranges::any_of(times.places, [](const Place& p) { return p.times.size() > 1; });
   if (compares)

@@ -57,6 +57,12 @@ class OffsetTable {
               outside_ || inside != level};
     }
 
+    /// The reflectivities that are no extrapolation here; none: first > second.
+    std::pair<double, double> inside() const {
+      if (outside_) return {std::numeric_limits<double>::infinity(), 0};
+      return {std::exp(curve_.first() - level_margin), std::exp(curve_.last() + level_margin)};
+    }
+
    private:
     friend class OffsetTable;
     MonotoneCurve curve_;  // T over ln reflectivity
