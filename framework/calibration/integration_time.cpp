@@ -29,32 +29,36 @@ void check_enough(const Request& request, const Campaign& campaign, const Integr
                        format_quantity(times.places.back().distance, "m")));
 }
 
-std::string summary_of(const Campaign& campaign, const IntegrationTimes& times, const Request& request) {
-  std::string text = described(campaign.boards);
+/// What is recommended, line by line.
+std::vector<std::string> advice_of(const IntegrationTimes& times, const Request& request) {
+  if (!times.compares)
+    return {"each target and distance was measured at one integration time only: there is nothing to compare"};
+  std::vector<std::string> lines;
   const auto mm = [](double metres) { return format_quantity(std::round(metres * 1e5) * 1e-5, "m"); };
   const std::string wanted =
       request.accuracy ? fmt::format(" (wanted: {})", format_quantity(*request.accuracy, "m")) : "";
   const Suggestion& single = times.single;
   if (!single.places.empty())
-    text += fmt::format("\none integration time for all {} targets and distances: {}, error at most {}{}",
-                        single.places.size(), format_quantity(single.time, "s"), mm(single.worst), wanted);
+    lines.push_back(fmt::format("one integration time for all {} targets and distances: {}, error at most {}{}",
+                                single.places.size(), format_quantity(single.time, "s"), mm(single.worst), wanted));
   else
-    text += "\nno integration time was measured, unsaturated, at all targets and distances";
+    lines.emplace_back("no integration time was measured, unsaturated, at all targets and distances");
   if (!times.several.empty()) {
     std::vector<std::string> list;
     for (const Suggestion& s : times.several)
       list.push_back(fmt::format("{} for {} of them", format_quantity(s.time, "s"), s.places.size()));
-    text += fmt::format("\ntogether{}: {}", wanted, fmt::join(list, ", "));
+    lines.push_back(fmt::format("several together{}: {}", wanted, fmt::join(list, ", ")));
   }
   if (!times.out_of_reach.empty())
-    text += fmt::format("\n{} of {} targets and distances reach {} at no integration time", times.out_of_reach.size(),
-                        times.wanted.size(), request.accuracy ? format_quantity(*request.accuracy, "m") : "it");
+    lines.push_back(fmt::format("{} of {} targets and distances do not reach {} at any integration time",
+                                times.out_of_reach.size(), times.wanted.size(),
+                                request.accuracy ? format_quantity(*request.accuracy, "m") : "it"));
   if (times.held_out > 0)
-    text += fmt::format(
-        "\nbest times interpolated from other distances: RMSE {:.2f} times the least (95 %: {:.2f} to "
-        "{:.2f}, {} places)",
-        times.excess.value, times.excess.low, times.excess.high, times.held_out);
-  return text;
+    lines.push_back(
+        fmt::format("best times interpolated from other distances: RMSE {:.2f} times the least (95 %: "
+                    "{:.2f} to {:.2f}, {} places)",
+                    times.excess.value, times.excess.low, times.excess.high, times.held_out));
+  return lines;
 }
 
 void write_values(const Campaign& campaign, const IntegrationTimes& times, io::CalibrationWriter& writer) {
@@ -101,10 +105,10 @@ Result calibrate_integration_time(const Request& request) {
                                         format_quantity((*request.range)[1], "m")));
   if (request.accuracy) writer.setting("accuracy", format_quantity(*request.accuracy, "m"));
   write_values(campaign, times, writer);
-  const std::string summary = summary_of(campaign, times, request);
+  const std::vector<std::string> advice = advice_of(times, request);
   return {.file = writer.text(),
-          .page = integration_time_report(campaign, times, request, summary),
-          .summary = summary,
+          .page = integration_time_report(campaign, times, request, fmt::format("{}.", fmt::join(advice, "; "))),
+          .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
           .notes = campaign.boards.notes};
 }
 

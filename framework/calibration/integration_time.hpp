@@ -33,6 +33,7 @@ struct Suggestion {
 
 struct IntegrationTimes {
   std::vector<Place> places;               ///< by target, then distance
+  bool compares = false;                   ///< some place was measured at several times
   std::vector<const Place*> wanted;        ///< those within the wanted range
   Suggestion single;                       ///< the one time for all wanted places; no places: there is none
   std::vector<Suggestion> several;         ///< the fewest times that together reach the accuracy, where one does not
@@ -48,6 +49,6 @@ double error_of(const Board& board);
 IntegrationTimes choose_times(const Campaign& campaign, const Request& request);
 
 report::Page integration_time_report(const Campaign& campaign, const IntegrationTimes& times, const Request& request,
-                                     const std::string& summary);
+                                     const std::string& verdict);
 
 }  // namespace tofgraph::calibration

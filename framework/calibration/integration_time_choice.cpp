@@ -159,7 +159,8 @@ IntegrationTimes choose_times(const Campaign& campaign, const Request& request) 
                         (place.distance >= (*request.range)[0] - 1e-9 && place.distance <= (*request.range)[1] + 1e-9);
     if (inside) result.wanted.push_back(&place);
   }
-  recommend(result, accuracy);
+  result.compares = std::ranges::any_of(result.places, [](const Place& p) { return p.times.size() > 1; });
+  if (result.compares) recommend(result, accuracy);
   hold_out_distances(result);
   return result;
 }

@@ -108,27 +108,25 @@ void add_places(report::Page& page, const Boards& boards, const IntegrationTimes
 }  // namespace
 
 report::Page integration_time_report(const Campaign& campaign, const IntegrationTimes& times, const Request& request,
-                                     const std::string& summary) {
+                                     const std::string& verdict) {
   const Boards& boards = campaign.boards;
   report::Page page("Integration times");
-  const std::size_t end = summary.find('\n');
-  page.verdict(summary.substr(end == std::string::npos ? 0 : end + 1));
+  page.verdict(verdict);
   page.paragraph(fmt::format("Camera '{}'. {}.", campaign.conditions.camera->view().name, described(boards)));
   page.heading("The best time");
   page.figures(std::vector<std::string>{best_times(boards, times), smallest_errors(boards, times)},
                "The time with the least RMSE among those with at most 1 % of the pixels saturated.");
-  const bool compares = std::ranges::any_of(times.places, [](const Place& p) { return p.times.size() > 1; });
-  if (compares)
+  if (times.compares)
     page.figures(maps(boards, times), "Grey: not measured, or saturated.");
   else
-    page.paragraph("Each target and distance was measured at one integration time only: there is nothing to choose.");
+    page.paragraph("Each target and distance was measured at one integration time only: there is nothing to compare.");
   if (!times.several.empty()) {
     page.heading("Several integration times");
     std::vector<Row> rows;
     for (const Suggestion& s : times.several) {
       std::string list;
       for (const Place* p : s.places)
-        list += fmt::format("{}{} {}", list.empty() ? "" : ", ", name_of(boards, p->target),
+        list += fmt::format("{}{} at {}", list.empty() ? "" : ", ", name_of(boards, p->target),
                             format_quantity(p->distance, "m"));
       rows.push_back({ms(s.time), mm(s.worst), list});
     }

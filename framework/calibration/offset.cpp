@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -60,18 +61,20 @@ void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& wri
   for (const HeldOut& axis : axes) write("held_out_" + axis.axis, axis.after);
 }
 
-std::string summary_of(const Boards& boards, const std::vector<HeldOut>& axes) {
-  std::string text = described(boards);
-  const auto mm = [](double metres) { return config::format_quantity(std::round(metres * 1e6) * 1e-6, "m"); };
+/// What the calibration is worth, one line an axis.
+std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
+  if (axes.empty()) return {"too few levels to judge the calibration by what was left out"};
+  std::vector<std::string> lines;
   for (const HeldOut& axis : axes) {
     std::string name = axis.axis;
     std::ranges::replace(name, '_', ' ');
-    text +=
-        fmt::format("\nleaving out one {} at a time ({} levels): {} remain of {} (95 %: {} to {})", name, axis.levels,
-                    mm(axis.after.value), mm(axis.before.value), mm(axis.after.low), mm(axis.after.high));
+    lines.push_back(
+        fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm "
+                    "(95 %: {:.1f} to {:.1f} mm, {} levels)",
+                    name, axis.after.value * 1e3, axis.before.value * 1e3, axis.after.low * 1e3, axis.after.high * 1e3,
+                    axis.levels));
   }
-  if (axes.empty()) text += "\ntoo few levels to judge the calibration by what was left out";
-  return text;
+  return lines;
 }
 
 }  // namespace
@@ -102,9 +105,10 @@ Result calibrate_offset(const Request& request) {
   write_offset_calibration(calibration, writer);
   write_statistics(boards, writer);
   write_held_out(axes, writer);
+  const std::vector<std::string> worth = worth_of(axes);
   Result result{.file = writer.text(),
-                .page = offset_report(campaign, *table, axes, summary_of(boards, axes)),
-                .summary = summary_of(boards, axes),
+                .page = offset_report(campaign, *table, axes, fmt::format("{}.", fmt::join(worth, "; "))),
+                .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = boards.notes};
   if (!table->knows_reflectivities())
     result.notes.emplace_back(

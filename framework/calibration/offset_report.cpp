@@ -42,9 +42,8 @@ class Report {
   Report(const Campaign& campaign, const physics::OffsetTable& table, const std::vector<HeldOut>& axes)
       : boards_(campaign.boards), camera_(campaign.conditions.camera->view()), table_(table), axes_(axes) {}
 
-  report::Page make(const std::string& summary) {
-    const std::size_t end = summary.find('\n');
-    page_.verdict(summary.substr(end == std::string::npos ? 0 : end + 1));
+  report::Page make(const std::string& verdict) {
+    page_.verdict(verdict);
     page_.paragraph(fmt::format("Camera '{}'{}{}. {}. {}", camera_.name, boards_.serial.empty() ? "" : ", serial ",
                                 boards_.serial, described(boards_), shape_text(table_.shape())));
     before_and_after();
@@ -78,7 +77,7 @@ class Report {
         "Root mean square of measured minus true depth of the boards' means. Each board is corrected by a table that "
         "was made without its level; the first and the last level are not predicted, as that would be extrapolation. "
         "Intervals: whole levels resampled.");
-    page_.figures(plots, "Measured minus true depth before (open) and after the correction, level by level left out.");
+    page_.figures(plots, "Measured minus true depth before and after the correction, level by level left out.");
   }
 
   static std::string interval(const Interval& i) {
@@ -198,7 +197,7 @@ class Report {
     std::vector<Row> rows;
     for (const Board& b : boards_.boards) {
       const auto both = [](const Moments& m) {
-        return std::isfinite(m.sd) ? fmt::format("{} / {}", mm(m.mean), mm(m.sd)) : mm(m.mean);
+        return std::isfinite(m.sd) ? fmt::format("{}\u00a0/\u00a0{}", mm(m.mean), mm(m.sd)) : mm(m.mean);
       };
       rows.push_back({name_of(boards_, boards_.target_of(b)), mm(b.distance, 0),
                       fmt::format("{:.4g}", b.condition.integration_time * 1e3), both(b.modelled), both(b.measured),
@@ -222,8 +221,8 @@ class Report {
 }  // namespace
 
 report::Page offset_report(const Campaign& campaign, const physics::OffsetTable& table,
-                           const std::vector<HeldOut>& axes, const std::string& summary) {
-  return Report(campaign, table, axes).make(summary);
+                           const std::vector<HeldOut>& axes, const std::string& verdict) {
+  return Report(campaign, table, axes).make(verdict);
 }
 
 }  // namespace tofgraph::calibration

@@ -8,7 +8,8 @@
 
 namespace tofgraph::calibration {
 
+/// @param verdict the sentence at the top
 report::Page offset_report(const Campaign& campaign, const physics::OffsetTable& table,
-                           const std::vector<HeldOut>& axes, const std::string& summary);
+                           const std::vector<HeldOut>& axes, const std::string& verdict);
 
 }  // namespace tofgraph::calibration

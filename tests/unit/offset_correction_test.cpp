@@ -123,11 +123,11 @@ TEST(OffsetCorrection, BoxesOfThreeReflectivitiesAreEachCorrected) {
       return b.target == target && std::abs(b.time - 13e-3) < 1e-9 && std::abs(b.distance - distance) < 1e-6;
     });
   };
-  const std::vector<PublishedBoard> boxes = {board("50", 2.0), board("12.5", 2.5), board("0", 4.0)};
+  const std::vector<PublishedBoard> boxes = {board("black_50", 2.0), board("black_12.5", 2.5), board("white", 4.0)};
   Images in;
   for (std::size_t i = 0; i < pixels; ++i) in.set(i, boxes[(i % size) / 68]);
   const auto per_pixel = corrected("", in, 13e-3)->get<float>("distance");
-  const auto one_target = corrected("target='50'", in, 13e-3)->get<float>("distance");
+  const auto one_target = corrected("target=black_50", in, 13e-3)->get<float>("distance");
   double worst = 0, worst_of_one = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
     const double truth = distance_of(i, boxes[(i % size) / 68].distance);
@@ -150,7 +150,7 @@ TEST(OffsetCorrection, WhatIsBeyondTheBoardsIsFlaggedRefusedOrHeld) {
   EXPECT_TRUE(std::isnan(refused->get<float>("distance")[7]));
   EXPECT_EQ(held->get<std::uint16_t>("flags")[7], 0);
   EXPECT_EQ(held->get<float>("distance")[7], flagged->get<float>("distance")[7]);
-  EXPECT_EQ(corrected("target='0'", in, 100e-3, false)->get<std::uint16_t>("flags")[7], flag::extrapolated) << "time";
+  EXPECT_EQ(corrected("target=white", in, 100e-3, false)->get<std::uint16_t>("flags")[7], flag::extrapolated) << "time";
 }
 
 TEST(OffsetCorrection, InvalidPixelsStayInvalidAndTouchNoOther) {
@@ -181,7 +181,9 @@ TEST(OffsetCorrection, SaysWhatIsMissing) {
   };
   const auto with_amplitude = [&](Harness& stage) { stage.put<float>("amplitude", {size, size}, in.amplitude); };
   EXPECT_NE(refusal("", [](Harness&) {}).find("needs the amplitude"), std::string::npos);
-  EXPECT_NE(refusal("target=grey", with_amplitude).find("it has: 0, 12.5, 25, 50, 75, 100"), std::string::npos);
+  EXPECT_NE(
+      refusal("target=grey", with_amplitude).find("it has: white, black_12.5, black_25, black_50, black_75, black_100"),
+      std::string::npos);
   EXPECT_NE(refusal("window=4", with_amplitude).find("must be odd"), std::string::npos);
   const std::string no_time = refusal("", [&](Harness& stage) {
     with_amplitude(stage);
@@ -220,7 +222,7 @@ TEST(OffsetCorrection, ACalibrationOfAnotherSerialIsRefused) {
   write_text(folder.path() / "of_c7.yaml", text);
   const auto refusal = [&](const std::string& serial) {
     return message_of([&] {
-      Harness stage("offset_correction target='0' calibration='" + (folder.path() / "of_c7.yaml").string() + "'" +
+      Harness stage("offset_correction target=white calibration='" + (folder.path() / "of_c7.yaml").string() + "'" +
                     serial);
       stage.camera("camcube2");
       stage.put<float>("distance", {size, size}, std::vector<float>(pixels, 1.0F));

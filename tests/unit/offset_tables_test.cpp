@@ -28,8 +28,7 @@ calibration::Boards boards_of_the_tables(io::OffsetVariant variant) {
 
 const calibration::Board& board_of(const calibration::Boards& boards, const CsvRow& row) {
   const auto found = std::ranges::find_if(boards.boards, [&](const calibration::Board& b) {
-    return b.condition.target == row.at("black_percent") &&
-           std::abs(b.distance - number(row, "true_depth_mm") * 1e-3) < 1e-6;
+    return b.condition.target == paper_of(row) && std::abs(b.distance - number(row, "true_depth_mm") * 1e-3) < 1e-6;
   });
   EXPECT_NE(found, boards.boards.end());
   return *found;

@@ -33,6 +33,12 @@ inline std::vector<CsvRow> published_rows(const std::string& name) {
   return rows;
 }
 
+/// The targets' names in the calibration: white, black_12.5, .., black_100.
+inline std::string paper_of(const CsvRow& row) {
+  const std::string& percent = row.at("black_percent");
+  return percent == "0" ? "white" : "black_" + percent;
+}
+
 /// SI.
 struct PublishedBoard {
   std::string target;
@@ -45,7 +51,7 @@ inline std::vector<PublishedBoard> published_boards() {
   for (const CsvRow& row : published_rows("thesis_offset_tables.csv")) {
     const auto number = [&](const char* key) { return std::atof(row.at(key).c_str()); };
     const double black = number("black_percent") / 100;
-    boards.push_back({row.at("black_percent"), number("true_depth_mm") * 1e-3, number("integration_time_ms") * 1e-3,
+    boards.push_back({paper_of(row), number("true_depth_mm") * 1e-3, number("integration_time_ms") * 1e-3,
                       0.85 * (1 - black) + 0.06 * black, number("corrected_mean_mm") * 1e-3,
                       number("corrected_std_mm") * 1e-3});
   }
