@@ -36,6 +36,7 @@ std::string other_purpose(const io::Condition& c, bool table) {
 struct Read {
   std::optional<Board> board;
   std::string serial, camera;
+  double wrapped = 0;         ///< share of pixels
   std::string left_out;       ///< and why, for a note
   std::string mistake, hint;  ///< of the user
 };
@@ -61,7 +62,8 @@ class Reader {
     }
     const std::vector<double> modelled = model_.modelled(condition, window);
     const double farthest = *std::ranges::max_element(modelled);
-    if (farthest >= range_) {
+    const auto wrap = std::ranges::count_if(modelled, [this](double d) { return d >= range_; });
+    if (2 * static_cast<std::size_t>(wrap) >= window.size()) {
       result.mistake =
           fmt::format("the board's distances reach {}, beyond the unambiguous range of {} at {}: they wrap",
                       format_quantity(farthest, "m"), format_quantity(range_, "m"),
@@ -97,7 +99,8 @@ class Reader {
       result.camera = recording.reader().header().camera;
       io::Condition condition = written;
       complete(condition, recording.reader());
-      const MeanImages images = mean_of(recording, condition, window, camera_);
+      MeanImages images = mean_of(recording, condition, window, camera_);
+      result.wrapped = leave_out_wrapped(condition, images);
       if (!images.pixels.empty())
         result.board = model_.measure(condition, images);
       else if (images.saturated > 0)
@@ -107,6 +110,27 @@ class Reader {
     } catch (const std::runtime_error& error) {
       result.mistake = fmt::format("the capture {} {}", written.capture.string(), error.what());
     }
+  }
+
+  /// Pixels that differ from the others by a whole turn, as at the corners of a far board. @returns their share
+  double leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
+    const std::vector<double> modelled = model_.modelled(condition, images.pixels);
+    std::vector<double> difference;
+    for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
+    if (difference.empty()) return 0;
+    std::vector<double> sorted = difference;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::ranges::nth_element(sorted, middle);
+    MeanImages kept{.noise = images.noise, .frames = images.frames, .saturated = images.saturated};
+    for (std::size_t i = 0; i < difference.size(); ++i) {
+      if (std::abs(difference[i] - *middle) > range_ / 4) continue;
+      kept.pixels.push_back(images.pixels[i]);
+      kept.distance.push_back(images.distance[i]);
+      if (!images.amplitude.empty()) kept.amplitude.push_back(images.amplitude[i]);
+    }
+    const double share = 1 - static_cast<double>(kept.pixels.size()) / static_cast<double>(images.pixels.size());
+    if (share > 0) images = std::move(kept);
+    return share;
   }
 
   /// What the capture knows and the campaign does not say.
@@ -225,6 +249,8 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
     if (!read[i].mistake.empty()) diagnostics.error(c.at, read[i].mistake, read[i].hint);
     if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
     if (!read[i].board) continue;
+    if (read[i].wrapped > 0)
+      all.notes.push_back(fmt::format("{}: {:.2g} % of its pixels wrap and are left out", c.id, 100 * read[i].wrapped));
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
     all.boards.push_back(std::move(*read[i].board));
   }
