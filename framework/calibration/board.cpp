@@ -116,7 +116,8 @@ Board BoardModel::measure(const io::Condition& condition, const MeanImages& imag
               .frames = images.frames,
               .pixels = static_cast<double>(images.pixels.size()),
               .noise = images.noise,
-              .saturated = images.saturated};
+              .saturated = images.saturated,
+              .shows_saturation = images.shows_saturation};
   const Places p = places(condition, images.pixels);
   std::vector<double> depth, levels, angles;
   for (std::size_t i = 0; i < images.pixels.size(); ++i) {

@@ -30,7 +30,8 @@ struct MeanImages {
   std::vector<double> amplitude;  ///< counts; empty: not known
   double noise = unknown;         ///< m, standard deviation of a pixel's distance in one frame; NaN: one frame only
   std::size_t frames = 0;
-  double saturated = 0;  ///< share of the window's pixels, which are left out
+  double saturated = 0;           ///< share of the window's pixels, which are left out
+  bool shows_saturation = false;  ///< taps do
 };
 
 /// How the light falls off over the image: what a fit of ln response = b1 q + b2 q^2 needs of one condition, about its
@@ -60,6 +61,7 @@ struct Board {
   double amplitude = unknown;     ///< counts, mean
   double reflectivity = unknown;  ///< amplitude D_t^2 / (gain t_int), geometric mean, falloff taken out
   double saturated = 0;           ///< share of pixels
+  bool shows_saturation = true;   ///< false: of phases and decoded frames nobody can tell
   FalloffSums falloff;
 
   double error() const { return distance - corrected.mean; }  ///< m, T - z

@@ -21,6 +21,8 @@ namespace {
 
 using config::format_quantity;
 
+constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
+
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
 std::string other_purpose(const io::Condition& c, bool table) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
@@ -101,7 +103,10 @@ class Reader {
       complete(condition, recording.reader());
       MeanImages images = mean_of(recording, condition, window, camera_);
       result.wrapped = leave_out_wrapped(condition, images);
-      if (!images.pixels.empty())
+      if (images.noise > too_noisy * range_)
+        result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
+                                      format_quantity(images.noise, "m"));
+      else if (!images.pixels.empty())
         result.board = model_.measure(condition, images);
       else if (images.saturated > 0)
         result.left_out = "every pixel is saturated";
@@ -121,7 +126,10 @@ class Reader {
     std::vector<double> sorted = difference;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::ranges::nth_element(sorted, middle);
-    MeanImages kept{.noise = images.noise, .frames = images.frames, .saturated = images.saturated};
+    MeanImages kept{.noise = images.noise,
+                    .frames = images.frames,
+                    .saturated = images.saturated,
+                    .shows_saturation = images.shows_saturation};
     for (std::size_t i = 0; i < difference.size(); ++i) {
       if (std::abs(difference[i] - *middle) > range_ / 4) continue;
       kept.pixels.push_back(images.pixels[i]);
@@ -207,6 +215,19 @@ void merge_repeats(Boards& all) {
   }
 }
 
+/// One note for all conditions with pixels that wrap.
+void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
+  std::size_t count = 0, worst = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    count += read[i].wrapped > 0 ? 1 : 0;
+    if (read[i].wrapped > read[worst].wrapped) worst = i;
+  }
+  if (count == 0) return;
+  all.notes.push_back(
+      fmt::format("{} condition{} pixels that wrap, which are left out: most of them in {} ({:.2g} % of its pixels)",
+                  count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
+}
+
 void check_one_camera(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all,
                       config::Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < read.size(); ++i) {
@@ -249,12 +270,11 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
     if (!read[i].mistake.empty()) diagnostics.error(c.at, read[i].mistake, read[i].hint);
     if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
     if (!read[i].board) continue;
-    if (read[i].wrapped > 0)
-      all.notes.push_back(fmt::format("{}: {:.2g} % of its pixels wrap and are left out", c.id, 100 * read[i].wrapped));
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
     all.boards.push_back(std::move(*read[i].board));
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  note_wrapped(campaign, read, all);
   all.falloff = fit_falloff(all.boards);
   for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
   merge_repeats(all);

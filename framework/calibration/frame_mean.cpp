@@ -153,7 +153,10 @@ MeanImages mean_of(const io::Recording& recording, const io::Condition& conditio
       sums.add_decoded(recording.floats("distance", f),
                        kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
   }
-  return sums.mean(last - first + 1, kind == Kind::decoded || kind == Kind::distances, kind == Kind::decoded);
+  MeanImages mean =
+      sums.mean(last - first + 1, kind == Kind::decoded || kind == Kind::distances, kind == Kind::decoded);
+  mean.shows_saturation = kind == Kind::taps;
+  return mean;
 }
 
 }  // namespace tofgraph::calibration

@@ -12,18 +12,22 @@
 namespace tofgraph::calibration {
 namespace {
 
-bool usable(const Board& board) { return board.saturated <= usable_saturation && std::isfinite(board.rmse); }
-
 double time_of(const Board* board) { return board->condition.integration_time; }
+
+/// What does not show its saturation is not taken where the profile's full well is exceeded.
+bool usable(const Board& board, const Place& place) {
+  const bool full = !board.shows_saturation && time_of(&board) > place.saturates;
+  return board.saturated <= usable_saturation && !full && std::isfinite(board.rmse);
+}
 
 void choose_best(Place& place) {
   for (const Board* board : place.times) {
-    if (usable(*board) && (place.best == nullptr || board->rmse < place.best->rmse)) place.best = board;
+    if (usable(*board, place) && (place.best == nullptr || board->rmse < place.best->rmse)) place.best = board;
   }
   if (place.best == nullptr) return;
   place.shortest = place.longest = time_of(place.best);
   for (const Board* board : place.times) {
-    if (!usable(*board) || board->rmse > nearly_best * place.best->rmse) continue;
+    if (!usable(*board, place) || board->rmse > nearly_best * place.best->rmse) continue;
     place.shortest = std::min(place.shortest, time_of(board));
     place.longest = std::max(place.longest, time_of(board));
   }
@@ -61,8 +65,8 @@ std::vector<Place> places_of(const Campaign& campaign, double accuracy) {
   }
   std::vector<Place> result;
   for (auto& [key, place] : places) {
-    choose_best(place);
     set_limits(place, campaign.conditions.camera->view(), std::exp(moments_of(levels[place.target]).mean), accuracy);
+    choose_best(place);
     result.push_back(std::move(place));
   }
   return result;
@@ -71,7 +75,7 @@ std::vector<Place> places_of(const Campaign& campaign, double accuracy) {
 /// The board of a place at this time, if it is usable.
 const Board* at_time(const Place& place, double time) {
   for (const Board* board : place.times) {
-    if (time_of(board) == time && usable(*board)) return board;
+    if (time_of(board) == time && usable(*board, place)) return board;
   }
   return nullptr;
 }

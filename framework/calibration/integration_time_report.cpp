@@ -117,7 +117,7 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   page.figures(std::vector<std::string>{best_times(boards, times), smallest_errors(boards, times)},
                "The time with the least RMSE among those with at most 1 % of the pixels saturated.");
   if (times.compares)
-    page.figures(maps(boards, times), "Grey: not measured, or saturated.");
+    page.figures(maps(boards, times), "Grey: not measured, too little light, or saturated.");
   else
     page.paragraph("Each target and distance was measured at one integration time only: there is nothing to compare.");
   if (!times.several.empty()) {

@@ -43,7 +43,9 @@ class Report {
       : boards_(campaign.boards), camera_(campaign.conditions.camera->view()), table_(table), axes_(axes) {}
 
   report::Page make(const std::string& verdict) {
-    page_.verdict(verdict);
+    const bool helps =
+        !axes_.empty() && std::ranges::all_of(axes_, [](const HeldOut& a) { return a.after.high < a.before.value; });
+    page_.verdict(verdict, helps ? "good" : "warn");
     page_.paragraph(fmt::format("Camera '{}'{}{}. {}. {}", camera_.name, boards_.serial.empty() ? "" : ", serial ",
                                 boards_.serial, described(boards_), shape_text(table_.shape())));
     before_and_after();

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <array>
 #include <thread>
 
@@ -69,7 +70,9 @@ int calibrate(const CalibrateArguments& arguments) {
   result.page.write(report);
   io::write_file(arguments.out, result.file);
   if (arguments.quiet) return 0;
-  for (const std::string& note : result.notes) say("note: " + note);
+  constexpr std::size_t shown = 8;
+  for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) say("note: " + result.notes[i]);
+  if (result.notes.size() > shown) say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
   say(fmt::format("{}\nwrote {} and {}", result.summary, arguments.out, report.string()));
   return 0;
 }
