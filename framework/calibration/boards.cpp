@@ -173,6 +173,13 @@ class Reader {
   BoardModel model_;
 };
 
+/// Where a condition is written; of a table's row its beginning.
+config::Position place_of(const io::Condition& c) {
+  config::Position at = c.at;
+  at.column = std::max<std::size_t>(at.column, 1);
+  return at;
+}
+
 /// Several measurements of one condition as one; their scatter tells how well each is known.
 Board merged(const std::vector<Board>& same) {
   Board result = same.front();
@@ -239,7 +246,7 @@ void check_one_camera(const io::Campaign& campaign, const std::vector<Read>& rea
     if (all.serial.empty())
       all.serial = read[i].serial;
     else
-      diagnostics.error(c.at,
+      diagnostics.error(place_of(c),
                         fmt::format("the capture is of the camera with the serial {}, those before of {}",
                                     read[i].serial, all.serial),
                         "a calibration is of one camera: make a campaign for each");
@@ -267,7 +274,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
   check_one_camera(campaign, read, all, diagnostics);
   for (std::size_t i = 0; i < n; ++i) {
     const io::Condition& c = campaign.conditions[i];
-    if (!read[i].mistake.empty()) diagnostics.error(c.at, read[i].mistake, read[i].hint);
+    if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
     if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
     if (!read[i].board) continue;
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);

@@ -185,9 +185,10 @@ class OffsetTable {
 
   [[noreturn]] static void refuse(const OffsetSample& a, const OffsetSample& b) {
     const auto mm = [](double metres) { return std::to_string(std::lround(metres * 1e3)) + " mm"; };
-    throw std::invalid_argument("the boards at " + mm(std::min(a.distance, b.distance)) + " and " +
-                                mm(std::max(a.distance, b.distance)) + " were measured at " + mm(a.depth) + " and " +
-                                mm(b.depth) + ": the true distance must rise with the measured depth");
+    throw std::invalid_argument("the board at " + mm(a.distance) + " was measured at " + mm(a.depth) + ", that at " +
+                                mm(b.distance) + " at " + mm(b.depth) +
+                                ": the true distance must rise with the measured depth, or a depth belongs to two "
+                                "distances; is one of these distances wrong?");
   }
 
   double mean_level(std::size_t target) const {
