@@ -70,9 +70,9 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
     std::ranges::replace(name, '_', ' ');
     lines.push_back(
         fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm "
-                    "(95 %: {:.1f} to {:.1f} mm, {} levels)",
+                    "(95 %: {:.1f} to {:.1f} mm, {} level{})",
                     name, axis.after.value * 1e3, axis.before.value * 1e3, axis.after.low * 1e3, axis.after.high * 1e3,
-                    axis.levels));
+                    axis.levels, axis.levels == 1 ? "" : "s"));
   }
   return lines;
 }
