@@ -1,6 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Takes the offset by integration time and reflectivity out of the distance, chapter 6 of the reference.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/offset_correction.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/bistatic_tables.hpp>
 
@@ -14,9 +18,15 @@
 
 #include "io/offset_calibration.hpp"
 #include "plugins/filters/offset_grid.hpp"
+#include "plugins/filters/offset_vector.hpp"
 #include "plugins/filters/surface_mean.hpp"
 
+#if HWY_ONCE
 namespace tofgraph {
+
+HWY_EXPORT(Look);
+HWY_EXPORT(Average);
+HWY_EXPORT(Correct);
 
 /// per_pixel: each pixel's depth z and reflectivity, averaged over the pixels beside it on the same surface, say which
 /// depth T a board would really have had that was measured there; D(T) - D(z) of the pixel's ray is added (6.5), (6.6).
@@ -159,20 +169,52 @@ struct OffsetCorrection final : Filter {
     tables_ = std::make_unique<physics::BistaticTables>(physics::geometry_of(camera), rays);
   }
 
+  /// Where the pixels of a row are.
+  OffsetRow row_of(const Array<float>& image, Surface& seen, std::size_t row) const {
+    const physics::BistaticCamera& camera = tables_->camera();
+    const std::size_t first = row * columns_;
+    return {.columns = columns_,
+            .first = first,
+            .distance = &image[first],
+            .amplitude = nullptr,
+            .sensor_path = camera.sensor_path + first,
+            .mean_along = camera.mean_along + first,
+            .cosine = &cosine_[first],
+            .brightness = &brightness_[first],
+            .sources = tables_->sources().data(),
+            .source_count = tables_->sources().size(),
+            .focal_length = camera.focal_length,
+            .mean_square = camera.mean_square,
+            .rate = 0,
+            .depth = seen.depth(row),
+            .reflectivity = seen.reflectivity(row),
+            .path = seen.path(row),
+            .beyond = seen.beyond()};
+  }
+
   /// z and reflectivity of each pixel, and D_ref.
   void look(const Array<float>& image, const float* amplitudes, double time, Surface& seen) const {
-    const physics::BistaticCamera& camera = tables_->camera();
     seen.resize(rows_, columns_);
-    const auto rate = static_cast<float>(1 / time);
-    for (std::size_t row = 0; row < rows_; ++row) {
-      const std::size_t first = row * columns_;
-      float* depth = seen.depth(row);
-      float* reflectivity = seen.reflectivity(row);
-      for (std::size_t u = 0; u < columns_; ++u) {
-        const std::size_t i = first + u;
-        const float d = image[i];
-        depth[u] = camera.focal_length + return_path(i, d) * cosine_[i];
-        reflectivity[u] = amplitudes != nullptr ? amplitudes[i] * d * d * (brightness_[i] * rate) : 1.0F;
+    for (std::size_t v = 0; v < rows_; ++v) {
+      OffsetRow row = row_of(image, seen, v);
+      row.amplitude = amplitudes != nullptr ? amplitudes + v * columns_ : nullptr;
+      row.rate = static_cast<float>(1 / time);
+      HWY_DYNAMIC_DISPATCH(Look)(row);
+    }
+  }
+
+  void correct_pixels(const Array<float>& image, const Array<std::uint16_t>& bits, Surface& seen, double time) const {
+    const OffsetPlane plane = grid_.at(time);
+    if (*window > 1) {
+      seen.average(static_cast<std::size_t>(*window), !only_, [](const AverageRow& row) {
+        HWY_DYNAMIC_DISPATCH(Average)(row);
+      });
+    }
+    const bool marks = *extrapolation != "hold";
+    for (std::size_t v = 0; v < rows_; ++v) {
+      HWY_DYNAMIC_DISPATCH(Correct)(row_of(image, seen, v), plane);
+      for (std::size_t u = 0; marks && u < columns_; ++u) {
+        if (seen.beyond()[u] != 0) mark(image, bits, v * columns_ + u);
       }
     }
   }
@@ -183,30 +225,6 @@ struct OffsetCorrection final : Filter {
     for (const physics::BistaticSource& source : tables_->sources())
       mean += source.weight * std::sqrt(r * r + 2 * r * source.along[i] + source.square);
     return mean;
-  }
-
-  /// D_ref of the distance D: one step of Newton's method from that of a single source in the middle of them.
-  float return_path(std::size_t i, float d) const {
-    const physics::BistaticCamera& camera = tables_->camera();
-    const float k = 2 * d - camera.sensor_path[i], along = camera.mean_along[i];
-    const float r = (k * k - camera.mean_square) / (2 * (k + along));
-    return r - (mean_path(i, r) + r - k) * (k - r) / (k + along);
-  }
-
-  void correct_pixels(const Array<float>& image, const Array<std::uint16_t>& bits, Surface& seen, double time) const {
-    const OffsetGrid::Plane plane = grid_.at(time);
-    if (*window > 1) seen.average(static_cast<std::size_t>(*window), !only_);
-    const bool marks = *extrapolation != "hold";
-    for (std::size_t row = 0; row < rows_; ++row) {
-      const float *depth = seen.depth(row), *reflectivity = seen.reflectivity(row);
-      for (std::size_t u = 0; u < columns_; ++u) {
-        const std::size_t i = row * columns_ + u;
-        const float d = image[i], r = return_path(i, d);
-        const float further = r + plane.error(depth[u], reflectivity[u]) / cosine_[i];
-        image[i] = (mean_path(i, further) + further + tables_->camera().sensor_path[i]) / 2;
-        if (marks && plane.outside(depth[u], reflectivity[u])) mark(image, bits, i);
-      }
-    }
   }
 
   void mark(const Array<float>& image, const Array<std::uint16_t>& bits, std::size_t i) const {
@@ -257,3 +275,4 @@ struct OffsetCorrection final : Filter {
 
 TOFGRAPH_STAGE(tofgraph::OffsetCorrection,
                "Takes out the offset by integration time and reflectivity, from a calibration of boards")
+#endif

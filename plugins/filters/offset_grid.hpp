@@ -14,8 +14,9 @@
 #include <limits>
 #include <optional>
 #include <set>
-#include <utility>
 #include <vector>
+
+#include "plugins/filters/offset_rows.hpp"
 
 namespace tofgraph {
 
@@ -49,68 +50,39 @@ class OffsetGrid {
       fill(table, target, time, !one_plane || times_.size() == 1);
     }
     planes_ = one_plane ? 1 : times_.size();
+    errors_.push_back(0);  // is read beside the last node, with weight 0
   }
 
-  /// The errors at one integration time.
-  class Plane {
-   public:
-    /// @param depth m, measured @returns m, T - z; beyond the grid that of its border
-    float error(float depth, float reflectivity) const {
-      constexpr auto last = static_cast<float>(depths) - 1.001F;
-      const float place = (depth - grid_->first_) * grid_->per_metre_;
-      const float inside = place > 0 ? (place < last ? place : last) : 0;  // NaN: 0
-      const auto row = static_cast<std::int32_t>(inside);
-      const float along = inside - static_cast<float>(row);
-      const auto levels = static_cast<std::int32_t>(grid_->levels_);
-      const float* near = errors_ + row * levels;
-      const float* next = near + levels;
-      if (levels == 1) return near[0] + along * (next[0] - near[0]);
-      const std::int32_t most = ((levels - 1) << step_bits) - 1;
-      const std::int32_t bits = std::clamp(std::bit_cast<std::int32_t>(reflectivity) - grid_->base_, 0, most);
-      const float across = static_cast<float>(bits & ((1 << step_bits) - 1)) * (1.0F / (1 << step_bits));
-      const std::int32_t level = bits >> step_bits;
-      const float low = near[level] + across * (near[level + 1] - near[level]);
-      const float high = next[level] + across * (next[level + 1] - next[level]);
-      return low + along * (high - low);
-    }
-    /// Whether that is an extrapolation. NaN is none.
-    bool outside(float depth, float reflectivity) const {
-      const float place = (depth - grid_->first_) * grid_->per_metre_ + 0.5F;
-      if (place < 0 || place >= static_cast<float>(depths)) return true;
-      if (!(place >= 0)) return false;
-      const auto [low, high] = inside_[static_cast<std::size_t>(place)];
-      return outside_time_ || reflectivity < low || reflectivity > high || low > high;
-    }
-
-   private:
-    friend class OffsetGrid;
-    const OffsetGrid* grid_ = nullptr;
-    const float* errors_ = nullptr;
-    const std::pair<float, float>* inside_ = nullptr;
-    bool outside_time_ = false;
-  };
-
   /// @param time s @returns valid until this thread asks for another time or grid
-  Plane at(double time) const {
+  OffsetPlane at(double time) const {
     const double log_time = std::log(time);
     const auto above = std::ranges::lower_bound(times_, log_time);
     const auto after = static_cast<std::size_t>(std::min(above, times_.end() - 1) - times_.begin());
     const std::size_t before = after > 0 && above != times_.end() ? after - 1 : after;
     const double span = times_[after] - times_[before];
     const double share = span > 0 ? (log_time - times_[before]) / span : 0;
-    Plane plane;
-    plane.grid_ = this;
-    plane.inside_ = inside_.data() + (share < 0.5 ? before : after) * depths;
-    plane.outside_time_ = log_time < times_.front() - beyond || log_time > times_.back() + beyond;
-    plane.errors_ = planes_ == 1 || share == 0 ? errors_of(before)
-                    : share == 1               ? errors_of(after)
-                                               : between(before, after, static_cast<float>(share), log_time);
+    const bool outside = log_time < times_.front() - beyond || log_time > times_.back() + beyond;
+    const std::size_t row = (share < 0.5 ? before : after) * depths;
+    OffsetPlane plane{.depths = depths,
+                      .levels = static_cast<std::int32_t>(levels_),
+                      .first = first_,
+                      .per_metre = per_metre_,
+                      .base = base_,
+                      .last_bits = static_cast<std::int32_t>(((levels_ - 1) << step_bits)) - (levels_ > 1 ? 1 : 0),
+                      .least = (outside ? most_ : least_).data() + row,  // exchanged: nothing is inside
+                      .most = (outside ? least_ : most_).data() + row};
+    if (planes_ == 1 || share == 0)
+      plane.errors = errors_of(before);
+    else if (share == 1)
+      plane.errors = errors_of(after);
+    else
+      plane.errors = between(before, after, static_cast<float>(share), log_time);
     return plane;
   }
 
  private:
   static constexpr std::int32_t depths = 1024;
-  static constexpr int step_bits = 16;    ///< of a float's 23 digits: 2^7 steps an octave
+  static constexpr int step_bits = OffsetPlane::step_bits;
   static constexpr double beyond = 0.05;  ///< how far the grid reaches beyond the samples
 
   static std::uint64_t next_id() {
@@ -132,9 +104,9 @@ class OffsetGrid {
     };
     thread_local Kept kept;
     if (kept.id == id_ && kept.log_time == log_time) return kept.errors.data();
-    kept.errors.resize(depths * levels_);
+    kept.errors.resize(depths * levels_ + 1);
     const float *low = errors_of(before), *high = errors_of(after);
-    for (std::size_t i = 0; i < kept.errors.size(); ++i) kept.errors[i] = low[i] + share * (high[i] - low[i]);
+    for (std::size_t i = 0; i < depths * levels_; ++i) kept.errors[i] = low[i] + share * (high[i] - low[i]);
     kept.id = id_;
     kept.log_time = log_time;
     return kept.errors.data();
@@ -146,13 +118,15 @@ class OffsetGrid {
       const double z = double{first_} + row / double{per_metre_};
       if (target) {
         const auto found = table.of_target(*target, z, time);
-        inside_.emplace_back(found.extrapolated ? all : -all, found.extrapolated ? -all : all);
+        least_.push_back(found.extrapolated ? all : -all);
+        most_.push_back(found.extrapolated ? -all : all);
         if (with_errors) errors_.push_back(static_cast<float>(found.depth - z));
         continue;
       }
       const physics::OffsetTable::Across across = table.across(z, time);
       const auto [low, high] = across.inside();
-      inside_.emplace_back(static_cast<float>(low), static_cast<float>(high));
+      least_.push_back(static_cast<float>(low));
+      most_.push_back(static_cast<float>(high));
       for (std::size_t level = 0; with_errors && level < levels_; ++level) {
         const auto bits = base_ + static_cast<std::int32_t>(level << step_bits);
         errors_.push_back(static_cast<float>(across.at(double{std::bit_cast<float>(bits)}).depth - z));
@@ -163,10 +137,10 @@ class OffsetGrid {
   std::uint64_t id_ = 0;
   std::vector<double> times_;  // ln s
   std::size_t planes_ = 1, levels_ = 1;
-  std::vector<float> errors_;                    // m, planes x depths x levels
-  std::vector<std::pair<float, float>> inside_;  // reflectivities that are no extrapolation, times x depths
-  float first_ = 0, per_metre_ = 1;              // m, 1/m
-  std::int32_t base_ = 0;                        // bits of the lowest reflectivity
+  std::vector<float> errors_;        // m, planes x depths x levels
+  std::vector<float> least_, most_;  // reflectivities that are no extrapolation, times x depths
+  float first_ = 0, per_metre_ = 1;  // m, 1/m
+  std::int32_t base_ = 0;            // bits of the lowest reflectivity
 };
 
 }  // namespace tofgraph
