@@ -3,7 +3,7 @@
 #include "diagnosis/ingest.hpp"
 
 #include "diagnosis/superpixels.hpp"
-#include "io/captures/capture.hpp"
+#include "io/captures/recording.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
-#include <map>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -26,70 +26,24 @@ std::string problem_of(const io::Condition& c) {
   return "";
 }
 
-struct Channel {
-  std::size_t index;
-  std::uint32_t type;
-  std::uint64_t elements;
-};
-
-/// A capture as the search reads it.
-class Recording {
- public:
-  explicit Recording(const std::filesystem::path& file) : reader_(file) {
-    for (std::size_t i = 0; i < reader_.channels().size(); ++i) {
-      const io::CaptureChannel& c = reader_.channels()[i];
-      channels_[c.name] = {i, c.type, c.elements()};
-    }
+FrameSums sums_of(const io::Recording& recording, std::size_t first, std::size_t last, double full_well, double scale) {
+  using Kind = io::Recording::Kind;
+  static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
+                                       FrameSums::Kind::distances};
+  const auto& header = recording.reader().header();
+  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height);
+  for (std::size_t f = first; f <= last; ++f) {
+    if (recording.kind() == Kind::taps)
+      sums.add_taps(recording.taps(f), full_well);
+    else if (recording.kind() == Kind::phases)
+      sums.add_phases(recording.floats("phases", f));
+    else
+      sums.add_decoded(recording.floats("distance", f),
+                       recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
+                       scale);
   }
-  const io::CaptureReader& reader() const { return reader_; }
-  bool has(const char* name) const { return channels_.contains(name); }
-
-  FrameSums sums(std::size_t first, std::size_t last, double full_well, double scale) const {
-    const auto& header = reader_.header();
-    const FrameSums::Kind kind = has("taps")        ? FrameSums::Kind::taps
-                                 : has("phases")    ? FrameSums::Kind::phases
-                                 : has("amplitude") ? FrameSums::Kind::decoded
-                                                    : FrameSums::Kind::distances;
-    if (kind >= FrameSums::Kind::decoded && !has("distance"))
-      throw std::runtime_error("has neither taps nor phases nor distance");
-    FrameSums sums(kind, header.width, header.height);
-    for (std::size_t f = first; f <= last; ++f) {
-      if (kind == FrameSums::Kind::taps)
-        sums.add_taps(read<std::uint16_t>("taps", f), full_well);
-      else if (kind == FrameSums::Kind::phases)
-        sums.add_phases(floats("phases", f));
-      else
-        sums.add_decoded(floats("distance", f),
-                         kind == FrameSums::Kind::decoded ? floats("amplitude", f) : std::vector<float>{}, scale);
-    }
-    return sums;
-  }
-
- private:
-  template <class T> std::vector<T> read(const char* name, std::size_t frame) const {
-    const Channel& channel = channels_.at(name);
-    std::vector<T> data(channel.elements);
-    reader_.read(channel.index, frame, data.data());
-    return data;
-  }
-  std::vector<float> floats(const char* name, std::size_t frame) const {
-    const auto as = [](const auto& values) { return std::vector<float>(values.begin(), values.end()); };
-    switch (channels_.at(name).type) {
-      case TOFGRAPH_TYPE_I16:
-        return as(read<std::int16_t>(name, frame));
-      case TOFGRAPH_TYPE_I32: {
-        std::vector<float> result;
-        for (const std::int32_t v : read<std::int32_t>(name, frame)) result.push_back(static_cast<float>(v));
-        return result;
-      }
-      default:
-        return read<float>(name, frame);
-    }
-  }
-
-  io::CaptureReader reader_;
-  std::map<std::string, Channel> channels_;
-};
+  return sums;
+}
 
 /// What the capture knows and the campaign does not say.
 void complete(io::Condition& condition, const io::CaptureReader& capture) {
@@ -136,7 +90,7 @@ class Reader {
     Read result;
     result.condition = written;
     io::Condition& condition = result.condition;
-    const Recording recording(condition.capture);
+    const io::Recording recording(condition.capture);
     const io::CaptureReader& capture = recording.reader();
     if (capture.header().width != camera_.width || capture.header().height != camera_.height)
       throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
@@ -149,7 +103,7 @@ class Reader {
       throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     const FrameSums sums =
-        recording.sums(condition.frames ? (*condition.frames)[0] : 0, last, camera_.full_well, scale);
+        sums_of(recording, condition.frames ? (*condition.frames)[0] : 0, last, camera_.full_well, scale);
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations = reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Calibration files: what all kinds have in common, and quantities with their uncertainty. The layout is told in
-/// framework/io/README.md.
+/// docs/formats/calibration.md.
 ///
 ///     io::CalibrationReader file(path, "intrinsics", camera.name);
 ///     const io::Calibrated focal = file.need("focal_length", "px", 2, "{value: [318.2 px, 318.4 px]}");
@@ -34,19 +34,59 @@ class CalibrationReader {
   /// A quantity that has to be there, of `count` numbers of one unit; a single number is written without a list.
   /// @returns zeros where it is wrong: finish() throws then
   Calibrated need(const std::string& key, std::string_view unit, std::size_t count, std::string_view example);
+  /// A column of a table: a list of numbers of one unit, `{unit: mm, value: [507.66, 998.02], sd: [0.1, 0.1]}`, or each
+  /// number with its own unit. @param count how many there must be; 0: any number, at least one
+  Calibrated column(const std::string& key, std::string_view unit, std::size_t count, std::string_view example);
+  /// Whether `values` has this key.
+  bool has(std::string_view key) const;
+  /// A word, and a list of words, of `settings`; a mistake where there is none.
+  std::string setting(const std::string& key, std::string_view example);
+  std::vector<std::string> setting_words(const std::string& key, std::string_view example);
+  /// For what only the caller can judge. @param key of `values`, whose place is shown
+  void error(std::string_view key, const std::string& message, const std::string& hint);
   /// @throws ConfigurationError with every mistake, keys of `values` that nobody asked for included
   void finish();
 
   const std::string& serial() const { return serial_; }  ///< of the camera; empty: not stated
 
  private:
+  std::vector<double> column_numbers(const config::Value& list, const std::string& key, std::string_view unit,
+                                     const std::string& written_unit, std::string_view example);
+  const config::Entry* need_setting(const std::string& key, std::string_view example);
   void check_word(config::Reader& head, std::string_view key, const std::string& expected);
   void check_inputs(const config::Value& inputs);
 
   config::Value document_;
   config::Diagnostics diagnostics_;
   std::string serial_;
+  const config::Value* settings_ = nullptr;
+  const config::Value* values_map_ = nullptr;
   std::optional<config::Reader> values_;
+};
+
+/// Makes the text of a calibration file, which CalibrationReader reads again.
+class CalibrationWriter {
+ public:
+  /// @param file where it will be: inputs are written relative to its folder @param serial empty: not stated
+  CalibrationWriter(const std::filesystem::path& file, const std::string& kind, const std::string& camera,
+                    const std::string& serial);
+
+  /// A file that went into the calibration, with its hash. @throws std::runtime_error when it cannot be read
+  void input(const std::filesystem::path& file) { input(file, {}); }
+  /// @param sha256 empty: made here
+  void input(const std::filesystem::path& file, std::string sha256);
+  /// @param yaml the value as it is written
+  void setting(const std::string& key, const std::string& yaml);
+  /// One number, SI. @param unit SI @param shown the unit to write, e.g. `mm` of `m`; @param scale its size
+  void number(const std::string& key, double value, double sd, std::string_view shown, double scale);
+  /// A column of a table, SI; standard deviations that are NaN are left out.
+  void column(const std::string& key, const Calibrated& values, std::string_view shown, double scale);
+
+  std::string text() const;
+
+ private:
+  std::filesystem::path folder_;
+  std::string head_, inputs_, settings_, values_;
 };
 
 }  // namespace tofgraph::io

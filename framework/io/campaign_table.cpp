@@ -108,6 +108,7 @@ class TableReader {
     const bool measured = columns_.size() > before;
     add("measured_depth_sd", "m", "{column: corrected_std_mm, unit: mm}", false,
         [](C& c, double v) { c.measured.depth_sd = v; });
+    add("reflectivity", "", "{column: reflectivity}", false, [](C& c, double v) { c.reflectivity = v; });
     add("count", "", "{column: pixels}", false, [](C& c, double v) { c.measured.count = v; });
     add("roi_half_width", "", "{column: roi_half_width_px}", false, [this](C& c, double v) { narrow(c, v, true); });
     add("roi_half_height", "", "{column: roi_half_height_px}", false, [this](C& c, double v) { narrow(c, v, false); });
@@ -176,6 +177,7 @@ class TableReader {
     const tofgraph_camera& camera = campaign_.camera->view();
     if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
     if (key == "integration_time" && !(value > 0)) return "must be positive";
+    if (key == "reflectivity" && !(value > 0 && value <= 1)) return "must be above 0 and at most 1";
     if ((key == "measured_depth_sd" || key == "count") && value < 0) return "must not be negative";
     if (key.starts_with("roi_half")) {
       const std::uint32_t most = (key == "roi_half_width" ? camera.width : camera.height) / 2;

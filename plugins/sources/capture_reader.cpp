@@ -5,6 +5,7 @@
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -48,6 +49,8 @@ struct CaptureReader final : Source {
     choose_exposures(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
+    if (const std::string& serial = reader_->header().serial; !serial.empty())
+      host->set_source(context, nlohmann::json{{"serial", serial}}.dump().c_str());
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} complete", *file,
                        config::counted(reader_->frames(), "frame")));

@@ -6,10 +6,12 @@
 #include <benchmark/benchmark.h>
 
 #include <random>
+#include <string>
 
 namespace {
 
 constexpr std::size_t size = 204, pixels = size * size;
+const std::string calibration = TOFGRAPH_SOURCE_DIR "/devices/calibrations/camcube2_offset.yaml";
 
 std::vector<float> noisy(float mean, float deviation) {
   std::mt19937 random(1);
@@ -28,6 +30,7 @@ void run(benchmark::State& state, const std::string& line, const std::string& le
   stage.put<float>("sigma", {size, size}, std::vector<float>(pixels, 0.003F),
                    {.unit = "m", .of = length, .applied = "", .from = ""});
   stage.put<std::uint16_t>("flags", {size, size}, std::vector<std::uint16_t>(pixels, 0));
+  stage.metadata().integration_time = 2e-3;
   for (auto _ : state) stage.run();
 }
 
@@ -44,6 +47,13 @@ BENCHMARK_CAPTURE(run, perpendicular_illumination, "perpendicular_illumination",
 BENCHMARK_CAPTURE(run, simple_bistatic_given, "simple_bistatic plane_depth='1 m'", "distance")
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, simple_bistatic_estimated, "simple_bistatic", "distance")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, offset_correction, "offset_correction calibration='" + calibration + "'", "distance")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, offset_correction_not_averaged, "offset_correction window=1 calibration='" + calibration + "'",
+                  "distance")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run, mask, "mask min_amplitude='900 counts' max_sigma='20 mm'", "depth")
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, crop_region, "crop columns=[10, 180] rows=[3, 190]", "depth")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(run, crop_range, "crop minimum='990 mm' minimum_amplitude='900 counts'", "depth")
     ->Unit(benchmark::kMillisecond);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The catalogue of mistakes: each file in tests/fixtures/errors is wrong in one way (NAME.yaml is checked, NAME.args
-// are arguments of `run`), NAME.expected is what the user is told, to the letter.
+// are arguments of `run`, NAME.calibrate of `calibrate`), NAME.expected is what the user is told, to the letter.
 #include "tests/program.hpp"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ const std::filesystem::path folder = TOFGRAPH_SOURCE_DIR "/tests/fixtures/errors
 std::vector<std::string> cases() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() != ".expected") names.push_back(entry.path().filename().string());
+    if (entry.is_regular_file() && entry.path().extension() != ".expected")
+      names.push_back(entry.path().filename().string());
   }
   std::ranges::sort(names);
   return names;
@@ -26,6 +27,7 @@ class Message : public testing::TestWithParam<std::string> {};
 TEST_P(Message, IsAsWritten) {
   const std::filesystem::path file = folder / GetParam();
   std::string arguments = "check " + GetParam();
+  if (file.extension() == ".calibrate") arguments = "calibrate " + read_text(file);
   if (file.extension() == ".args") arguments = "run " + read_text(file);
   if (!arguments.empty() && arguments.back() == '\n') arguments.pop_back();
   const Outcome outcome = shell("\"$TOFGRAPH\" " + arguments, folder);

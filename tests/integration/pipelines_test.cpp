@@ -26,6 +26,8 @@ class Pipelines : public testing::Test {
  protected:
   Pipelines() {
     fs::copy(pipelines, folder.path(), fs::copy_options::recursive);
+    fs::create_directories(folder.path().parent_path() / "devices");
+    fs::copy(TOFGRAPH_SOURCE_DIR "/devices/calibrations", folder.path().parent_path() / "devices/calibrations");
     fs::remove_all(folder.path() / "out");
   }
   Outcome run(const std::string& arguments) const { return shell("\"$TOFGRAPH\" run " + arguments, folder.path()); }
@@ -34,7 +36,10 @@ class Pipelines : public testing::Test {
     EXPECT_EQ(pcl::PCDReader().read((folder.path() / file).string(), read), 0) << file;
     return read;
   }
-  TemporaryFolder folder;
+  struct {
+    TemporaryFolder root;
+    fs::path path() const { return root.path() / "pipelines"; }
+  } folder;
 };
 
 /// A dataset of the recording, read with nothing but HDF5.
@@ -48,6 +53,24 @@ std::vector<float> recorded(const char* name) {
   H5Dclose(set);
   H5Fclose(file);
   return values;
+}
+
+// Where the published camera saw three papers, and where they were.
+TEST_F(Pipelines, OffsetCorrectionBringsThreePapersToTheirPlaces) {
+  const Outcome outcome = run("offset_correction.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const struct {
+    const char* name;
+    double measured, real;
+  } papers[] = {{"half_black", 1.97379, 2}, {"light_grey", 2.51852, 2.5}, {"white", 3.97449, 4}};
+  for (const auto& paper : papers) {
+    const auto table =
+        nlohmann::json::parse(read_text(folder.path() / "out/offset_correction" / (std::string(paper.name) + ".json")));
+    for (const auto& input : table["inputs"]) {
+      const double expected = input["name"] == "correct" ? paper.real : paper.measured;
+      EXPECT_NEAR(input["mean"].get<double>(), expected, 1e-3) << paper.name << " " << input["name"];
+    }
+  }
 }
 
 TEST_F(Pipelines, QuickstartGivesTheCamerasOwnCloudTo4Millimetres) {

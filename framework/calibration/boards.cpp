@@ -1,0 +1,291 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/boards.hpp"
+
+#include "calibration/frame_mean.hpp"
+#include "config/quantity.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tofgraph/physics/constants.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+
+namespace tofgraph::calibration {
+namespace {
+
+using config::format_quantity;
+
+constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
+
+/// Why a condition cannot be used, or nothing. It is left out, with a note.
+std::string other_purpose(const io::Condition& c, bool table) {
+  if (!c.has_board() || !c.scene.empty()) return "it shows no board";
+  if (c.lens == "capped") return "the lens is capped";
+  if (!c.sources.empty()) return "not all sources are on";
+  if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
+  if (table && !std::isfinite(c.measured.depth) && !std::isfinite(c.measured.distance))
+    return "it has neither measured_depth nor measured_distance";
+  return "";
+}
+
+/// One condition read, or why not.
+struct Read {
+  std::optional<Board> board;
+  std::string serial, camera;
+  double wrapped = 0;         ///< share of pixels
+  std::string left_out;       ///< and why, for a note
+  std::string mistake, hint;  ///< of the user
+};
+
+class Reader {
+ public:
+  Reader(const io::Campaign& campaign, io::OffsetVariant variant)
+      : campaign_(campaign),
+        camera_(campaign.camera->view()),
+        range_(physics::unambiguous_range(camera_.modulation_frequency)),
+        model_(camera_, variant) {}
+
+  Read read(const io::Condition& condition) const {
+    Read result;
+    result.left_out = other_purpose(condition, campaign_.from_table);
+    if (!result.left_out.empty()) return result;
+    const std::vector<std::size_t> window = model_.window(condition);
+    if (window.empty()) {
+      result.mistake = "no pixel of the window sees the board";
+      result.hint =
+          "give the board its size, and a roi that lies on it, e.g. roi: {columns: [60, 143], rows: [80, 123]}";
+      return result;
+    }
+    const std::vector<double> modelled = model_.modelled(condition, window);
+    const double farthest = *std::ranges::max_element(modelled);
+    const auto wrap = std::ranges::count_if(modelled, [this](double d) { return d >= range_; });
+    if (2 * static_cast<std::size_t>(wrap) >= window.size()) {
+      result.mistake =
+          fmt::format("the board's distances reach {}, beyond the unambiguous range of {} at {}: they wrap",
+                      format_quantity(farthest, "m"), format_quantity(range_, "m"),
+                      format_quantity(camera_.modulation_frequency, "Hz"));
+      result.hint = "leave the condition out";
+      return result;
+    }
+    if (campaign_.from_table)
+      from_table(condition, result);
+    else
+      from_capture(condition, window, result);
+    if (result.board) check_distance(result);
+    return result;
+  }
+
+ private:
+  void from_table(const io::Condition& condition, Read& result) const {
+    if (!std::isfinite(condition.integration_time)) {
+      result.left_out = "it has no integration_time";
+      return;
+    }
+    try {
+      result.board = model_.measure(condition);
+    } catch (const std::invalid_argument& problem) {
+      result.mistake = problem.what();
+    }
+  }
+
+  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result) const {
+    try {
+      const io::Recording recording(written.capture);
+      result.serial = recording.reader().header().serial;
+      result.camera = recording.reader().header().camera;
+      io::Condition condition = written;
+      complete(condition, recording.reader());
+      MeanImages images = mean_of(recording, condition, window, camera_);
+      result.wrapped = leave_out_wrapped(condition, images);
+      if (images.noise > too_noisy * range_)
+        result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
+                                      format_quantity(images.noise, "m"));
+      else if (!images.pixels.empty())
+        result.board = model_.measure(condition, images);
+      else if (images.saturated > 0)
+        result.left_out = "every pixel is saturated";
+      else
+        throw std::runtime_error("has no pixel in the window that is valid in every frame");
+    } catch (const std::runtime_error& error) {
+      result.mistake = fmt::format("the capture {} {}", written.capture.string(), error.what());
+    }
+  }
+
+  /// Pixels that differ from the others by a whole turn, as at the corners of a far board. @returns their share
+  double leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
+    const std::vector<double> modelled = model_.modelled(condition, images.pixels);
+    std::vector<double> difference;
+    for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
+    if (difference.empty()) return 0;
+    std::vector<double> sorted = difference;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::ranges::nth_element(sorted, middle);
+    MeanImages kept{.noise = images.noise,
+                    .frames = images.frames,
+                    .saturated = images.saturated,
+                    .shows_saturation = images.shows_saturation};
+    for (std::size_t i = 0; i < difference.size(); ++i) {
+      if (std::abs(difference[i] - *middle) > range_ / 4) continue;
+      kept.pixels.push_back(images.pixels[i]);
+      kept.distance.push_back(images.distance[i]);
+      if (!images.amplitude.empty()) kept.amplitude.push_back(images.amplitude[i]);
+    }
+    const double share = 1 - static_cast<double>(kept.pixels.size()) / static_cast<double>(images.pixels.size());
+    if (share > 0) images = std::move(kept);
+    return share;
+  }
+
+  /// What the capture knows and the campaign does not say.
+  void complete(io::Condition& condition, const io::CaptureReader& capture) const {
+    const tofgraph_metadata first = capture.metadata(0);
+    if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+    if (std::isnan(condition.integration_time))
+      throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+    const double frequency = first.modulation_frequency;
+    if (std::isfinite(frequency) && std::abs(frequency / camera_.modulation_frequency - 1) > 1e-3)
+      throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
+                                           format_quantity(frequency, "Hz"), camera_.name,
+                                           format_quantity(camera_.modulation_frequency, "Hz")));
+  }
+
+  void check_distance(Read& result) const {
+    const Board& board = *result.board;
+    if (!(std::abs(board.error()) > range_ / 2)) return;
+    result.mistake = fmt::format(
+        "the board is said to be at {}, but was measured at {}: they differ by more than half the unambiguous range "
+        "({})",
+        format_quantity(board.distance, "m"), format_quantity(board.corrected.mean, "m"),
+        format_quantity(range_ / 2, "m"));
+    result.hint =
+        "is the distance right, and the capture that of this condition? Distances beyond the unambiguous range wrap";
+    result.board.reset();
+  }
+
+  const io::Campaign& campaign_;
+  const tofgraph_camera& camera_;
+  double range_;
+  BoardModel model_;
+};
+
+/// Where a condition is written; of a table's row its beginning.
+config::Position place_of(const io::Condition& c) {
+  config::Position at = c.at;
+  at.column = std::max<std::size_t>(at.column, 1);
+  return at;
+}
+
+/// Several measurements of one condition as one; their scatter tells how well each is known.
+Board merged(const std::vector<Board>& same) {
+  Board result = same.front();
+  if (same.size() == 1) return result;
+  const auto mean = [&](auto member) {
+    double sum = 0;
+    for (const Board& board : same) sum += member(board) / static_cast<double>(same.size());
+    return sum;
+  };
+  std::vector<double> depths;
+  for (const Board& board : same) depths.push_back(board.corrected.mean);
+  for (Moments Board::*moments : {&Board::modelled, &Board::measured, &Board::corrected, &Board::remodelled,
+                                  &Board::offset, &Board::offset_corrected, &Board::final}) {
+    (result.*moments).mean = mean([&](const Board& b) { return (b.*moments).mean; });
+    (result.*moments).sd = mean([&](const Board& b) { return (b.*moments).sd; });
+  }
+  for (double Board::*value : {&Board::rmse, &Board::noise, &Board::amplitude, &Board::reflectivity, &Board::saturated})
+    result.*value = mean([&](const Board& b) { return b.*value; });
+  result.depth_sd = std::max(mean([](const Board& b) { return b.depth_sd; }), moments_of(depths).sd) /
+                    std::sqrt(static_cast<double>(same.size()));
+  result.frames = 0;
+  for (const Board& board : same) result.frames += board.frames;
+  return result;
+}
+
+void merge_repeats(Boards& all) {
+  std::map<std::tuple<std::size_t, double, double>, std::vector<Board>> groups;
+  for (Board& board : all.boards) {
+    const std::tuple key(all.target_of(board), board.distance, board.condition.integration_time);
+    groups[key].push_back(std::move(board));
+  }
+  all.boards.clear();
+  for (const auto& [key, same] : groups) {
+    all.boards.push_back(merged(same));
+    all.repeats += same.size() - 1;
+    if (same.size() < 2) continue;
+    std::string ids = same.front().condition.id;
+    for (std::size_t i = 1; i < same.size(); ++i) ids += ", " + same[i].condition.id;
+    all.notes.push_back(fmt::format("{}: the same target, distance and integration time: merged", ids));
+  }
+}
+
+/// One note for all conditions with pixels that wrap.
+void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
+  std::size_t count = 0, worst = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    count += read[i].wrapped > 0 ? 1 : 0;
+    if (read[i].wrapped > read[worst].wrapped) worst = i;
+  }
+  if (count == 0) return;
+  all.notes.push_back(
+      fmt::format("{} condition{} pixels that wrap, which are left out: most of them in {} ({:.2g} % of its pixels)",
+                  count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
+}
+
+void check_one_camera(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all,
+                      config::Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const io::Condition& c = campaign.conditions[i];
+    if (!read[i].camera.empty() && read[i].camera != campaign.camera->view().name)
+      all.notes.push_back(fmt::format("{}: the capture is of the camera '{}', the campaign's is '{}'", c.id,
+                                      read[i].camera, campaign.camera->view().name));
+    if (read[i].serial.empty() || read[i].serial == all.serial) continue;
+    if (all.serial.empty())
+      all.serial = read[i].serial;
+    else
+      diagnostics.error(place_of(c),
+                        fmt::format("the capture is of the camera with the serial {}, those before of {}",
+                                    read[i].serial, all.serial),
+                        "a calibration is of one camera: make a campaign for each");
+  }
+}
+
+}  // namespace
+
+std::size_t Boards::target_of(const Board& board) const {
+  return static_cast<std::size_t>(std::ranges::find(targets, board.condition.target) - targets.begin());
+}
+
+Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
+                   const std::function<void(double share)>& progress) {
+  const Reader reader(campaign, variant);
+  const std::size_t n = campaign.conditions.size();
+  std::vector<Read> read(n);
+  std::atomic<std::size_t> done = 0;
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    read[i] = reader.read(campaign.conditions[i]);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(n));
+  });
+  Boards all;
+  config::Diagnostics diagnostics;
+  check_one_camera(campaign, read, all, diagnostics);
+  for (std::size_t i = 0; i < n; ++i) {
+    const io::Condition& c = campaign.conditions[i];
+    if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
+    if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    if (!read[i].board) continue;
+    if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
+    all.boards.push_back(std::move(*read[i].board));
+  }
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  note_wrapped(campaign, read, all);
+  all.falloff = fit_falloff(all.boards);
+  for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
+  merge_repeats(all);
+  return all;
+}
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The boards of a campaign, read from its captures or its table, and what is wrong with them.
+#pragma once
+
+#include "calibration/board.hpp"
+#include "io/campaign.hpp"
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+struct Boards {
+  std::vector<Board> boards;         ///< by target, distance, integration time; no two alike
+  std::vector<std::string> targets;  ///< labels, in the order of the campaign
+  std::array<double, 2> falloff{};   ///< see io::response_of
+  std::string serial;                ///< of the camera; empty: not recorded
+  std::vector<std::string> notes;    ///< conditions left out or merged, and why
+  std::size_t repeats = 0;           ///< conditions that were merged with another one
+
+  std::size_t target_of(const Board& board) const;
+};
+
+/// Reads every condition with a board once, two at a time on two cores, one frame each in memory.
+/// Mistakes, each at its condition: a capture that cannot be read, a window without pixels, wrapped distances,
+/// distances that contradict the campaign, another camera or serial. Repeated conditions are merged.
+/// @throws config::ConfigurationError with every mistake
+Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
+                   const std::function<void(double share)>& progress);
+
+}  // namespace tofgraph::calibration

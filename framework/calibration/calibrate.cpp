@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/calibrate.hpp"
+
+#include "config/diagnostics.hpp"
+
+#include <fmt/format.h>
+
+namespace tofgraph::calibration {
+
+Result calibrate_offset(const Request& request);            // offset.cpp
+Result calibrate_integration_time(const Request& request);  // integration_time.cpp
+
+namespace {
+
+constexpr Kind all[] = {
+    {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset},
+    {"integration-time", "the best integration time for each target and distance", calibrate_integration_time},
+};
+
+}  // namespace
+
+std::span<const Kind> kinds() { return all; }
+
+const Kind& kind_of(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Kind& kind : all) {
+    if (name == kind.name) return kind;
+    names.emplace_back(kind.name);
+  }
+  std::string text = fmt::format("calibrate: error: '{}' cannot be calibrated", name);
+  if (const std::string near = config::nearest(name, names); !near.empty())
+    text += fmt::format("\n  did you mean '{}'?", near);
+  text += "\n  what can be calibrated:";
+  for (const Kind& kind : all) text += fmt::format("\n    {:<18}{}", kind.name, kind.text);
+  throw config::ConfigurationError(text);
+}
+
+std::filesystem::path report_of(const std::filesystem::path& calibration) {
+  return std::filesystem::path(calibration).replace_extension(".html");
+}
+
+}  // namespace tofgraph::calibration

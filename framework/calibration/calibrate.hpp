@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What can be calibrated: from a campaign to a calibration file and its report.
+#pragma once
+
+#include "io/offset_calibration.hpp"
+#include "report/page.hpp"
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+/// What is asked for; each kind uses what it needs.
+struct Request {
+  std::filesystem::path campaign, output;
+  io::OffsetVariant variant = io::OffsetVariant::geometric;
+  std::optional<std::array<double, 2>> range;  ///< m, the distances that matter
+  std::optional<double> accuracy;              ///< m, that is wanted there
+  std::function<void(double share, const std::string& what)> progress;
+};
+
+struct Result {
+  std::string file;                ///< the text of the calibration file
+  report::Page page;               ///< the report
+  std::string summary;             ///< what came out, in a few lines
+  std::vector<std::string> notes;  ///< what the user should know
+};
+
+/// One kind of calibration.
+struct Kind {
+  const char* name;
+  const char* text;
+  /// @throws config::ConfigurationError, std::runtime_error
+  Result (*calibrate)(const Request& request);
+};
+
+/// All there are. A new kind is a file with its function, declared and listed in calibrate.cpp.
+std::span<const Kind> kinds();
+/// @throws config::ConfigurationError with the nearest and the list
+const Kind& kind_of(const std::string& name);
+
+/// The report of a calibration file: `camcube2.yaml` and `camcube2.html`.
+std::filesystem::path report_of(const std::filesystem::path& calibration);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/campaign_inputs.hpp"
+
+#include "config/quantity.hpp"
+#include "io/sha256.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace tofgraph::calibration {
+namespace {
+
+/// A table, or the captures, each once.
+std::vector<std::filesystem::path> data_files(const io::Campaign& campaign) {
+  std::vector<std::filesystem::path> files;
+  for (const io::Condition& c : campaign.conditions) {
+    const std::filesystem::path file = campaign.from_table ? std::filesystem::path(c.at.source->name) : c.capture;
+    if (std::ranges::find(files, file) == files.end()) files.push_back(file);
+  }
+  return files;
+}
+
+std::string span_of(const std::set<double>& values, const char* what, const char* unit) {
+  const auto text = [unit](double value) { return config::format_quantity(value, unit); };
+  if (values.size() == 1) return fmt::format("1 {} ({})", what, text(*values.begin()));
+  return fmt::format("{} {}s from {} to {}", values.size(), what, text(*values.begin()), text(*values.rbegin()));
+}
+
+}  // namespace
+
+Campaign read(const Request& request) {
+  config::Diagnostics diagnostics;
+  Campaign campaign{io::read_campaign(request.campaign, diagnostics), {}};
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  const auto progress = [&](double share) {
+    if (request.progress) request.progress(0.9 * share, "reading the campaign");
+  };
+  try {
+    campaign.boards = read_boards(campaign.conditions, request.variant, progress);
+  } catch (const std::invalid_argument& problem) {
+    throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
+  }
+  return campaign;
+}
+
+io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind) {
+  io::CalibrationWriter writer(request.output, kind, campaign.conditions.camera->view().name, campaign.boards.serial);
+  const std::vector<std::filesystem::path> files = data_files(campaign.conditions);
+  std::vector<std::string> hashes(files.size());
+  tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) { hashes[i] = io::sha256_of_file(files[i]); });
+  writer.input(request.campaign);
+  for (std::size_t i = 0; i < files.size(); ++i) writer.input(files[i], hashes[i]);
+  return writer;
+}
+
+std::string described(const Boards& boards) {
+  std::set<double> distances, times;
+  for (const Board& b : boards.boards) {
+    distances.insert(b.distance);
+    times.insert(b.condition.integration_time);
+  }
+  return fmt::format("{} condition{}: {} target{}, {}, {}", boards.boards.size(), boards.boards.size() == 1 ? "" : "s",
+                     boards.targets.size(), boards.targets.size() == 1 ? "" : "s", span_of(distances, "distance", "m"),
+                     span_of(times, "integration time", "s"));
+}
+
+std::string name_of(const Boards& boards, std::size_t target) {
+  return boards.targets[target].empty() ? "the board" : boards.targets[target];
+}
+
+io::Calibrated column_of(const Boards& boards, const std::function<double(const Board&)>& value) {
+  io::Calibrated column;
+  for (const Board& b : boards.boards) column.value.push_back(value(b));
+  return column;
+}
+
+bool known(const io::Calibrated& column) {
+  return !column.value.empty() && std::ranges::all_of(column.value, [](double v) { return std::isfinite(v); });
+}
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What every calibration from boards begins and ends with.
+#pragma once
+
+#include "calibration/boards.hpp"
+#include "calibration/calibrate.hpp"
+
+#include <string>
+
+namespace tofgraph::calibration {
+
+/// A campaign with its boards.
+struct Campaign {
+  io::Campaign conditions;
+  Boards boards;
+};
+
+/// Reads the campaign and its captures. @throws config::ConfigurationError with every mistake
+Campaign read(const Request& request);
+
+/// A calibration file of this kind with the campaign's files and their hashes.
+io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind);
+
+/// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`
+std::string described(const Boards& boards);
+/// Of a target without a label: `the board`.
+std::string name_of(const Boards& boards, std::size_t target);
+/// Columns of a table of values, one a board.
+io::Calibrated column_of(const Boards& boards, const std::function<double(const Board&)>& value);
+/// Whether a value is known of every board.
+bool known(const io::Calibrated& column);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/frame_mean.hpp"
+
+#include <fmt/format.h>
+#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/four_phase.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tofgraph::calibration {
+namespace {
+
+enum : std::uint8_t { good, no_number, saturated };
+
+/// Sums over frames, of each pixel of the window.
+class Sums {
+ public:
+  Sums(const std::vector<std::size_t>& window, const tofgraph_camera& camera)
+      : window_(window),
+        stride_(std::size_t{camera.width} * camera.height),
+        scale_(physics::metres_per_radian(camera.modulation_frequency)),
+        limit_(camera.full_well > 0 ? std::min(camera.full_well, 65535.0) : 65535.0),
+        samples_(window.size()),
+        square_(window.size()),
+        distance_(window.size()),
+        amplitude_(window.size()),
+        state_(window.size(), good) {}
+
+  void add_taps(const std::vector<std::uint16_t>& taps) {
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      std::array<double, 4> c{};
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double a = taps[2 * k * stride_ + window_[i]], b = taps[(2 * k + 1) * stride_ + window_[i]];
+        c[k] = a - b;
+        if (std::max(a, b) >= limit_) state_[i] = saturated;
+      }
+      add(i, c);
+    }
+  }
+
+  void add_phases(const std::vector<float>& phases) {
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      std::array<double, 4> c{};
+      for (std::size_t k = 0; k < 4; ++k) c[k] = phases[k * stride_ + window_[i]];
+      if (std::isfinite(c[0] + c[1] + c[2] + c[3]))
+        add(i, c);
+      else
+        state_[i] = std::max<std::uint8_t>(state_[i], no_number);
+    }
+  }
+
+  void add_decoded(const std::vector<float>& distance, const std::vector<float>& amplitude) {
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      const double d = distance[window_[i]], a = amplitude.empty() ? 1 : amplitude[window_[i]];
+      if (!std::isfinite(d + a)) {
+        state_[i] = no_number;
+        continue;
+      }
+      distance_[i] += d;
+      square_[i] += d * d;
+      amplitude_[i] += a;
+    }
+  }
+
+  /// @param decoded whether distances were added, not samples
+  MeanImages mean(std::size_t frames, bool decoded, bool with_amplitude) const {
+    MeanImages result{.frames = frames};
+    const auto n = static_cast<double>(frames);
+    double variance = 0;
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      result.saturated += state_[i] == saturated ? 1 : 0;
+      if (state_[i] != good) continue;
+      result.pixels.push_back(window_[i]);
+      if (decoded) {
+        result.distance.push_back(distance_[i] / n);
+        if (with_amplitude) result.amplitude.push_back(amplitude_[i] / n);
+        variance += (square_[i] - distance_[i] * distance_[i] / n) / (n - 1);
+        continue;
+      }
+      std::array<double, 4> c = samples_[i];
+      double squares = square_[i];
+      for (double& sum : c) {
+        squares -= sum * sum / n;
+        sum /= n;
+      }
+      const physics::Decoded pixel = physics::decode(c);
+      result.distance.push_back(scale_ * pixel.phase);
+      result.amplitude.push_back(pixel.amplitude);
+      variance += std::pow(scale_ / pixel.amplitude, 2) * squares / (4 * (n - 1)) / 2;
+    }
+    result.saturated /= static_cast<double>(std::max<std::size_t>(window_.size(), 1));
+    if (frames > 1 && !result.pixels.empty())
+      result.noise = std::sqrt(std::max(variance, 0.0) / static_cast<double>(result.pixels.size()));
+    return result;
+  }
+
+ private:
+  void add(std::size_t i, const std::array<double, 4>& c) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      samples_[i][k] += c[k];
+      square_[i] += c[k] * c[k];
+    }
+  }
+
+  const std::vector<std::size_t>& window_;
+  std::size_t stride_;
+  double scale_, limit_;
+  std::vector<std::array<double, 4>> samples_;
+  std::vector<double> square_, distance_, amplitude_;
+  std::vector<std::uint8_t> state_;
+};
+
+void check_exposures(const io::CaptureReader& capture) {
+  for (const io::CaptureChannel& channel : capture.channels()) {
+    if (channel.name != "taps" && channel.name != "phases") continue;
+    if (channel.extent[0] != physics::four_exposures.size())
+      throw std::runtime_error(fmt::format(
+          "has {} exposures a frame: a calibration needs four steps of 90 deg of one frequency, or recorded distances",
+          channel.extent[0]));
+  }
+  const physics::Exposures& own = capture.header().exposures;
+  const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
+  if (!problem.empty()) throw std::runtime_error("cannot be used: a calibration " + problem);
+}
+
+}  // namespace
+
+MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
+                   const std::vector<std::size_t>& window, const tofgraph_camera& camera) {
+  const io::CaptureReader& capture = recording.reader();
+  const auto& header = capture.header();
+  if (header.width != camera.width || header.height != camera.height)
+    throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", header.width, header.height,
+                                         camera.name, camera.width, camera.height));
+  if (capture.frames() == 0) throw std::runtime_error("has no frames");
+  check_exposures(capture);
+  const std::size_t first = condition.frames ? (*condition.frames)[0] : 0;
+  const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
+  if (last >= capture.frames())
+    throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+  using Kind = io::Recording::Kind;
+  const Kind kind = recording.kind();
+  Sums sums(window, camera);
+  for (std::size_t f = first; f <= last; ++f) {
+    if (kind == Kind::taps)
+      sums.add_taps(recording.taps(f));
+    else if (kind == Kind::phases)
+      sums.add_phases(recording.floats("phases", f));
+    else
+      sums.add_decoded(recording.floats("distance", f),
+                       kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
+  }
+  MeanImages mean =
+      sums.mean(last - first + 1, kind == Kind::decoded || kind == Kind::distances, kind == Kind::decoded);
+  mean.shows_saturation = kind == Kind::taps;
+  return mean;
+}
+
+}  // namespace tofgraph::calibration

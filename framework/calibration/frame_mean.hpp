@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The mean of the frames of one condition, read once, one frame in memory.
+#pragma once
+
+#include "calibration/board.hpp"
+#include "io/captures/recording.hpp"
+
+namespace tofgraph::calibration {
+
+/// Averages the condition's frames: of taps and phases the samples, which are decoded then; of decoded frames the
+/// distances and amplitudes. Pixels that are no number or saturated in a frame are left out.
+/// @param window pixels to use @param camera four exposures of 90 degrees, its frequency and full well
+/// @throws std::runtime_error what is wrong with the capture
+MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
+                   const std::vector<std::size_t>& window, const tofgraph_camera& camera);
+
+}  // namespace tofgraph::calibration

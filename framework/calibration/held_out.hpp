@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file How well an offset table tells what it was not made from: one level of one axis at a time is left out.
+#pragma once
+
+#include "calibration/boards.hpp"
+
+#include <tofgraph/physics/offset_table.hpp>
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+/// A number with its 95 % interval.
+struct Interval {
+  double value = unknown, low = unknown, high = unknown;
+};
+
+/// One board, predicted by a table made without its level.
+struct Prediction {
+  std::size_t board;  ///< in Boards::boards
+  double before;      ///< m, z - T
+  double after;       ///< m, predicted T minus T
+};
+
+/// The levels of one axis, each left out once. The outermost levels are not predicted: that would be extrapolation.
+struct HeldOut {
+  std::string axis;  ///< distance, target, integration_time
+  std::size_t levels = 0;
+  std::vector<Prediction> predictions;
+  Interval before, after;  ///< m, root mean square; intervals by resampling whole levels
+};
+
+/// The samples that a table is made of, one a board.
+std::vector<physics::OffsetSample> samples_of(const Boards& boards);
+
+/// Axes with fewer than three levels are left out, and targets whose reflectivities are not known.
+std::vector<HeldOut> hold_out(const Boards& boards);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The offset by integration time and reflectivity, chapter 6 of the reference.
+#include "calibration/offset_report.hpp"
+#include "config/quantity.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace tofgraph::calibration {
+namespace {
+
+void check_enough(const Request& request, const Boards& boards) {
+  const auto refuse = [&](const std::string& what) {
+    throw config::ConfigurationError(
+        fmt::format("{}: error: {}\n  an offset changes with the distance: it needs boards at two distances or more, "
+                    "better one every 250 mm",
+                    request.campaign.string(), what));
+  };
+  std::set<double> distances;
+  for (const Board& b : boards.boards) distances.insert(b.distance);
+  if (boards.boards.empty()) refuse("no condition is left");
+  if (boards.boards.size() == 1) refuse("there is a single condition");
+  if (distances.size() == 1)
+    refuse(fmt::format("all boards stand at {}", config::format_quantity(*distances.begin(), "m")));
+}
+
+/// What each condition showed, for people and for other programs.
+void write_statistics(const Boards& boards, io::CalibrationWriter& writer) {
+  struct Column {
+    const char* key;
+    Moments Board::*moments;
+  };
+  static constexpr Column columns[] = {{"modelled", &Board::modelled},
+                                       {"measured", &Board::measured},
+                                       {"remodelled", &Board::remodelled},
+                                       {"offset", &Board::offset},
+                                       {"final", &Board::final}};
+  const io::Calibrated amplitude = column_of(boards, [](const Board& b) { return b.amplitude; });
+  if (known(amplitude)) writer.column("amplitude", amplitude, "counts", 1);
+  for (const Column& c : columns) {
+    const auto mean = column_of(boards, [&](const Board& b) { return (b.*c.moments).mean; });
+    const auto sd = column_of(boards, [&](const Board& b) { return (b.*c.moments).sd; });
+    if (known(mean)) writer.column(fmt::format("{}_mean", c.key), mean, "mm", 1e-3);
+    if (known(sd)) writer.column(fmt::format("{}_sd", c.key), sd, "mm", 1e-3);
+  }
+  const auto rmse = column_of(boards, [](const Board& b) { return b.rmse; });
+  if (known(rmse)) writer.column("rmse", rmse, "mm", 1e-3);
+}
+
+/// Root mean squares with their 95 % intervals: value, low, high.
+void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& writer) {
+  const auto write = [&](const std::string& key, const Interval& i) {
+    writer.column(key, {{i.value, i.low, i.high}, {}}, "mm", 1e-3);
+  };
+  if (!axes.empty()) write("uncorrected", axes.front().before);
+  for (const HeldOut& axis : axes) write("held_out_" + axis.axis, axis.after);
+}
+
+/// What the calibration is worth, one line an axis.
+std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
+  if (axes.empty()) return {"too few levels to judge the calibration by what was left out"};
+  std::vector<std::string> lines;
+  for (const HeldOut& axis : axes) {
+    std::string name = axis.axis;
+    std::ranges::replace(name, '_', ' ');
+    lines.push_back(
+        fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm "
+                    "(95 %: {:.1f} to {:.1f} mm, {} level{})",
+                    name, axis.after.value * 1e3, axis.before.value * 1e3, axis.after.low * 1e3, axis.after.high * 1e3,
+                    axis.levels, axis.levels == 1 ? "" : "s"));
+  }
+  return lines;
+}
+
+}  // namespace
+
+Result calibrate_offset(const Request& request) {
+  const Campaign campaign = read(request);
+  const Boards& boards = campaign.boards;
+  check_enough(request, boards);
+  const tofgraph_camera& camera = campaign.conditions.camera->view();
+  io::OffsetCalibration calibration{.camera = camera.name,
+                                    .serial = boards.serial,
+                                    .modulation_frequency = camera.modulation_frequency,
+                                    .gain = camera.gain,
+                                    .variant = request.variant,
+                                    .targets = boards.targets,
+                                    .samples = samples_of(boards),
+                                    .falloff = boards.falloff};
+  for (const Board& b : boards.boards) calibration.depth_sd.push_back(b.depth_sd);
+  std::vector<HeldOut> axes;
+  std::optional<physics::OffsetTable> table;
+  try {
+    table.emplace(calibration.samples);
+    axes = hold_out(boards);
+  } catch (const std::invalid_argument& problem) {
+    throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
+  }
+  io::CalibrationWriter writer = writer_for(request, campaign, "offset");
+  write_offset_calibration(calibration, writer);
+  write_statistics(boards, writer);
+  write_held_out(axes, writer);
+  const std::vector<std::string> worth = worth_of(axes);
+  Result result{.file = writer.text(),
+                .page = offset_report(campaign, *table, axes, fmt::format("{}.", fmt::join(worth, "; "))),
+                .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
+                .notes = boards.notes};
+  if (!table->knows_reflectivities())
+    result.notes.emplace_back(
+        "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "
+        "the target");
+  return result;
+}
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/calibrate.hpp"
+
+#include "cli/commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+
+void add_calibrate(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  CLI::App* command = app.add_subcommand("calibrate", "Make a calibration file from a campaign, with a report");
+  command->add_option("WHAT", arguments->what, "What to calibrate: offset, integration-time")->required();
+  command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: boards at known distances")->required();
+  command->add_option("-o,--out", arguments->out, "The calibration file; its report is written beside it, as .html")
+      ->option_text("FILE")
+      ->required();
+  command
+      ->add_option("--variant", arguments->variant,
+                   "offset: geometric (default), or printed, as the tables of the reference were computed")
+      ->option_text("WORD")
+      ->check(CLI::IsMember({"geometric", "printed"}));
+  command->add_option("--range", arguments->range, "integration-time: distances that matter, e.g. 0.5m..4m")
+      ->option_text("FROM..TO");
+  command->add_option("--accuracy", arguments->accuracy, "integration-time: accuracy that is wanted there, e.g. 5mm")
+      ->option_text("LENGTH");
+  command->add_option("--threads", arguments->threads, "Threads; default: one per core")
+      ->option_text("N")
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--force", arguments->force, "Replace existing outputs");
+  command->footer("Example: tofgraph calibrate offset campaign/campaign.yaml -o camera_offset.yaml");
+  command->callback([arguments, &common] {
+    common.command = [arguments, &common] {
+      arguments->quiet = common.quiet;
+      return run_module("calibrate", arguments.get());
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What `tofgraph calibrate` was asked for; the work is in calibrate_module.cpp.
+#pragma once
+
+#include <string>
+
+namespace tofgraph::cli {
+
+struct CalibrateArguments {
+  std::string what, campaign, out;
+  std::string variant = "geometric";
+  std::string range, accuracy;  ///< as written; empty: not given
+  unsigned threads = 0;         ///< 0: one a core
+  bool force = false, quiet = false;
+};
+
+}  // namespace tofgraph::cli

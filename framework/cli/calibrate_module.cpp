@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/calibrate.hpp"
+#include "cli/calibrate.hpp"
+#include "cli/progress.hpp"
+#include "cli/say.hpp"
+#include "config/diagnostics.hpp"
+#include "config/quantity.hpp"
+#include "io/output_file.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+
+namespace tofgraph::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const std::string& option, const std::string& problem) {
+  throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
+}
+
+void check_outputs(const CalibrateArguments& arguments) {
+  const fs::path out(arguments.out);
+  if (out.extension() == ".html")
+    refuse("--out", "is the calibration file, e.g. -o camera_offset.yaml; its report is .html");
+  const std::array<fs::path, 1> inputs = {arguments.campaign};
+  for (const fs::path& file : {out, calibration::report_of(out)}) {
+    std::string problem = io::input_problem(file, inputs);
+    if (problem.empty()) problem = io::output_problem(file, arguments.force);
+    if (!problem.empty()) refuse("--out", problem);
+  }
+}
+
+double length(const std::string& option, const std::string& text, const char* example) {
+  const config::Quantity quantity = config::parse_quantity(text, "m");
+  if (!quantity.ok()) refuse(option, fmt::format("'{}': {}, e.g. {}", text, quantity.problem, example));
+  if (!(quantity.value > 0)) refuse(option, fmt::format("'{}' must be positive, e.g. {}", text, example));
+  return quantity.value;
+}
+
+std::array<double, 2> range_of(const std::string& text) {
+  const std::size_t dots = text.find("..");
+  if (dots == std::string::npos)
+    refuse("--range", fmt::format("'{}' must be two distances, e.g. --range 0.5m..4m", text));
+  const std::array<double, 2> range = {length("--range", text.substr(0, dots), "0.5m..4m"),
+                                       length("--range", text.substr(dots + 2), "0.5m..4m")};
+  if (!(range[0] <= range[1])) refuse("--range", fmt::format("'{}' must begin with the smaller distance", text));
+  return range;
+}
+
+int calibrate(const CalibrateArguments& arguments) {
+  const calibration::Kind& kind = calibration::kind_of(arguments.what);
+  check_outputs(arguments);
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
+                                    arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
+  Progress bar(arguments.quiet);
+  calibration::Request request{.campaign = arguments.campaign, .output = arguments.out};
+  if (arguments.variant == "printed") request.variant = io::OffsetVariant::printed;
+  if (!arguments.range.empty()) request.range = range_of(arguments.range);
+  if (!arguments.accuracy.empty()) request.accuracy = length("--accuracy", arguments.accuracy, "5mm");
+  request.progress = [&](double share, const std::string& what) { bar.show(share, what); };
+  const calibration::Result result = kind.calibrate(request);
+  bar.finish();
+  const fs::path report = calibration::report_of(arguments.out);
+  result.page.write(report);
+  io::write_file(arguments.out, result.file);
+  if (arguments.quiet) return 0;
+  constexpr std::size_t shown = 8;
+  for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) say("note: " + result.notes[i]);
+  if (result.notes.size() > shown) say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
+  say(fmt::format("{}\nwrote {} and {}", result.summary, arguments.out, report.string()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::calibrate(*static_cast<const tofgraph::cli::CalibrateArguments*>(arguments));
+}

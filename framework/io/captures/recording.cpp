@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/captures/recording.hpp"
+
+#include <stdexcept>
+
+namespace tofgraph::io {
+
+Recording::Recording(const std::filesystem::path& file) : reader_(file) {
+  for (std::size_t i = 0; i < reader_.channels().size(); ++i) {
+    const CaptureChannel& c = reader_.channels()[i];
+    channels_[c.name] = {i, c.type, c.elements()};
+  }
+  const auto has = [this](const char* name) { return channels_.contains(name); };
+  kind_ = has("taps") ? Kind::taps : has("phases") ? Kind::phases : has("amplitude") ? Kind::decoded : Kind::distances;
+  if ((kind_ == Kind::decoded || kind_ == Kind::distances) && !has("distance"))
+    throw std::runtime_error("has neither taps nor phases nor distance");
+}
+
+std::vector<float> Recording::floats(const char* name, std::size_t frame) const {
+  const auto as = [](const auto& values) { return std::vector<float>(values.begin(), values.end()); };
+  switch (channels_.at(name).type) {
+    case TOFGRAPH_TYPE_I16:
+      return as(read<std::int16_t>(name, frame));
+    case TOFGRAPH_TYPE_I32: {
+      std::vector<float> result;
+      for (const std::int32_t v : read<std::int32_t>(name, frame)) result.push_back(static_cast<float>(v));
+      return result;
+    }
+    default:
+      return read<float>(name, frame);
+  }
+}
+
+}  // namespace tofgraph::io

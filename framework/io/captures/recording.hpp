@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The images of a capture as numbers, whatever type they were stored as. For those who read many frames.
+#pragma once
+
+#include "io/captures/capture.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+class Recording {
+ public:
+  /// What the frames bring; the first of these that there is. decoded: distance and amplitude.
+  enum class Kind { taps, phases, decoded, distances };
+
+  /// @throws std::runtime_error when the capture cannot be read, or has neither taps nor phases nor distance
+  explicit Recording(const std::filesystem::path& file);
+
+  const CaptureReader& reader() const { return reader_; }
+  Kind kind() const { return kind_; }
+  /// P x 2 x pixels. @throws std::runtime_error
+  std::vector<std::uint16_t> taps(std::size_t frame) const { return read<std::uint16_t>("taps", frame); }
+  /// A channel of float32, int16 or int32. @throws std::runtime_error
+  std::vector<float> floats(const char* name, std::size_t frame) const;
+
+ private:
+  struct Channel {
+    std::size_t index;
+    std::uint32_t type;
+    std::uint64_t elements;
+  };
+  template <class T> std::vector<T> read(const char* name, std::size_t frame) const {
+    const Channel& channel = channels_.at(name);
+    std::vector<T> data(channel.elements);
+    reader_.read(channel.index, frame, data.data());
+    return data;
+  }
+
+  CaptureReader reader_;
+  std::map<std::string, Channel> channels_;
+  Kind kind_ = Kind::phases;
+};
+
+}  // namespace tofgraph::io

@@ -1,0 +1,289 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The integration-time and reflectivity offset between the conditions in which it was measured: which depth a board
+/// really has whose measured depth is z, at a reflectivity and an integration time. Chapter 6 of the reference.
+#pragma once
+
+#include <tofgraph/physics/interpolation.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tofgraph::physics {
+
+/// What one board showed.
+struct OffsetSample {
+  std::size_t target = 0;       ///< which of the targets, from 0
+  double distance = 0;          ///< m, T: sensor plane to board
+  double depth = 0;             ///< m, z = D_avg: mean depth after the non-linearity model, (6.3)
+  double integration_time = 0;  ///< s
+  double reflectivity = 0;      ///< amplitude D_t^2 / (gain t_int), as this condition shows it; NaN: not known
+};
+
+/// Interpolates samples by their shape.
+///
+/// * grid: the targets were measured at several integration times at each distance. A monotone curve T(z) for each
+///   target and time; linear in the logarithm of the time. Cells may be empty.
+/// * sheet: one integration time at each distance of a target, as in the published tables. A monotone curve T(z) for
+///   each target; the time belongs to the place.
+/// * scattered: anything else. The errors T - z of the nearest samples, weighted by the inverse square of their
+///   distance, with axes normalised to their span.
+///
+/// Between targets, grid and sheet are monotone curves over the logarithm of the reflectivity.
+class OffsetTable {
+ public:
+  enum class Shape { grid, sheet, scattered };
+
+  /// The depths of all targets at one measured depth and integration time.
+  class Across {
+   public:
+    struct Found {
+      double depth;       ///< m, T
+      bool extrapolated;  ///< outside what was measured
+    };
+    /// @param reflectivity as a pixel shows it; where there is one target only it does not change the depth
+    Found at(double reflectivity) const {
+      const double level = std::log(reflectivity);
+      const double inside = std::clamp(level, curve_.first() - level_margin, curve_.last() + level_margin);
+      return {table_ != nullptr ? z_ + table_->nearest_error(z_, level, time_) : curve_(inside),
+              outside_ || inside != level};
+    }
+
+    /// The reflectivities that are no extrapolation here; none: first > second.
+    std::pair<double, double> inside() const {
+      if (outside_) return {std::numeric_limits<double>::infinity(), 0};
+      return {std::exp(curve_.first() - level_margin), std::exp(curve_.last() + level_margin)};
+    }
+
+   private:
+    friend class OffsetTable;
+    MonotoneCurve curve_;  // T over ln reflectivity
+    bool outside_ = false;
+    const OffsetTable* table_ = nullptr;  // of scattered samples
+    double z_ = 0, time_ = 0;
+  };
+
+  /// @param samples at least one; no two of one target, distance and time
+  /// @throws std::invalid_argument where the true distance does not rise with the measured depth, with the range
+  explicit OffsetTable(std::vector<OffsetSample> samples) : samples_(std::move(samples)) {
+    for (const OffsetSample& s : samples_) targets_ = std::max(targets_, s.target + 1);
+    counts_.assign(targets_, 0);
+    for (const OffsetSample& s : samples_) ++counts_[s.target];
+    shape_ = shape_of();
+    if (shape_ != Shape::scattered) make_curves();
+    levels_.resize(targets_);
+    for (std::size_t target = 0; target < targets_; ++target) levels_[target] = mean_level(target);
+    set_spans();
+  }
+
+  Shape shape() const { return shape_; }
+  const std::vector<OffsetSample>& samples() const { return samples_; }
+  /// Whether all reflectivities are known, so that a pixel's target can be found by its amplitude.
+  bool knows_reflectivities() const {
+    return std::ranges::all_of(samples_, [](const OffsetSample& s) { return std::isfinite(s.reflectivity); });
+  }
+  /// The geometric mean of what a target's conditions show; NaN: not known.
+  double reflectivity(std::size_t target) const { return std::exp(levels_[target]); }
+
+  /// Needs all reflectivities. @param z m, measured @param time s
+  Across across(double z, double time) const {
+    Across result;
+    result.z_ = z;
+    result.time_ = time;
+    std::map<double, double> by_level;
+    bool any_inside = false;
+    for (std::size_t target = 0; target < targets_; ++target) {
+      if (counts_[target] == 0) continue;
+      const Place place = shape_ == Shape::scattered ? Place{z, levels_[target], false} : along(target, z, time);
+      double level = place.level;
+      while (by_level.contains(level)) level = std::nextafter(level, 1e9);
+      by_level[level] = place.depth;
+      any_inside = any_inside || !place.outside;
+    }
+    result.outside_ = shape_ == Shape::scattered ? outside_of_spans(z, time) : !any_inside;
+    if (shape_ == Shape::scattered) result.table_ = this;
+    std::vector<double> levels, depths;
+    for (const auto& [level, depth] : by_level) {
+      levels.push_back(level);
+      depths.push_back(depth);
+    }
+    result.curve_ = MonotoneCurve(std::move(levels), std::move(depths));
+    return result;
+  }
+
+  /// The same for one target, whatever its reflectivity is.
+  Across::Found of_target(std::size_t target, double z, double time) const {
+    if (shape_ == Shape::scattered) return {z + nearest_error(z, levels_[target], time), outside_of_spans(z, time)};
+    const Place place = along(target, z, time);
+    return {place.depth, place.outside};
+  }
+
+ private:
+  /// How far beyond the samples still counts as inside: the noise of pixels of the outermost boards is no
+  /// extrapolation.
+  static constexpr double depth_margin = 0.03;  ///< of the depth
+  static constexpr double level_margin = 0.25;  ///< of ln reflectivity
+  static constexpr double time_margin = 0.05;   ///< of ln time
+  static constexpr double sheet_margin = 0.41;  ///< of ln time, of a sheet: a factor 1.5
+  static constexpr std::size_t nearest_samples = 8;
+
+  /// T and ln reflectivity of a target at a place, and whether that is outside of its samples.
+  struct Place {
+    double depth, level;
+    bool outside;
+  };
+  struct Curve {
+    double time;                 ///< s; of a sheet NaN
+    MonotoneCurve depth, level;  ///< over z
+    MonotoneCurve time_along;    ///< ln time, of a sheet
+  };
+
+  Shape shape_of() const {
+    std::map<std::pair<std::size_t, double>, std::size_t> times_at;
+    std::map<std::size_t, std::map<double, std::size_t>> times, distances;
+    for (const OffsetSample& s : samples_) {
+      ++times_at[{s.target, s.distance}];
+      ++times[s.target][s.integration_time];
+      ++distances[s.target][s.distance];
+    }
+    if (std::ranges::all_of(times_at, [](const auto& one) { return one.second == 1; })) return Shape::sheet;
+    std::size_t cells = 0;
+    for (const auto& [target, of_target] : times) cells += of_target.size() * distances[target].size();
+    return 2 * samples_.size() >= cells ? Shape::grid : Shape::scattered;
+  }
+
+  void make_curves() {
+    std::map<std::pair<std::size_t, double>, std::map<double, OffsetSample>> groups;
+    for (const OffsetSample& s : samples_) {
+      auto& group = groups[{s.target, shape_ == Shape::grid ? s.integration_time : 0}];
+      if (!group.emplace(s.depth, s).second) refuse(s, s);
+    }
+    curves_.resize(targets_);
+    for (const auto& [key, group] : groups) {
+      std::vector<double> z, depth, level, time;
+      const OffsetSample* before = nullptr;
+      for (const auto& [measured, s] : group) {
+        if (before != nullptr && !(s.distance > before->distance)) refuse(*before, s);
+        before = &s;
+        z.push_back(measured);
+        depth.push_back(s.distance);
+        level.push_back(std::log(s.reflectivity));
+        time.push_back(std::log(s.integration_time));
+      }
+      const double own = shape_ == Shape::grid ? key.second : std::numeric_limits<double>::quiet_NaN();
+      curves_[key.first].push_back({own, {z, depth}, {z, level}, {z, time}});
+    }
+  }
+
+  [[noreturn]] static void refuse(const OffsetSample& a, const OffsetSample& b) {
+    const auto mm = [](double metres) { return std::to_string(std::lround(metres * 1e3)) + " mm"; };
+    throw std::invalid_argument("the board at " + mm(a.distance) + " was measured at " + mm(a.depth) + ", that at " +
+                                mm(b.distance) + " at " + mm(b.depth) +
+                                ": the true distance must rise with the measured depth, or a depth belongs to two "
+                                "distances; is one of these distances wrong?");
+  }
+
+  double mean_level(std::size_t target) const {
+    double sum = 0, count = 0;
+    for (const OffsetSample& s : samples_) {
+      if (s.target != target) continue;
+      sum += std::log(s.reflectivity);
+      ++count;
+    }
+    return sum / count;
+  }
+
+  /// On one curve; what is far beyond its ends keeps the error of the end.
+  static Place on(const Curve& curve, double z, double time) {
+    const double low = curve.depth.first() * (1 - depth_margin), high = curve.depth.last() * (1 + depth_margin);
+    const double inside = curve.depth.size() > 1 ? std::clamp(z, low, high) : curve.depth.first();
+    const double measured = std::clamp(z, curve.depth.first(), curve.depth.last());
+    const bool other_time =
+        std::isnan(curve.time) && std::abs(curve.time_along(measured) - std::log(time)) > sheet_margin;
+    return {curve.depth(inside) + (z - inside), curve.level(measured), z < low || z > high || other_time};
+  }
+
+  /// Between the two times of the target that bracket this one at this depth.
+  Place along(std::size_t target, double z, double time) const {
+    const Curve *below = nullptr, *above = nullptr;
+    for (const Curve& curve : curves_[target]) {  // by time
+      if (shape_ == Shape::sheet) return on(curve, z, time);
+      if (on(curve, z, time).outside && reaches(target, z)) continue;
+      if (curve.time <= time) below = &curve;
+      if (curve.time >= time && above == nullptr) above = &curve;
+    }
+    const bool beyond = below == nullptr || above == nullptr;
+    if (below == nullptr) below = above;
+    if (above == nullptr) above = below;
+    const Place low = on(*below, z, time), high = on(*above, z, time);
+    const bool far = beyond && std::abs(std::log(time / below->time)) > time_margin;
+    const double span = std::log(above->time / below->time);
+    const double share = span > 0 ? std::log(time / below->time) / span : 0;
+    return {low.depth + share * (high.depth - low.depth), low.level + share * (high.level - low.level),
+            far || low.outside || high.outside};
+  }
+
+  /// Whether some curve of the target covers this depth.
+  bool reaches(std::size_t target, double z) const {
+    return std::ranges::any_of(curves_[target], [&](const Curve& curve) { return !on(curve, z, curve.time).outside; });
+  }
+
+  /// Smallest and largest of z, ln reflectivity, ln time.
+  void set_spans() {
+    for (const OffsetSample& s : samples_) {
+      const std::array<double, 3> place = {s.depth, std::log(s.reflectivity), std::log(s.integration_time)};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low_[axis] = std::fmin(low_[axis], place[axis]);
+        high_[axis] = std::fmax(high_[axis], place[axis]);
+      }
+    }
+  }
+
+  bool outside_of_spans(double z, double time) const {
+    const double log_time = std::log(time);
+    return z < low_[0] * (1 - depth_margin) || z > high_[0] * (1 + depth_margin) || log_time < low_[2] - time_margin ||
+           log_time > high_[2] + time_margin;
+  }
+
+  /// T - z. The offset changes with the distance ten times over its span, slowly with the others.
+  double nearest_error(double z, double level, double time) const {
+    const std::array<double, 3> weights = {10, 1, 1}, place = {z, level, std::log(time)};
+    std::vector<std::pair<double, double>> found;  // squared distance, error
+    for (const OffsetSample& s : samples_) {
+      const std::array<double, 3> there = {s.depth, std::log(s.reflectivity), std::log(s.integration_time)};
+      double square = 1e-18;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double span = high_[axis] - low_[axis];
+        const double step = span > 0 ? weights[axis] * (there[axis] - place[axis]) / span : 0;
+        square += std::isfinite(step) ? step * step : 0;
+      }
+      found.emplace_back(square, s.distance - s.depth);
+    }
+    const std::size_t count = std::min(nearest_samples, found.size());
+    std::ranges::partial_sort(found, found.begin() + static_cast<std::ptrdiff_t>(count));
+    double sum = 0, weight = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      sum += found[i].second / found[i].first;
+      weight += 1 / found[i].first;
+    }
+    return sum / weight;
+  }
+
+  std::vector<OffsetSample> samples_;
+  std::size_t targets_ = 0;
+  std::vector<std::size_t> counts_;  // of samples, by target; a target may have none
+  Shape shape_ = Shape::sheet;
+  std::vector<std::vector<Curve>> curves_;  // by target, in the order of their times
+  std::vector<double> levels_;              // of the targets, ln reflectivity
+  std::array<double, 3> low_{1e9, 1e9, 1e9}, high_{-1e9, -1e9, -1e9};
+};
+
+}  // namespace tofgraph::physics

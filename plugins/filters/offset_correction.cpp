@@ -1,0 +1,278 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Takes the offset by integration time and reflectivity out of the distance, chapter 6 of the reference.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "plugins/filters/offset_correction.cpp"
+#include <hwy/foreach_target.h>
+// The order matters: Highway first.
+#include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/bistatic_tables.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "io/offset_calibration.hpp"
+#include "plugins/filters/offset_grid.hpp"
+#include "plugins/filters/offset_vector.hpp"
+#include "plugins/filters/surface_mean.hpp"
+
+#if HWY_ONCE
+namespace tofgraph {
+
+HWY_EXPORT(Look);
+HWY_EXPORT(Average);
+HWY_EXPORT(Correct);
+
+/// per_pixel: each pixel's depth z and reflectivity, averaged over the pixels beside it on the same surface, say which
+/// depth T a board would really have had that was measured there; D(T) - D(z) of the pixel's ray is added (6.5), (6.6).
+/// As what is looked up is averaged, the noise of the distance stays as it is, and with it sigma.
+/// board: one offset matrix from the means over the whole image, as the reference does it: for one board.
+///
+/// D(z) is that of one source in the middle of the sources, with their mean square distance: for sources 10 cm apart
+/// the difference of two such distances is right to 0.1 % of the offset from 300 mm on.
+struct OffsetCorrection final : Filter {
+  InOut<float> distance{
+      this,
+      "distance",
+      {.text = "half of the travelled path", .refuses = "denoised non_linearity offset", .adds = "offset"}};
+  In<float> amplitude{
+      this, "amplitude", {.optional = true, .text = "tells the reflectivity, unless `target` is given"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
+  Param<InputFile> calibration{
+      this, "calibration", {.required = true, .text = "a calibration file of the kind offset, see calibrate offset"}};
+  Param<Choice> method{this,
+                       "method",
+                       {.default_value = "per_pixel",
+                        .choices = "per_pixel board",
+                        .text = "per_pixel: any scene; board: one offset matrix for one board that fills the image"}};
+  Param<std::string> target{
+      this, "target", {.text = "the calibration's target that all surfaces are like; default: found by amplitude"}};
+  Param<std::int64_t> window{
+      this,
+      "window",
+      {.default_value = "5",
+       .min = 1,
+       .max = 15,
+       .text = "side in pixels of the square over which depth and reflectivity are averaged before they "
+               "are looked up, odd; 1: not averaged, the offset then adds noise"}};
+  Param<Choice> extrapolation{this,
+                              "extrapolation",
+                              {.default_value = "flag",
+                               .choices = "flag refuse hold",
+                               .text = "beyond what was calibrated; flag: the nearest offset, flagged as "
+                                       "extrapolated; refuse: the pixel becomes invalid; hold: not flagged"}};
+  Param<std::string> serial{
+      this,
+      "serial",
+      {.text = "the camera's serial number, compared with the calibration's; default: the recording's"}};
+
+  void prepare(Setup& setup) {
+    const tofgraph_camera& camera = setup.camera();
+    read(camera);
+    check_serial_number(setup);
+    if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
+      throw std::runtime_error("needs the frames' integration time, which these frames do not tell");
+    const std::optional<std::size_t> only = chosen_target();
+    if (!only && !amplitude.present())
+      throw std::runtime_error(
+          "needs the amplitude, which tells the reflectivity: put it after a decoder, read a recording with the "
+          "channel "
+          "amplitude, or say of which target the surfaces are, e.g. " +
+          ("target: " + calibration_.targets.front()));
+    if (!only && !table_->knows_reflectivities())
+      throw ConfigError("calibration", "knows no reflectivities: say of which target the surfaces are, e.g. target: " +
+                                           calibration_.targets.front());
+    if (*window % 2 == 0) throw ConfigError("window", "must be odd, e.g. window: 5");
+    grid_ = OffsetGrid(*table_, only);
+    only_ = only;
+    prepare_pixels(setup);
+    flags.provide(setup);
+    lengths_.prepare(setup, {"distance"});
+  }
+
+  void process(Frame& frame) const {
+    const double time = frame.metadata().integration_time;
+    if (!(time > 0)) throw std::runtime_error("the frame does not tell its integration time");
+    check_frequency(frame.metadata().modulation_frequency);
+    const Array<float> image = distance(frame);
+    if (image.rows() != rows_ || image.columns() != columns_)
+      throw std::runtime_error("distance is " + std::to_string(image.rows()) + " x " + std::to_string(image.columns()) +
+                               ", the camera has " + std::to_string(rows_) + " x " + std::to_string(columns_));
+    const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
+    mark_invalid(image, Array<float>(), bits);
+    thread_local Surface seen;
+    look(image, only_ ? nullptr : amplitude(frame).data(), time, seen);
+    if (*method == "board")
+      correct_board(image, bits, seen, time);
+    else
+      correct_pixels(image, bits, seen, time);
+    lengths_.invalidate(frame, bits);
+  }
+
+ private:
+  void read(const tofgraph_camera& camera) {
+    try {
+      calibration_ = io::read_offset_calibration(std::string(*calibration), camera);
+      table_.emplace(calibration_.samples);
+    } catch (const std::exception& error) {
+      throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
+    }
+  }
+
+  /// What a source tells of its frames.
+  static std::string serial_of(const Setup& setup) {
+    const tofgraph_stream& stream = setup.stream();
+    const auto known = nlohmann::json::parse(stream.source != nullptr ? stream.source : "{}", nullptr, false);
+    return known.is_object() ? known.value("serial", "") : "";
+  }
+
+  void check_serial_number(const Setup& setup) const {
+    const std::string own = serial.given() ? std::string(*serial) : serial_of(setup);
+    if (own.empty() || calibration_.serial.empty() || own == calibration_.serial) return;
+    throw ConfigError("calibration", "is of the camera with the serial " + calibration_.serial +
+                                         ", the frames are of " + own + ": calibrate that camera");
+  }
+
+  void check_frequency(double frequency) const {
+    if (!(std::abs(frequency / calibration_.modulation_frequency - 1) > 1e-3)) return;  // NaN: not known
+    throw std::runtime_error("the frame was taken at " + std::to_string(frequency * 1e-6) +
+                             " MHz, the calibration is for " +
+                             std::to_string(calibration_.modulation_frequency * 1e-6) + " MHz");
+  }
+
+  std::optional<std::size_t> chosen_target() const {
+    const std::vector<std::string>& labels = calibration_.targets;
+    if (!target.given()) return std::nullopt;
+    const auto found = std::ranges::find(labels, std::string(*target));
+    if (found != labels.end()) return static_cast<std::size_t>(found - labels.begin());
+    std::string list;
+    for (const std::string& label : labels) list += (list.empty() ? "" : ", ") + label;
+    throw ConfigError("target", "the calibration has no target '" + std::string(*target) + "'; it has: " + list);
+  }
+
+  void prepare_pixels(const Setup& setup) {
+    const tofgraph_camera& camera = setup.camera();
+    rows_ = camera.height;
+    columns_ = camera.width;
+    std::vector<physics::Vector3> rays;
+    for (std::size_t i = 0; i < rows_ * columns_; ++i) {
+      rays.push_back(physics::unit_ray(camera.rays + 3 * i));
+      cosine_.push_back(static_cast<float>(rays.back().z));
+      const double response = io::response_of(calibration_.falloff, camera.rays + 3 * i);
+      brightness_.push_back(static_cast<float>(4 / (calibration_.gain * response)));
+    }
+    tables_ = std::make_unique<physics::BistaticTables>(physics::geometry_of(camera), rays);
+  }
+
+  /// Where the pixels of a row are.
+  OffsetRow row_of(const Array<float>& image, Surface& seen, std::size_t row) const {
+    const physics::BistaticCamera& camera = tables_->camera();
+    const std::size_t first = row * columns_;
+    return {.columns = columns_,
+            .first = first,
+            .distance = &image[first],
+            .amplitude = nullptr,
+            .sensor_path = camera.sensor_path + first,
+            .mean_along = camera.mean_along + first,
+            .cosine = &cosine_[first],
+            .brightness = &brightness_[first],
+            .sources = tables_->sources().data(),
+            .source_count = tables_->sources().size(),
+            .focal_length = camera.focal_length,
+            .mean_square = camera.mean_square,
+            .rate = 0,
+            .depth = seen.depth(row),
+            .reflectivity = seen.reflectivity(row),
+            .path = seen.path(row),
+            .beyond = seen.beyond()};
+  }
+
+  /// z and reflectivity of each pixel, and D_ref.
+  void look(const Array<float>& image, const float* amplitudes, double time, Surface& seen) const {
+    seen.resize(rows_, columns_);
+    for (std::size_t v = 0; v < rows_; ++v) {
+      OffsetRow row = row_of(image, seen, v);
+      row.amplitude = amplitudes != nullptr ? amplitudes + v * columns_ : nullptr;
+      row.rate = static_cast<float>(1 / time);
+      HWY_DYNAMIC_DISPATCH(Look)(row);
+    }
+  }
+
+  void correct_pixels(const Array<float>& image, const Array<std::uint16_t>& bits, Surface& seen, double time) const {
+    const OffsetPlane plane = grid_.at(time);
+    if (*window > 1) {
+      seen.average(static_cast<std::size_t>(*window), !only_, [](const AverageRow& row) {
+        HWY_DYNAMIC_DISPATCH(Average)(row);
+      });
+    }
+    const bool marks = *extrapolation != "hold";
+    for (std::size_t v = 0; v < rows_; ++v) {
+      HWY_DYNAMIC_DISPATCH(Correct)(row_of(image, seen, v), plane);
+      for (std::size_t u = 0; marks && u < columns_; ++u) {
+        if (seen.beyond()[u] != 0) mark(image, bits, v * columns_ + u);
+      }
+    }
+  }
+
+  /// The sources' mean path to the pixel's point at D_ref.
+  float mean_path(std::size_t i, float r) const {
+    float mean = 0;
+    for (const physics::BistaticSource& source : tables_->sources())
+      mean += source.weight * std::sqrt(r * r + 2 * r * source.along[i] + source.square);
+    return mean;
+  }
+
+  void mark(const Array<float>& image, const Array<std::uint16_t>& bits, std::size_t i) const {
+    if ((bits[i] & flag::invalid) != 0) return;
+    bits[i] |= flag::extrapolated;
+    if (*extrapolation != "refuse") return;
+    bits[i] |= flag::invalid;
+    image[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+
+  /// (6.3) to (6.6) with the means over the valid pixels.
+  void correct_board(const Array<float>& image, const Array<std::uint16_t>& bits, Surface& seen, double time) const {
+    double depth = 0, level = 0, count = 0;
+    for (std::size_t row = 0; row < rows_; ++row) {
+      for (std::size_t u = 0; u < columns_; ++u) {
+        const float z = seen.depth(row)[u], reflectivity = seen.reflectivity(row)[u];
+        if (!std::isfinite(z) || !(reflectivity > 0)) continue;
+        depth += double{z};
+        level += std::log(double{reflectivity});
+        ++count;
+      }
+    }
+    if (count == 0) return;
+    depth /= count;
+    const auto found =
+        only_ ? table_->of_target(*only_, depth, time) : table_->across(depth, time).at(std::exp(level / count));
+    const auto error = static_cast<float>(found.depth - depth), z = static_cast<float>(depth);
+    const physics::BistaticCamera& camera = tables_->camera();
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const float r = (z - camera.focal_length) / cosine_[i], step = error / cosine_[i];
+      const float reflected = calibration_.variant == io::OffsetVariant::printed ? error : step;
+      image[i] += (reflected + mean_path(i, r + step) - mean_path(i, r)) / 2;
+      if (found.extrapolated && *extrapolation != "hold") mark(image, bits, i);
+    }
+  }
+
+  io::OffsetCalibration calibration_;
+  std::optional<physics::OffsetTable> table_;
+  std::optional<std::size_t> only_;  // target
+  OffsetGrid grid_;
+  std::unique_ptr<physics::BistaticTables> tables_;
+  std::vector<float> cosine_, brightness_;  // of the pixels; brightness: 4 / (gain response)
+  std::size_t rows_ = 0, columns_ = 0;
+  OtherLengths lengths_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::OffsetCorrection,
+               "Takes out the offset by integration time and reflectivity, from a calibration of boards")
+#endif

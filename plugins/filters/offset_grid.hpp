@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file An offset table on a dense grid, for looking up the error of every pixel of a frame.
+#pragma once
+
+#include <tofgraph/physics/offset_table.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "plugins/filters/offset_rows.hpp"
+
+namespace tofgraph {
+
+/// T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
+/// reflectivities are 128 to the octave, their place read from the bits of the number, whose exponent and leading
+/// digits rise like a logarithm; times are those of the calibration, linear in the logarithm between them.
+class OffsetGrid {
+ public:
+  OffsetGrid() = default;
+  /// @param target the only one, whatever the reflectivity of a pixel is; none: found by the reflectivity
+  OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()) {
+    std::set<double> times;
+    double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
+    for (const physics::OffsetSample& s : table.samples()) {
+      if (target && s.target != *target) continue;
+      times.insert(s.integration_time);
+      low = std::min(low, s.depth);
+      high = std::max(high, s.depth);
+      dark = std::fmin(dark, s.reflectivity);
+      bright = std::fmax(bright, s.reflectivity);
+    }
+    first_ = static_cast<float>(low * (1 - beyond));
+    per_metre_ = static_cast<float>((depths - 1) / (high * (1 + beyond) - low * (1 - beyond)));
+    if (!target) {
+      base_ = bits_of(dark * (1 - 5 * beyond)) >> step_bits << step_bits;
+      levels_ = static_cast<std::size_t>((bits_of(bright * (1 + 6 * beyond)) - base_) >> step_bits) + 2;
+    }
+    const bool one_plane = table.shape() == physics::OffsetTable::Shape::sheet;  // the same at all times
+    for (const double time : times) {
+      times_.push_back(std::log(time));
+      fill(table, target, time, !one_plane || times_.size() == 1);
+    }
+    planes_ = one_plane ? 1 : times_.size();
+    errors_.push_back(0);  // is read beside the last node, with weight 0
+  }
+
+  /// @param time s @returns valid until this thread asks for another time or grid
+  OffsetPlane at(double time) const {
+    const double log_time = std::log(time);
+    const auto above = std::ranges::lower_bound(times_, log_time);
+    const auto after = static_cast<std::size_t>(std::min(above, times_.end() - 1) - times_.begin());
+    const std::size_t before = after > 0 && above != times_.end() ? after - 1 : after;
+    const double span = times_[after] - times_[before];
+    const double share = span > 0 ? (log_time - times_[before]) / span : 0;
+    const bool outside = log_time < times_.front() - beyond || log_time > times_.back() + beyond;
+    const std::size_t row = (share < 0.5 ? before : after) * depths;
+    OffsetPlane plane{.depths = depths,
+                      .levels = static_cast<std::int32_t>(levels_),
+                      .first = first_,
+                      .per_metre = per_metre_,
+                      .base = base_,
+                      .last_bits = static_cast<std::int32_t>(((levels_ - 1) << step_bits)) - (levels_ > 1 ? 1 : 0),
+                      .least = (outside ? most_ : least_).data() + row,  // exchanged: nothing is inside
+                      .most = (outside ? least_ : most_).data() + row};
+    if (planes_ == 1 || share == 0)
+      plane.errors = errors_of(before);
+    else if (share == 1)
+      plane.errors = errors_of(after);
+    else
+      plane.errors = between(before, after, static_cast<float>(share), log_time);
+    return plane;
+  }
+
+ private:
+  static constexpr std::int32_t depths = 1024;
+  static constexpr int step_bits = OffsetPlane::step_bits;
+  static constexpr double beyond = 0.05;  ///< how far the grid reaches beyond the samples
+
+  static std::uint64_t next_id() {
+    static std::atomic<std::uint64_t> last = 0;
+    return ++last;
+  }
+  static std::int32_t bits_of(double value) { return std::bit_cast<std::int32_t>(static_cast<float>(value)); }
+
+  const float* errors_of(std::size_t plane) const {
+    return errors_.data() + (planes_ == 1 ? 0 : plane) * depths * levels_;
+  }
+
+  /// Kept by each thread: most frames have the time of the one before.
+  const float* between(std::size_t before, std::size_t after, float share, double log_time) const {
+    struct Kept {
+      std::uint64_t id = 0;
+      double log_time = 0;
+      std::vector<float> errors;
+    };
+    thread_local Kept kept;
+    if (kept.id == id_ && kept.log_time == log_time) return kept.errors.data();
+    kept.errors.resize(depths * levels_ + 1);
+    const float *low = errors_of(before), *high = errors_of(after);
+    for (std::size_t i = 0; i < depths * levels_; ++i) kept.errors[i] = low[i] + share * (high[i] - low[i]);
+    kept.id = id_;
+    kept.log_time = log_time;
+    return kept.errors.data();
+  }
+
+  void fill(const physics::OffsetTable& table, std::optional<std::size_t> target, double time, bool with_errors) {
+    constexpr float all = std::numeric_limits<float>::infinity();
+    for (std::int32_t row = 0; row < depths; ++row) {
+      const double z = double{first_} + row / double{per_metre_};
+      if (target) {
+        const auto found = table.of_target(*target, z, time);
+        least_.push_back(found.extrapolated ? all : -all);
+        most_.push_back(found.extrapolated ? -all : all);
+        if (with_errors) errors_.push_back(static_cast<float>(found.depth - z));
+        continue;
+      }
+      const physics::OffsetTable::Across across = table.across(z, time);
+      const auto [low, high] = across.inside();
+      least_.push_back(static_cast<float>(low));
+      most_.push_back(static_cast<float>(high));
+      for (std::size_t level = 0; with_errors && level < levels_; ++level) {
+        const auto bits = base_ + static_cast<std::int32_t>(level << step_bits);
+        errors_.push_back(static_cast<float>(across.at(double{std::bit_cast<float>(bits)}).depth - z));
+      }
+    }
+  }
+
+  std::uint64_t id_ = 0;
+  std::vector<double> times_;  // ln s
+  std::size_t planes_ = 1, levels_ = 1;
+  std::vector<float> errors_;        // m, planes x depths x levels
+  std::vector<float> least_, most_;  // reflectivities that are no extrapolation, times x depths
+  float first_ = 0, per_metre_ = 1;  // m, 1/m
+  std::int32_t base_ = 0;            // bits of the lowest reflectivity
+};
+
+}  // namespace tofgraph

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <tofgraph/channels.hpp>
+#include <tofgraph/harness.hpp>
+
+#include <cmath>
+#include <memory>
+
+namespace tofgraph {
+namespace {
+
+const float nan = std::nanf("");
+using Flags = std::vector<std::uint16_t>;
+
+/// Six pixels with these channels.
+std::unique_ptr<Harness> masked(const std::string& options, const Flags& flags = Flags(6, 0)) {
+  auto stage = std::make_unique<Harness>("mask " + options);
+  stage->put<float>("depth", {2, 3}, {1, 1, 1, 1, 1, 1});
+  stage->put<float>("amplitude", {2, 3}, {10, 100, 1000, 30000, nan, 100});
+  stage->put<float>("sigma", {2, 3}, {0.03F, 0.01F, 0.001F, 0.001F, nan, 0.02F}, {.of = "depth"});
+  stage->put<std::uint16_t>("flags", {2, 3}, flags);
+  // c0 - c1 + c2 - c3 is 0, 4, 40, 4000, 0, 60
+  stage->put<std::int16_t>("phases", {4, 2, 3},
+                           {5, 4, 40, 4000, 0, 60, 0, 0, 0, 0, 0, 0, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  stage->run();
+  return stage;
+}
+
+std::string message_of(auto&& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Mask, AmplitudesOutsideTheRangeBecomeInvalidWithTheirReason) {
+  const auto stage = masked("min_amplitude='50 counts' max_amplitude='20000 counts'");
+  EXPECT_EQ(stage->get<std::uint16_t>("flags"),
+            (Flags{flag::low_signal | flag::invalid, 0, 0, flag::saturated | flag::invalid,
+                   flag::low_signal | flag::invalid, 0}));
+  const auto depth = stage->get<float>("depth");
+  EXPECT_TRUE(std::isnan(depth[0]) && std::isnan(depth[3]) && std::isnan(depth[4]));
+  EXPECT_EQ(depth[1], 1);
+  EXPECT_EQ(stage->get<float>("amplitude")[0], 10) << "amplitudes stay as they were measured";
+}
+
+TEST(Mask, OnlyFlagsWhereNothingIsToBecomeInvalid) {
+  const auto stage = masked("max_sigma='15 mm' invalidate=false");
+  EXPECT_EQ(stage->get<std::uint16_t>("flags"), (Flags{flag::low_signal, 0, 0, 0, flag::low_signal, flag::low_signal}));
+  EXPECT_EQ(stage->get<float>("depth")[0], 1);
+}
+
+TEST(Mask, NullChannelIsComparedWithTheAmplitude) {
+  // N2 is a quarter of the sums above: 0, 1 %, 1 %, 3.3 %, NaN, 15 % of the amplitude.
+  const auto stage = masked("max_null2='2 %'");
+  const std::uint16_t both = flag::inconsistent | flag::invalid;
+  EXPECT_EQ(stage->get<std::uint16_t>("flags"), (Flags{0, 0, 0, both, both, both}));
+}
+
+TEST(Mask, PixelsWithCertainFlagsBecomeInvalid) {
+  const auto stage = masked("flagged=[wrapped, extrapolated]",
+                            {flag::wrapped, flag::mixed, flag::extrapolated | flag::mixed, 0, 0, 0});
+  EXPECT_EQ(stage->get<std::uint16_t>("flags"), (Flags{flag::wrapped | flag::invalid, flag::mixed,
+                                                       flag::extrapolated | flag::mixed | flag::invalid, 0, 0, 0}));
+}
+
+TEST(Mask, SaysWhatIsMissing) {
+  const auto refusal = [](const std::string& options) {
+    return message_of([&] {
+      Harness stage("mask " + options);
+      stage.put<float>("depth", {2, 3}, std::vector<float>(6, 1));
+      stage.prepare();
+    });
+  };
+  EXPECT_NE(refusal("").find("there is nothing to do"), std::string::npos) << refusal("");
+  EXPECT_NE(refusal("min_amplitude='5 counts'").find("needs the amplitude"), std::string::npos);
+  EXPECT_NE(refusal("max_sigma='5 mm'").find("needs sigma"), std::string::npos);
+  EXPECT_NE(refusal("flagged=wraped").find("there is no flag 'wraped'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tofgraph
