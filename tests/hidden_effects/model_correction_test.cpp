@@ -8,7 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/plain_camera.hpp"
+#include "tests/program.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -332,6 +334,39 @@ TEST_F(ModelCorrection, UndoesAnEffectThatItDoesNotKnow) {
     const double left = mean_difference(result, ideal.distance, flags);
     EXPECT_LE(left, std::max(0.02 * effect, 1e-4)) << view.distance << " m, effect " << effect << " m";
     show("haze", view.distance, effect, left);
+  }
+}
+
+/// A campaign with noise and jitter, searched as a user does; then new boards of the same camera, at distances and with
+/// targets that the campaign did not have, through the model that was found.
+TEST_F(ModelCorrection, ANewRecordingIsCorrectedWithWhatTheSearchFound) {
+  CampaignOptions campaign;
+  campaign.effects.add("wiggling", {{"amplitude", 6e-3}, {"phase", 0.7}});
+  campaign.effects.add("crosstalk", {{"real", 1200}, {"imaginary", -900}});
+  campaign.seed = 21;
+  campaign.folder = folder_ / "campaign";
+  make_campaign(campaign);
+  const std::string in = campaign.folder.string();
+  const tests::Outcome outcome = tests::shell("\"$TOFGRAPH\" diagnose --model " + in + "/model.yaml --data " + in +
+                                                  "/campaign.yaml -o " + (folder_ / "gap").string(),
+                                              folder_);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  Physics with, without;
+  with.effects = campaign.effects;
+  Harness stage("model_correction model=" + (folder_ / "gap/model.yaml").string());
+  stage.camera("camcube2");
+  for (const double distance : {0.87, 1.63, 2.71, 3.86, 5.2, 6.3}) {
+    View view;
+    view.distance = distance;
+    view.reflectivity = 0.37;
+    view.integration_time = 3e-3;
+    const Decoded seen = photograph(with, view), ideal = photograph(without, view);
+    const Floats result = corrected(stage, seen, view);
+    const auto flags = stage.get<std::uint16_t>("flags");
+    const double effect = mean_difference(seen.distance, ideal.distance, flags);
+    const double left = mean_difference(result, ideal.distance, flags);
+    EXPECT_LE(left, 0.1 * effect) << distance << " m, effect " << effect << " m";
+    show("found", distance, effect, left);
   }
 }
 

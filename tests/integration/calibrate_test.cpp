@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The command `calibrate`, and every command of docs/calibrate_offset.md.
-#include "tests/program.hpp"
+#include "tests/guide.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -13,17 +13,6 @@ namespace tofgraph::tests {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The blocks of shell commands of a page.
-std::vector<std::string> commands_of(const fs::path& page) {
-  const std::string text = read_text(page), begin = "```sh\n", end = "```";
-  std::vector<std::string> blocks;
-  for (std::size_t at = 0; (at = text.find(begin, at)) != std::string::npos;) {
-    at += begin.size();
-    blocks.push_back(text.substr(at, text.find(end, at) - at));
-  }
-  return blocks;
-}
 
 class Calibrate : public testing::Test {
  protected:

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Pages whose commands are run by tests.
+#pragma once
+
+#include "tests/program.hpp"
+
+#include <vector>
+
+namespace tofgraph::tests {
+
+/// The blocks of shell commands of a page, in their order.
+inline std::vector<std::string> commands_of(const std::filesystem::path& page) {
+  const std::string text = read_text(page), begin = "```sh\n", end = "```";
+  std::vector<std::string> blocks;
+  for (std::size_t at = 0; (at = text.find(begin, at)) != std::string::npos;) {
+    at += begin.size();
+    blocks.push_back(text.substr(at, text.find(end, at) - at));
+  }
+  return blocks;
+}
+
+}  // namespace tofgraph::tests
