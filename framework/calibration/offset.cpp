@@ -112,7 +112,7 @@ Result calibrate_offset(const Request& request) {
   write_held_out(axes, writer);
   const std::vector<std::string> worth = worth_of(axes);
   Result result{.file = writer.text(),
-                .page = offset_report(campaign, *table, axes, fmt::format("{}.", fmt::join(worth, "; "))),
+                .page = offset_report(campaign, *table, axes, sentence_of(worth)),
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = boards.notes};
   if (!table->knows_reflectivities())
