@@ -6,9 +6,11 @@
 #include "io/sha256.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -67,6 +69,12 @@ std::string described(const Boards& boards) {
   return fmt::format("{} condition{}: {} target{}, {}, {}", boards.boards.size(), boards.boards.size() == 1 ? "" : "s",
                      boards.targets.size(), boards.targets.size() == 1 ? "" : "s", span_of(distances, "distance", "m"),
                      span_of(times, "integration time", "s"));
+}
+
+std::string sentence_of(const std::vector<std::string>& lines) {
+  std::string sentence = fmt::format("{}.", fmt::join(lines, "; "));
+  sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+  return sentence;
 }
 
 std::string name_of(const Boards& boards, std::size_t target) {

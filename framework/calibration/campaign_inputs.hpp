@@ -24,6 +24,8 @@ io::CalibrationWriter writer_for(const Request& request, const Campaign& campaig
 
 /// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`
 std::string described(const Boards& boards);
+/// Lines as one sentence for the top of a report.
+std::string sentence_of(const std::vector<std::string>& lines);
 /// Of a target without a label: `the board`.
 std::string name_of(const Boards& boards, std::size_t target);
 /// Columns of a table of values, one a board.

@@ -30,6 +30,7 @@ Interval interval_of(const std::map<double, std::vector<double>>& by_level) {
     all.insert(all.end(), values.begin(), values.end());
   }
   if (all.empty()) return {};
+  if (levels.size() < 2) return {root_mean_square(all), unknown, unknown};
   constexpr std::size_t draws = 2000;
   std::mt19937_64 random(1);
   std::uniform_int_distribution<std::size_t> any(0, levels.size() - 1);

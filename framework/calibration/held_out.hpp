@@ -12,7 +12,7 @@
 
 namespace tofgraph::calibration {
 
-/// A number with its 95 % interval.
+/// A number with its 95 % interval; NaN: a single level tells none.
 struct Interval {
   double value = unknown, low = unknown, high = unknown;
 };

@@ -107,7 +107,7 @@ Result calibrate_integration_time(const Request& request) {
   write_values(campaign, times, writer);
   const std::vector<std::string> advice = advice_of(times, request);
   return {.file = writer.text(),
-          .page = integration_time_report(campaign, times, request, fmt::format("{}.", fmt::join(advice, "; "))),
+          .page = integration_time_report(campaign, times, request, sentence_of(advice)),
           .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
           .notes = campaign.boards.notes};
 }

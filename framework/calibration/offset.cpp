@@ -55,7 +55,9 @@ void write_statistics(const Boards& boards, io::CalibrationWriter& writer) {
 /// Root mean squares with their 95 % intervals: value, low, high.
 void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& writer) {
   const auto write = [&](const std::string& key, const Interval& i) {
-    writer.column(key, {{i.value, i.low, i.high}, {}}, "mm", 1e-3);
+    std::vector<double> values = {i.value};
+    if (std::isfinite(i.low)) values.insert(values.end(), {i.low, i.high});
+    writer.column(key, {values, {}}, "mm", 1e-3);
   };
   if (!axes.empty()) write("uncorrected", axes.front().before);
   for (const HeldOut& axis : axes) write("held_out_" + axis.axis, axis.after);
@@ -68,11 +70,14 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   for (const HeldOut& axis : axes) {
     std::string name = axis.axis;
     std::ranges::replace(name, '_', ' ');
-    lines.push_back(
-        fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm "
-                    "(95 %: {:.1f} to {:.1f} mm, {} level{})",
-                    name, axis.after.value * 1e3, axis.before.value * 1e3, axis.after.low * 1e3, axis.after.high * 1e3,
-                    axis.levels, axis.levels == 1 ? "" : "s"));
+    std::string line = fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm",
+                                   name, axis.after.value * 1e3, axis.before.value * 1e3);
+    if (axis.levels > 1)
+      line += fmt::format(" (95 %: {:.1f} to {:.1f} mm, {} levels)", axis.after.low * 1e3, axis.after.high * 1e3,
+                          axis.levels);
+    else
+      line += " (1 level)";
+    lines.push_back(line);
   }
   return lines;
 }
@@ -107,7 +112,7 @@ Result calibrate_offset(const Request& request) {
   write_held_out(axes, writer);
   const std::vector<std::string> worth = worth_of(axes);
   Result result{.file = writer.text(),
-                .page = offset_report(campaign, *table, axes, fmt::format("{}.", fmt::join(worth, "; "))),
+                .page = offset_report(campaign, *table, axes, sentence_of(worth)),
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = boards.notes};
   if (!table->knows_reflectivities())

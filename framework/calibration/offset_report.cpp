@@ -43,8 +43,9 @@ class Report {
       : boards_(campaign.boards), camera_(campaign.conditions.camera->view()), table_(table), axes_(axes) {}
 
   report::Page make(const std::string& verdict) {
-    const bool helps =
-        !axes_.empty() && std::ranges::all_of(axes_, [](const HeldOut& a) { return a.after.high < a.before.value; });
+    const bool helps = !axes_.empty() && std::ranges::all_of(axes_, [](const HeldOut& a) {
+      return !(a.after.high >= a.before.value) && a.after.value < a.before.value;
+    });
     page_.verdict(verdict, helps ? "good" : "warn");
     page_.paragraph(fmt::format("Camera '{}'{}{}. {}. {}", camera_.name, boards_.serial.empty() ? "" : ", serial ",
                                 boards_.serial, described(boards_), shape_text(table_.shape())));
@@ -83,7 +84,7 @@ class Report {
   }
 
   static std::string interval(const Interval& i) {
-    return fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high));
+    return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
   }
 
   std::string left_out_plot(const HeldOut& axis, const std::string& name) const {

@@ -3,9 +3,9 @@
 #include "calibration/calibrate.hpp"
 #include "cli/calibrate.hpp"
 #include "cli/progress.hpp"
-#include "cli/say.hpp"
 #include "config/diagnostics.hpp"
 #include "config/quantity.hpp"
+#include "config/say.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -71,9 +71,10 @@ int calibrate(const CalibrateArguments& arguments) {
   io::write_file(arguments.out, result.file);
   if (arguments.quiet) return 0;
   constexpr std::size_t shown = 8;
-  for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) say("note: " + result.notes[i]);
-  if (result.notes.size() > shown) say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
-  say(fmt::format("{}\nwrote {} and {}", result.summary, arguments.out, report.string()));
+  for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) config::say("note: " + result.notes[i]);
+  if (result.notes.size() > shown)
+    config::say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
+  config::say(fmt::format("{}\nwrote {} and {}", result.summary, arguments.out, report.string()));
   return 0;
 }
 

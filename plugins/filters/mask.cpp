@@ -90,19 +90,19 @@ struct Mask final : Filter {
                                                                     {"filled", flag::filled},
                                                                     {"bad_pixel", flag::bad_pixel}};
 
+  static std::uint16_t bit_of(const std::string& word) {
+    std::string all;
+    for (const auto& [name, bit] : names) {
+      if (word == name) return bit;
+      all.append(all.empty() ? "" : ", ").append(name);
+    }
+    throw ConfigError("flagged", "there is no flag '" + word + "'; there are " + all);
+  }
+
   static std::uint16_t bits_of(const std::string& words) {
     std::istringstream stream(words);
     std::uint16_t bits = 0;
-    for (std::string word; stream >> word;) {
-      std::uint16_t bit = 0;
-      std::string all;
-      for (const auto& [name, value] : names) {
-        if (word == name) bit = value;
-        all += (all.empty() ? "" : ", ") + std::string(name);
-      }
-      if (bit == 0) throw ConfigError("flagged", "there is no flag '" + word + "'; there are " + all);
-      bits = static_cast<std::uint16_t>(bits | bit);
-    }
+    for (std::string word; stream >> word;) bits = static_cast<std::uint16_t>(bits | bit_of(word));
     return bits;
   }
 

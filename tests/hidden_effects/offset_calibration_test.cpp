@@ -143,6 +143,42 @@ TEST(OffsetCalibration, PublishedOffsetsAreTakenOutOfTheOtherHalfOfTheFrames) {
   RecordProperty("worst_sd_percent", std::to_string(worst_sd * 100));
 }
 
+/// A campaign of three boards, each recorded with a serial of its own.
+void record_boards(const fs::path& folder, const std::array<std::string, 3>& serials) {
+  std::vector<io::Condition> conditions;
+  for (std::size_t i = 0; i < serials.size(); ++i) {
+    View view;
+    view.distance = 1 + 0.25 * static_cast<double>(i);
+    const fs::path file = folder / (std::to_string(i) + ".h5");
+    record(file, {decoded_images({}, view)}, view.integration_time, serials[i]);
+    conditions.push_back(condition_of(file.stem(), view, "white", file));
+  }
+  write_campaign(folder, conditions);
+}
+
+TEST(OffsetCalibration, IsOfOneCameraAndRefusesRecordingsOfAnother) {
+  const TemporaryFolder folder, other, mixed;
+  record_boards(folder.path(), {"C7", "C7", "C7"});
+  record_boards(other.path(), {"C8", "C8", "C8"});
+  record_boards(mixed.path(), {"C7", "C7", "C8"});
+  calibrate(folder.path());
+  EXPECT_NE(tests::read_text(folder.path() / "offset.yaml").find("serial: C7\n"), std::string::npos);
+  const auto run = [&](const fs::path& capture) {
+    return shell("\"$TOFGRAPH\" run \"capture_reader file=" + (capture / "0.h5").string() +
+                     " ! offset_correction calibration=offset.yaml ! null\"",
+                 folder.path());
+  };
+  EXPECT_EQ(run(folder.path()).exit_code, 0) << run(folder.path()).err;
+  const tests::Outcome refused = run(other.path());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("is of the camera with the serial C7, the frames are of C8"), std::string::npos)
+      << refused.err;
+  const tests::Outcome two = shell("\"$TOFGRAPH\" calibrate offset campaign.yaml -o offset.yaml", mixed.path());
+  EXPECT_EQ(two.exit_code, 2);
+  EXPECT_NE(two.err.find("the capture is of the camera with the serial C8, those before of C7"), std::string::npos)
+      << two.err;
+}
+
 /// How far a camera is off in depth: by integration time, reflectivity and distance, m.
 double offset_of(double distance, double reflectivity, double time) {
   return 8e-3 * std::log(time / 1e-3) - 10e-3 * std::log(reflectivity) + 15e-3 * std::sin(3.4 * distance);

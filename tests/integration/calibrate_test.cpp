@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The command `calibrate`, and every command of docs/calibrate_offset.md.
+#include "io/calibration.hpp"
 #include "tests/guide.hpp"
 
 #include <nlohmann/json.hpp>
@@ -78,6 +79,68 @@ TEST_F(Calibrate, RepeatedConditionsAreMergedWithANote) {
       << outcome.err;
   const std::string text = read_text(folder.path() / "out/a.yaml");
   EXPECT_NE(text.find("507.76"), std::string::npos) << "the mean of 507.66 and 507.86 mm";
+}
+
+/// A column of a calibration of integration times, SI.
+std::vector<double> column_of(const fs::path& file, const std::string& key, const char* unit) {
+  io::CalibrationReader reader(file, "integration-time", "camcube2");
+  return reader.column(key, unit, 0, "{value: [1]}").value;
+}
+
+// Spreads of depths chosen so that the best times are known: 1 ms at 0.5 m, 2 ms at 1 m, 4 ms at 2 m.
+class IntegrationTime : public Calibrate {
+ protected:
+  IntegrationTime() {
+    write_text(folder.path() / "boards.csv",
+               "target,distance,time,depth,sd\n"
+               "white,500,1,500,3\nwhite,500,2,500,4\nwhite,500,4,500,9\n"
+               "white,1000,1,1000,6\nwhite,1000,2,1000,4\nwhite,1000,4,1000,4.1\n"
+               "white,2000,1,2000,20\nwhite,2000,2,2000,9\nwhite,2000,4,2000,4.5\n");
+    write_text(folder.path() / "boards.yaml",
+               "campaign: 1\ncamera: camcube2\ntable:\n  file: boards.csv\n"
+               "  distance: {column: distance, unit: mm}\n  integration_time: {column: time, unit: ms}\n"
+               "  target: {column: target}\n  measured_depth: {column: depth, unit: mm}\n"
+               "  measured_depth_sd: {column: sd, unit: mm}\n");
+  }
+};
+
+TEST_F(IntegrationTime, BestTimesAreFoundWithThoseThatAreNearlyAsGood) {
+  const Outcome outcome = run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const fs::path file = folder.path() / "out/t.yaml";
+  EXPECT_EQ(column_of(file, "integration_time", "s"), (std::vector<double>{1e-3, 2e-3, 4e-3}));
+  EXPECT_EQ(column_of(file, "longest", "s"), (std::vector<double>{1e-3, 4e-3, 4e-3})) << "4.1 mm is within 5 % of 4 mm";
+  const std::vector<double> rmse = column_of(file, "rmse", "m");
+  EXPECT_NEAR(rmse[0], 3e-3, 0.05 * 3e-3) << "distances spread a little more than depths";
+  // One for all: 2 ms and 4 ms both leave 9 mm, at other distances; 1 ms leaves 20 mm.
+  EXPECT_NE(outcome.err.find("one integration time for all 3 targets and distances: "), std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(outcome.err.find("distances: 1 ms"), std::string::npos) << outcome.err;
+}
+
+TEST_F(IntegrationTime, ARangeAndAnAccuracyNarrowTheAdvice) {
+  const Outcome one =
+      run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml --range 0.4m..1.2m --accuracy 5mm");
+  EXPECT_NE(one.err.find("one integration time for all 2 targets and distances: 2 ms"), std::string::npos) << one.err;
+  const Outcome two = run("tofgraph calibrate integration-time boards.yaml -o out/u.yaml --accuracy 5mm");
+  EXPECT_NE(two.err.find("several together (wanted: 5 mm): 2 ms for 2 of them, 4 ms for 1 of them"), std::string::npos)
+      << two.err;
+  const Outcome none = run("tofgraph calibrate integration-time boards.yaml -o out/v.yaml --accuracy 3.5mm");
+  EXPECT_NE(none.err.find("2 of 3 targets and distances do not reach 3.5 mm"), std::string::npos) << none.err;
+}
+
+TEST_F(Calibrate, SaturatedTimesAreNotRecommended) {
+  write_text(folder.path() / "scene.yaml",
+             "scene: 1\ncamera: camcube2\nmodel: {effects: [{effect: saturation, full_well: 30000 counts}]}\n"
+             "frames: 2\noutput: taps\nobjects:\n  - {name: board, type: board, distance: 500 mm}\n"
+             "sequence:\n  - {key: board.distance, values: [500 mm, 1500 mm]}\n"
+             "  - {key: integration_time, values: [0.5 ms, 2 ms, 20 ms]}\n");
+  const Outcome outcome =
+      run("tofgraph simulate scene.yaml -o out/boards && "
+          "tofgraph calibrate integration-time out/boards/campaign.yaml -o out/t.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("left out: every pixel is saturated"), std::string::npos) << outcome.err;
+  EXPECT_EQ(column_of(folder.path() / "out/t.yaml", "integration_time", "s"), (std::vector<double>{2e-3, 20e-3}));
 }
 
 }  // namespace

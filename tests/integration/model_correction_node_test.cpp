@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// model_correction as users write it: a model in place, a model of the profile, what explain says.
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace tofgraph::tests {
+namespace {
+
+const char* const in_place =
+    "    model: {effects: [{effect: wiggling, amplitude: 10 mm}, {effect: lens_distortion, k1: -0.1},\n"
+    "                      {effect: board_tilt, x: 5 mrad}, {effect: mixed_pixels, blur: 0.7 px}]}\n";
+
+std::string pipeline(const std::string& camera, const std::string& model) {
+  return "pipeline: 1\ncamera: " + camera +
+         "\nnodes:\n  - {stage: simulator, distance: 2 m, integration_time: 2 ms, noise: none, model: model.yaml}\n"
+         "  - {stage: four_phase_decoder}\n  - name: undo\n    stage: model_correction\n" +
+         model + "  - {stage: optimized_bistatic}\n  - {stage: statistics, value: 2 m, path: out.json}\n";
+}
+
+class ModelCorrectionNode : public testing::Test {
+ protected:
+  ModelCorrectionNode() {
+    write_text(
+        folder.path() / "model.yaml",
+        "model: 1\neffects:\n  - {effect: wiggling, amplitude: 10 mm}\n  - {effect: lens_distortion, k1: -0.1}\n");
+  }
+  /// Of the depth against the board's, m.
+  double rms() const {
+    return nlohmann::json::parse(read_text(folder.path() / "out.json"))["inputs"][0]["rms"].get<double>();
+  }
+  TemporaryFolder folder;
+};
+
+TEST_F(ModelCorrectionNode, TakesAModelInPlaceAndExplainSaysWhatBecomesOfEachEffect) {
+  write_text(folder.path() / "p.yaml", pipeline("camcube2", in_place));
+  const Outcome explained = shell("\"$TOFGRAPH\" explain p.yaml", folder.path());
+  ASSERT_EQ(explained.exit_code, 0) << explained.err;
+  for (const char* words : {"undoes wiggling: each pixel's distance is corrected",
+                            "undoes lens_distortion: the frames have the corrected camera",
+                            "leaves board_tilt: belongs to the set-up, not to the camera",
+                            "leaves mixed_pixels: mixes neighbours so much", "replaces the rays"})
+    EXPECT_NE(explained.out.find(words), std::string::npos) << words << "\n" << explained.out;
+  const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml", folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_LT(rms(), 20e-6);
+}
+
+TEST_F(ModelCorrectionNode, TakesTheModelThatTheProfileNames) {
+  std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
+  write_text(folder.path() / "mine.yaml", profile + "\nmodel: model.yaml\n");
+  write_text(folder.path() / "p.yaml", pipeline("mine.yaml", ""));
+  const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml", folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_LT(rms(), 20e-6);
+  write_text(folder.path() / "mine.yaml", profile + "\nmodel: gone.yaml\n");
+  const Outcome gone = shell("\"$TOFGRAPH\" check mine.yaml", folder.path());
+  EXPECT_EQ(gone.exit_code, 2);
+  EXPECT_NE(gone.err.find("there is no model"), std::string::npos) << gone.err;
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
