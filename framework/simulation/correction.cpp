@@ -48,7 +48,7 @@ std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, 
 
 /// How much of any pattern an image effect adds to or takes from it at most, on some pixels in the middle: below 1 the
 /// fixed point comes nearer with each step.
-double greatest_change(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
+double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   constexpr std::size_t size = 48;
   const CameraInverse inverse(camera, physical, {effect});
   const Pixels some =
@@ -98,7 +98,7 @@ void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
       single.push_back(effect);
       all.push_back(effect);
       tell(true, "each pixel's distance is corrected");
-    } else if (greatest_change(camera_->view(), physical, effect) < undoable) {
+    } else if (max_change(camera_->view(), physical, effect) < undoable) {
       all.push_back(effect);
       images = true;
       tell(true, "taken off the whole image, step by step");

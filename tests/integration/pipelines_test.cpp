@@ -26,8 +26,6 @@ class Pipelines : public testing::Test {
  protected:
   Pipelines() {
     fs::copy(pipelines, folder.path(), fs::copy_options::recursive);
-    fs::create_directories(folder.path().parent_path() / "devices");
-    fs::copy(TOFGRAPH_SOURCE_DIR "/devices/calibrations", folder.path().parent_path() / "devices/calibrations");
     fs::remove_all(folder.path() / "out");
   }
   Outcome run(const std::string& arguments) const { return shell("\"$TOFGRAPH\" run " + arguments, folder.path()); }
@@ -53,39 +51,6 @@ std::vector<float> recorded(const char* name) {
   H5Dclose(set);
   H5Fclose(file);
   return values;
-}
-
-// Where the published camera saw three papers, and where they were.
-TEST_F(Pipelines, OffsetCorrectionBringsThreePapersToTheirPlaces) {
-  const Outcome outcome = run("offset_correction.yaml");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const struct {
-    const char* name;
-    double measured, real;
-  } papers[] = {{"half_black", 1.97379, 2}, {"light_grey", 2.51852, 2.5}, {"white", 3.97449, 4}};
-  for (const auto& paper : papers) {
-    const auto table =
-        nlohmann::json::parse(read_text(folder.path() / "out/offset_correction" / (std::string(paper.name) + ".json")));
-    for (const auto& input : table["inputs"]) {
-      const double expected = input["name"] == "correct" ? paper.real : paper.measured;
-      EXPECT_NEAR(input["mean"].get<double>(), expected, 1e-3) << paper.name << " " << input["name"];
-    }
-  }
-}
-
-/// The same papers, seen by a camera that warms up, whose waveform is no cosine, in which light leaks.
-TEST_F(Pipelines, FullCorrectionBringsThemThereToo) {
-  const Outcome outcome = run("full_correction.yaml");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::pair<const char*, double> papers[] = {{"half_black", 2}, {"light_grey", 2.5}, {"white", 4}};
-  for (const auto& [name, real] : papers) {
-    const auto table =
-        nlohmann::json::parse(read_text(folder.path() / "out/full_correction" / (std::string(name) + ".json")));
-    const double before = table["inputs"][0]["mean"], after = table["inputs"][1]["mean"];
-    EXPECT_GT(std::abs(before - real), 5e-3) << name;
-    EXPECT_NEAR(after, real, 1e-3) << name;
-  }
-  EXPECT_TRUE(fs::exists(folder.path() / "out/full_correction/cloud_000001.pcd"));
 }
 
 TEST_F(Pipelines, QuickstartGivesTheCamerasOwnCloudTo4Millimetres) {

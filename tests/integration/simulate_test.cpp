@@ -139,7 +139,7 @@ TEST(Gallery, ShowsEveryEffect) {
   const TemporaryFolder folder;
   const auto made = shell("$TOFGRAPH gallery -o g.html && $TOFGRAPH list effects --json", folder.path());
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  EXPECT_EQ(made.err, "wrote g.html: 33 effects\n");
+  EXPECT_EQ(made.err, "wrote g.html: 35 effects\n");
   const std::string page = tests::read_text(folder.path() / "g.html");
   EXPECT_NE(page.find(">wiggling</h2>"), std::string::npos);
   const auto count = [&page](const std::string& text) {
@@ -148,8 +148,8 @@ TEST(Gallery, ShowsEveryEffect) {
     return n;
   };
   EXPECT_EQ(count("No picture"), 2U) << "only fixed_pattern and pixel_response need a map";
-  EXPECT_EQ(count("<h2"), 33U) << "one for each name of the published list";
-  EXPECT_EQ(count("<svg"), 31U * 7);
+  EXPECT_EQ(count("<h2"), 35U) << "one for each name of the published list";
+  EXPECT_EQ(count("<svg"), 33U * 7);
   EXPECT_EQ(shell("$TOFGRAPH gallery -o g.html", folder.path()).exit_code, 2);
 }
 

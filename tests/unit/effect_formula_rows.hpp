@@ -148,6 +148,7 @@ inline std::vector<Row> beam_rows() {
               return weights;
             }}},
       {"crosstalk", "real: 3000 counts/s, imaginary: -2000 counts/s", {.inside = {6, -4}}},  // in 2 ms
+      {"static_reflection", "strength: 3000 counts/s, distance: 0 mm", {.inside = {6, 0}}},
   };
 }
 
@@ -162,6 +163,10 @@ inline std::vector<Row> phase_rows(const Files& files) {
       {"integration_time_offset",
        "slope: 8 mm, linear: 3 m/s",
        {.turn = [](const Light& l) { return l.radians(8e-3 * std::log(2.0) + 3 * 1e-3); }}},
+      {"integration_time_offset",
+       "slope: 8 mm, exponent: 0.5",
+       {.turn = [](const Light& l) { return l.radians(8e-3 * (std::sqrt(2.0) - 1) / 0.5); }}},
+      {"zero_offset", "offset: 20 mm", {.turn = [](const Light& l) { return l.radians(20e-3); }}},
       {"integration_time_offset",
        "table: " + files.table,  // 2 ms: a third of the way from 1 to 8 in the logarithm
        {.turn = [](const Light& l) { return l.radians(3e-3 + 2e-3 / 3); }}},

@@ -226,6 +226,19 @@ TEST(Crosstalk, AddsTheSamePhasorEverywhere) {
   EXPECT_LT(std::abs(capped[3].phasor() - added), 1e-12);
 }
 
+TEST(StaticReflection, HasThePhaseOfItsPathAndIsGoneWithACappedLens) {
+  View view;
+  const auto ideal = seen("", view),
+             real = seen("{effect: static_reflection, strength: 5000 counts/s, distance: 0.3 m}", view);
+  const Complex added = std::polar(10.0, 0.3 / metres_per_radian);  // in 2 ms
+  for (std::size_t i = 0; i < ideal.size(); ++i) {
+    EXPECT_LT(std::abs(real[i].phasor() - ideal[i].phasor() - added), 1e-9 * ideal[i].amplitude());
+    EXPECT_NEAR(real[i].light() - ideal[i].light(), 10, 1e-9 * ideal[i].light()) << "contrast 0.5";
+  }
+  view.acquisition.condition.flags = TOFGRAPH_CONDITION_LENS_CAPPED;
+  EXPECT_LT(std::abs(seen("{effect: static_reflection, strength: 5000 counts/s}", view)[3].phasor()), 1e-12);
+}
+
 TEST(PhaseEffects, TurnByTheirFormulas) {
   View view;
   view.board = {4, 0, 0, 0.5};

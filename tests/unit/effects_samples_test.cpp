@@ -48,7 +48,7 @@ TEST(Effects, OffChangesNothingBitForBit) {
       EXPECT_EQ(off.noise_factor, 1) << file.name;
       ++count;
     }
-    EXPECT_EQ(count, 33);
+    EXPECT_EQ(count, 35);
   }
 }
 

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The pipelines that correct: three papers, before and after.
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace tofgraph::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Papers : public testing::Test {
+ protected:
+  Papers() {
+    for (const char* part : {"pipelines", "devices"})
+      fs::copy(fs::path(TOFGRAPH_SOURCE_DIR) / part, root.path() / part, fs::copy_options::recursive);
+    fs::remove_all(folder / "out");
+  }
+  Outcome run(const std::string& pipeline) const { return shell("\"$TOFGRAPH\" run " + pipeline, folder); }
+  nlohmann::json table(const std::string& file) const {
+    return nlohmann::json::parse(read_text(folder / "out" / file))["inputs"];
+  }
+
+  TemporaryFolder root;
+  fs::path folder = root.path() / "pipelines";
+};
+
+// Where the published camera saw three papers, and where they were.
+TEST_F(Papers, OffsetCorrectionBringsThreePapersToTheirPlaces) {
+  const Outcome outcome = run("offset_correction.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const struct {
+    const char* name;
+    double measured, real;
+  } papers[] = {{"half_black", 1.97379, 2}, {"light_grey", 2.51852, 2.5}, {"white", 3.97449, 4}};
+  for (const auto& paper : papers) {
+    for (const auto& input : table("offset_correction/" + std::string(paper.name) + ".json")) {
+      const double expected = input["name"] == "correct" ? paper.real : paper.measured;
+      EXPECT_NEAR(input["mean"].get<double>(), expected, 1e-3) << paper.name << " " << input["name"];
+    }
+  }
+}
+
+/// The same papers, seen by a camera that warms up, whose waveform is no cosine, in which light leaks.
+TEST_F(Papers, FullCorrectionBringsThemThereToo) {
+  const Outcome outcome = run("full_correction.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::pair<const char*, double> papers[] = {{"half_black", 2}, {"light_grey", 2.5}, {"white", 4}};
+  for (const auto& [name, real] : papers) {
+    const nlohmann::json inputs = table("full_correction/" + std::string(name) + ".json");
+    const double before = inputs[0]["mean"], after = inputs[1]["mean"];
+    EXPECT_GT(std::abs(before - real), 5e-3) << name;
+    EXPECT_NEAR(after, real, 1e-3) << name;
+  }
+  EXPECT_TRUE(fs::exists(folder / "out/full_correction/cloud_000001.pcd"));
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
