@@ -155,6 +155,20 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
     std::ranges::copy(distortion, camera.distortion);
 }
 
+/// The file of the effects that belong to this camera. The profile in a recording does not know where its files are:
+/// what is not there is left to whoever wants it.
+std::string read_model_path(config::Reader& reader, const config::Value& document, config::Diagnostics& diagnostics) {
+  const std::string text = reader.word("model", "");
+  if (text.empty()) return text;
+  const config::Position at = place_of(document, "model");
+  const std::filesystem::path file = std::filesystem::absolute(config::path_at(text, at));
+  std::error_code error;
+  const bool own_file = at.source && std::filesystem::is_regular_file(at.source->name, error);
+  if (own_file && !std::filesystem::is_regular_file(file, error))
+    diagnostics.error(at, fmt::format("there is no model {}", file.string()), "the path is relative to the profile");
+  return file.string();
+}
+
 std::uint32_t read_size(config::Reader& reader, std::string_view key, config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
@@ -226,9 +240,7 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
     for (const config::Value& item : entry->value.items) measured.push_back(item.text);
   }
   reader.word("source", "");
-  std::string model = reader.word("model", "");
-  if (!model.empty())
-    model = std::filesystem::absolute(config::path_at(model, place_of(document, "model"))).lexically_normal().string();
+  const std::string model = read_model_path(reader, document, diagnostics);
   camera.model = model.c_str();
   reader.finish();
   if (diagnostics.errors() != before) return nullptr;
@@ -305,13 +317,6 @@ io::CameraPtr load_profile(const std::filesystem::path& file) {
   config::Diagnostics diagnostics;
   const config::Value document = config::load_document(file);
   auto camera = read_profile(document, diagnostics);
-  // Only here: the profile in a recording does not know where its files are.
-  std::error_code error;
-  if (camera && camera->view().model != nullptr && !std::filesystem::is_regular_file(camera->view().model, error)) {
-    diagnostics.error(place_of(document, "model"), fmt::format("there is no model {}", camera->view().model),
-                      "paths are relative to the profile");
-    camera = nullptr;
-  }
   if (!camera) throw config::ConfigurationError(diagnostics);
   std::const_pointer_cast<io::Camera>(camera)->file = file;
   return camera;

@@ -26,6 +26,8 @@ class Pipelines : public testing::Test {
  protected:
   Pipelines() {
     fs::copy(pipelines, folder.path(), fs::copy_options::recursive);
+    fs::create_directories(folder.path().parent_path() / "devices");
+    fs::copy(TOFGRAPH_SOURCE_DIR "/devices/calibrations", folder.path().parent_path() / "devices/calibrations");
     fs::remove_all(folder.path() / "out");
   }
   Outcome run(const std::string& arguments) const { return shell("\"$TOFGRAPH\" run " + arguments, folder.path()); }
