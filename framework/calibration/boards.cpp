@@ -143,7 +143,17 @@ class Reader {
 
   /// What the capture knows and the campaign does not say.
   void complete(io::Condition& condition, const io::CaptureReader& capture) const {
-    const tofgraph_metadata first = capture.metadata(0);
+    const auto [first_frame, last_frame] =
+        condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
+    const tofgraph_metadata first = capture.metadata(first_frame);
+    for (std::uint64_t frame = first_frame; frame <= last_frame && frame < capture.frames(); ++frame) {
+      const double time = capture.metadata(frame).integration_time;
+      if (time != first.integration_time && !(std::isnan(time) && std::isnan(first.integration_time)))
+        throw std::runtime_error(fmt::format(
+            "was recorded with several integration times, {} and {}: give each a condition with its frames, e.g. "
+            "frames: [0, 19]",
+            format_quantity(first.integration_time, "s"), format_quantity(time, "s")));
+    }
     if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
     if (std::isnan(condition.integration_time))
       throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");

@@ -33,6 +33,7 @@ CalibrationReader::CalibrationReader(const std::filesystem::path& file, const st
   config::Reader head(document_, diagnostics_, "the calibration");
   head.take("calibration");
   check_word(head, "kind", kind);
+  if (!diagnostics_.ok()) throw config::ConfigurationError(diagnostics_);  // of another kind all else is different
   check_word(head, "camera", camera);
   serial_ = head.word("serial", "");
   if (const config::Entry* inputs = head.take("inputs")) check_inputs(inputs->value);

@@ -26,6 +26,14 @@ void check_frequency(CalibrationReader& file, double calibrated, const tofgraph_
 }
 
 void check_samples(CalibrationReader& file, const OffsetCalibration& calibration) {
+  if (!(calibration.gain > 0))
+    return file.error("gain", "'gain' must be positive", "example: gain: {value: 7.0e6 counts m^2/s}");
+  for (std::size_t target = 0; target < calibration.targets.size(); ++target) {
+    if (std::ranges::find(calibration.samples, target, &physics::OffsetSample::target) == calibration.samples.end())
+      return file.error("target",
+                        fmt::format("no sample is of the target '{}' of the settings", calibration.targets[target]),
+                        "leave it out of settings: {targets: [..]}");
+  }
   for (const physics::OffsetSample& s : calibration.samples) {
     if (s.target >= calibration.targets.size())
       return file.error("target", "'target' counts the targets of 'settings' from 0: there is no such target",
@@ -61,6 +69,8 @@ OffsetCalibration read_offset_calibration(const std::filesystem::path& path, con
   CalibrationReader file(path, "offset", camera.name);
   OffsetCalibration result{.camera = camera.name, .serial = file.serial()};
   const std::string variant = file.setting("variant", "geometric");
+  if (variant != "geometric" && variant != "printed")
+    file.error("", fmt::format("'variant' of the settings is '{}', expected geometric or printed", variant), "");
   result.variant = variant == "printed" ? OffsetVariant::printed : OffsetVariant::geometric;
   result.targets = file.setting_words("targets", "[white, black]");
   result.modulation_frequency = file.need("modulation_frequency", "Hz", 1, "{value: 20 MHz}").value[0];

@@ -155,8 +155,8 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
     std::ranges::copy(distortion, camera.distortion);
 }
 
-/// The file of the effects that belong to this camera. The profile in a recording does not know where its files are:
-/// what is not there is left to whoever wants it.
+/// The file of the effects that belong to this camera. The profile in a recording does not know where its files are: a
+/// relative path there leads nowhere.
 std::string read_model_path(config::Reader& reader, const config::Value& document, config::Diagnostics& diagnostics) {
   const std::string text = reader.word("model", "");
   if (text.empty()) return text;
@@ -164,6 +164,7 @@ std::string read_model_path(config::Reader& reader, const config::Value& documen
   const std::filesystem::path file = std::filesystem::absolute(config::path_at(text, at));
   std::error_code error;
   const bool own_file = at.source && std::filesystem::is_regular_file(at.source->name, error);
+  if (!own_file && std::filesystem::path(text).is_relative()) return {};
   if (own_file && !std::filesystem::is_regular_file(file, error))
     diagnostics.error(at, fmt::format("there is no model {}", file.string()), "the path is relative to the profile");
   return file.string();

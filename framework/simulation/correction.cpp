@@ -42,7 +42,9 @@ std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, 
   for (std::size_t s = 0; s < lights.size(); ++s) std::copy_n(sources[s].position, 3, lights[s].position);
   changed.lights = lights.data();
   changed.light_size = sizeof(tofgraph_light);
-  changed.rays = nullptr;
+  const bool same_lens = std::ranges::all_of(state.distortion, [](double d) { return d == 0; }) &&
+                         std::ranges::all_of(state.principal_point, [](double d) { return d == 0; });
+  if (!same_lens) changed.rays = nullptr;  // made anew
   return std::make_shared<const io::Camera>(changed);
 }
 
@@ -69,8 +71,25 @@ double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr&
   return change;
 }
 
-/// A frame's settings one of which is another.
-using Change = void (*)(FrameSettings&);
+/// Whether an effect alone makes a difference of more than 0.1 um.
+bool changes_distances(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
+  const CameraInverse inverse(camera, physical, {effect});
+  const Acquisition acquisition = acquisition_for(camera, {});
+  Views views = some_views(inverse);
+  for (std::uint32_t pixel = 0; pixel < inverse.pixels().size(); ++pixel) {  // a map may concern few of them
+    constexpr double distance = 1.5, amplitude = 1000;
+    if (std::isnan(inverse.pixels().rays[pixel].z)) continue;
+    views.pixel.push_back(pixel);
+    views.return_path.push_back(inverse.return_path_at(pixel, distance));
+    views.reflectivity.push_back(inverse.reflectivity_for(amplitude, distance, acquisition.condition.integration_time));
+  }
+  const Measurements with = inverse.measure(acquisition, views), without = inverse.measure(acquisition, views, false);
+  const double range = inverse.range(acquisition);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!(std::abs(std::remainder(with.distance[i] - without.distance[i], range)) < 1e-7)) return true;
+  }
+  return false;
+}
 
 std::string length_text(double metres) { return config::format_quantity(std::round(metres * 1e3) * 1e-3, "m"); }
 
@@ -97,7 +116,8 @@ void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
     } else if (!effect->looks_at_neighbours()) {
       single.push_back(effect);
       all.push_back(effect);
-      tell(true, "each pixel's distance is corrected");
+      const bool changes = changes_distances(camera_->view(), physical, effect);
+      tell(changes, changes ? "each pixel's distance is corrected" : "does not change the distance");
     } else if (max_change(camera_->view(), physical, effect) < undoable) {
       all.push_back(effect);
       images = true;
@@ -129,12 +149,25 @@ void Correction::find_needs() {
     }
     return false;
   };
-  constexpr FrameSettings unknown{};
-  FrameSettings longer = unknown, warmer = unknown, later = unknown;
-  longer.integration_time = 3 * acquisition_for(camera, {}).condition.integration_time;
-  warmer.temperature = 320;
-  later.time_since_power_on = 300;
-  needs_ = {changes(unknown, 0.2) || images_ != nullptr, changes(longer, 1), changes(warmer, 1), changes(later, 1)};
+  const FrameSettings unknown{};
+  needs_.amplitude = changes(unknown, 0.2) || changes(unknown, 5) || images_ != nullptr;
+  // Over all that a camera meets: a table or a step may be somewhere in it.
+  const double usual = acquisition_for(camera, unknown).condition.integration_time;
+  for (double time = usual / 4096; time < usual * 5000; time *= 1.4) {
+    FrameSettings settings = unknown;
+    settings.integration_time = time;
+    needs_.integration_time = needs_.integration_time || changes(settings, 1);
+  }
+  for (double time = 0.5; time < 2e5; time *= 2) {
+    FrameSettings settings = unknown;
+    settings.time_since_power_on = time;
+    needs_.time_since_power_on = needs_.time_since_power_on || changes(settings, 1);
+  }
+  for (double kelvin = 230; kelvin < 360; kelvin += 2.5) {
+    FrameSettings settings = unknown;
+    settings.temperature = kelvin;
+    needs_.temperature = needs_.temperature || changes(settings, 1);
+  }
 }
 
 void Correction::require_monotone(bool physical, const std::vector<EffectPtr>& effects) const {

@@ -131,14 +131,16 @@ void Correction::find_ends(CorrectionTables& tables, const FrameSettings& settin
   const Acquisition acquisition = acquisition_for(camera_->view(), settings);
   const Views views = some_views(*pixels_);
   constexpr double straight = 1e-5, unnoticed = 2e-6;  // m
+  // Ends are multiples of their length, so that they are the same whichever frame comes first.
   const auto find = [&](std::size_t axis, bool needed, double tofgraph_condition::*what, double longest) {
     const double value = acquisition.condition.*what;
     tables.ends[axis] = {value, value};
     if (!needed) return;
     Drift drift;
     for (double length = longest;; length /= 2) {
-      drift = drift_of(*pixels_, views, acquisition, what, value, value + length);
-      tables.ends[axis][1] = value + length;
+      const double first = std::floor(value / length) * length;
+      drift = drift_of(*pixels_, views, acquisition, what, first, first + length);
+      tables.ends[axis] = {first, first + length};
       if (drift.bend < straight || length < 1e-3) break;
     }
     tables.steps[axis] = std::max(1.0, std::ceil(drift.change / unnoticed));
@@ -146,18 +148,18 @@ void Correction::find_ends(CorrectionTables& tables, const FrameSettings& settin
   constexpr double day = 86400, degrees = 64;
   find(0, needs_.time_since_power_on, &tofgraph_condition::time_since_power_on, day);
   find(1, needs_.temperature, &tofgraph_condition::temperature, degrees);
-  // A camera that cools needs what lies below, too.
-  if (needs_.temperature) tables.ends[1][0] -= (tables.ends[1][1] - tables.ends[1][0]) / 2;
 }
 
 std::shared_ptr<const CorrectionTables> Correction::compile(const FrameSettings& settings) const {
   const tofgraph_camera& camera = camera_->view();
-  const Acquisition acquisition = acquisition_for(camera, settings);
+  Acquisition acquisition = acquisition_for(camera, settings);
   auto tables = std::make_shared<CorrectionTables>();
   tables->needs = needs_;
   tables->integration_time = acquisition.condition.integration_time;
   tables->modulation_frequency = acquisition.condition.modulation_frequency;
   find_ends(*tables, settings);
+  acquisition.condition.time_since_power_on = tables->ends[0][0];  // nothing of this very frame
+  acquisition.condition.temperature = tables->ends[1][0];
   std::vector<Acquisition> corners;
   for (const double temperature : tables->ends[1]) {
     for (const double time : tables->ends[0]) {
@@ -173,8 +175,13 @@ std::shared_ptr<const CorrectionTables> Correction::compile(const FrameSettings&
   const double highest = std::ranges::max(frequencies);
   tables->range = pixels_->range(acquisition);
   tables->first = closest;
-  const double ranges = std::min(tables->range / physics::unambiguous_range(highest), 16.0);
-  tables->distances = static_cast<std::size_t>(std::lround(nodes_per_range * ranges)) + 1;
+  const double ranges = tables->range / physics::unambiguous_range(highest);
+  constexpr double most = 8192, fewest_per_range = 64;
+  const double count = std::min(static_cast<double>(nodes_per_range) * ranges, most);
+  if (count < fewest_per_range * ranges)
+    throw std::invalid_argument("cannot be undone: the modulation frequencies repeat together only after " +
+                                std::to_string(std::lround(tables->range)) + " m, too far for tables");
+  tables->distances = static_cast<std::size_t>(std::lround(count)) + 1;
   tables->step = tables->range / static_cast<double>(tables->distances - 1);
   choose_amplitudes(camera, *tables);
   tables->corners.resize(corners.size());

@@ -97,8 +97,9 @@ HWY_INLINE void FinishSome(D d, const CorrectionLookup& in, std::size_t i, const
   hn::StoreU(hn::Sub(distance, hn::IfThenElseZero(hn::Ge(distance, range), range)), d, in.distance + i);
   const auto factor = hn::LoadU(d, places.factor + j);
   if (in.sigma != nullptr) hn::StoreU(hn::Mul(hn::LoadU(d, in.sigma + i), factor), d, in.sigma + i);
-  const auto steep = hn::Or(hn::Gt(factor, hn::Set(d, simulation::steep_factor)),
-                            hn::Lt(factor, hn::Set(d, 1 / simulation::steep_factor)));
+  const auto valid = hn::Eq(distance, distance);
+  const auto steep = hn::And(valid, hn::Or(hn::Gt(factor, hn::Set(d, simulation::steep_factor)),
+                                           hn::Lt(factor, hn::Set(d, 1 / simulation::steep_factor))));
   auto flags = hn::PromoteTo(di, hn::LoadU(du16, in.flags + i));
   flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, steep), hn::Set(di, flag::inconsistent)));
   if (in.amplitude != nullptr) {

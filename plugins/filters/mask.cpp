@@ -59,6 +59,8 @@ struct Mask final : Filter {
     if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
       throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
     mask_ = bits_of(*flagged);
+    if (flagged.given() && !flags.present())
+      throw ConfigError("flagged", "needs flags, which do not arrive: put the mask after a decoder");
     flags.provide(setup);
     lengths_.prepare(setup, {});
   }

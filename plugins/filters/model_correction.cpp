@@ -51,7 +51,7 @@ struct ModelCorrection final : Filter {
   InOut<float> distance{
       this,
       "distance",
-      {.text = "half of the travelled path", .refuses = "model_correction offset_correction denoised non_linearity"}};
+      {.text = "half of the travelled path", .refuses = "model_correction offset denoised non_linearity rectified"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "where the model's effects depend on it"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "standard deviation of the distance"}};
   InOut<std::uint16_t> flags{
@@ -68,7 +68,15 @@ struct ModelCorrection final : Filter {
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), "distance");
     flags.provide(setup);
-    const tofgraph_camera& camera = setup.camera();
+    // The frames' exposures, which may be others than the profile's.
+    tofgraph_camera own = setup.camera();
+    std::vector<tofgraph_exposure> exposures;
+    for (const tofgraph_exposure& exposure : setup.exposures()) exposures.push_back(exposure);
+    own.exposures = exposures.data();
+    own.exposure_count = exposures.size();
+    own.exposure_size = sizeof(tofgraph_exposure);
+    camera_ = std::make_unique<io::Camera>(own);
+    const tofgraph_camera& camera = camera_->view();
     const std::string file = !model->empty() ? std::string(*model) : camera.model != nullptr ? camera.model : "";
     if (file.empty())
       throw ConfigError("model",
@@ -77,7 +85,7 @@ struct ModelCorrection final : Filter {
     const ModelReader::Made made = ModelReader(*this).read(setup, "model", file, camera);
     if (model->empty()) setup.uses_file(file);
     const std::string name = made.model.camera;
-    if (!simulation::is_for(made.model, io::Camera(camera)))
+    if (!simulation::is_for(made.model, *camera_))
       throw ConfigError("model", "is for the camera '" + name + "', the frames are from '" + camera.name + "'");
     try {
       correction_.emplace(camera, made.model.physical, made.effects);
@@ -85,9 +93,14 @@ struct ModelCorrection final : Filter {
       throw ConfigError("model", error.what());
     }
     check_needs(setup);
+    lengths_.prepare(setup, {"distance", "sigma"});
     if (const io::Camera* corrected = correction_->corrected_camera()) setup.set_camera(corrected->view());
-    for (const simulation::EffectFate& fate : correction_->fates())
+    bool some = false;
+    for (const simulation::EffectFate& fate : correction_->fates()) {
       note(std::string(fate.undone ? "undoes " : "leaves ") + fate.effect + ": " + fate.how);
+      some = some || fate.undone;
+    }
+    if (!some) warn("nothing is undone: the model has no effect of the camera that changes the distance");
   }
 
   void process(Frame& frame) const {
@@ -100,10 +113,12 @@ struct ModelCorrection final : Filter {
     const auto tables = tables_for(settings);
     const auto nodes = tables->nodes_at(settings);
     thread_local std::vector<float> before;
-    if (correction_->has_images()) before.assign(image.begin(), image.end());
     const Array<std::uint16_t> bits = flags(frame, image.rows(), image.columns());
+    const Array<float> deviations = sigma(frame);
+    mark_invalid(image, deviations, bits);
+    lengths_.invalidate(frame, bits);
     const CorrectionLookup lookup{.distance = image.data(),
-                                  .sigma = sigma(frame).data(),
+                                  .sigma = deviations.data(),
                                   .amplitude = tables->amplitudes > 1 ? light.data() : nullptr,
                                   .flags = bits.data(),
                                   .count = image.size(),
@@ -118,6 +133,7 @@ struct ModelCorrection final : Filter {
                                   .per_step = static_cast<float>(1 / tables->step),
                                   .weakest = static_cast<float>(tables->weakest),
                                   .strongest = static_cast<float>(tables->strongest)};
+    if (correction_->has_images()) before.assign(image.begin(), image.end());
     HWY_DYNAMIC_DISPATCH(LookUp)(lookup);
     if (!correction_->has_images()) return;
     for (const std::uint32_t pixel : correction_->undo_images(settings, before, light.span(), image.span()))
@@ -141,11 +157,11 @@ struct ModelCorrection final : Filter {
   simulation::FrameSettings settings_of(const Frame& frame) const {
     const tofgraph_metadata& metadata = frame.metadata();
     const auto check = [](bool needed, double value, const char* what) {
-      if (needed && !std::isfinite(value))
+      if (needed && !(value >= 0 && std::isfinite(value)))
         throw std::runtime_error(std::string("the ") + what + " is not known, on which what the model undoes depends");
     };
     const simulation::CorrectionNeeds& needs = correction_->needs();
-    check(needs.integration_time, metadata.integration_time, "integration time");
+    check(needs.integration_time, metadata.integration_time > 0 ? metadata.integration_time : -1, "integration time");
     check(needs.temperature, metadata.temperature, "temperature");
     check(needs.time_since_power_on, metadata.time_since_power_on, "time since power-on");
     return {metadata.integration_time, metadata.modulation_frequency, metadata.temperature,
@@ -164,10 +180,12 @@ struct ModelCorrection final : Filter {
     if (tables_.back()->worst > noticeable && !warned_)
       warn("the model's effects differ from pixel to pixel in so many ways that the correction is up to " +
            std::to_string(std::lround(tables_.back()->worst * 1e6)) + " um off");
-    warned_ = true;
+    warned_ = warned_ || tables_.back()->worst > noticeable;
     return tables_.back();
   }
 
+  OtherLengths lengths_;
+  std::unique_ptr<const io::Camera> camera_;
   std::optional<simulation::Correction> correction_;
   mutable std::mutex mutex_;
   mutable std::vector<std::shared_ptr<const simulation::CorrectionTables>> tables_;  // oldest first

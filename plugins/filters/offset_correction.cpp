@@ -88,6 +88,11 @@ struct OffsetCorrection final : Filter {
       throw ConfigError("calibration", "knows no reflectivities: say of which target the surfaces are, e.g. target: " +
                                            calibration_.targets.front());
     if (*window % 2 == 0) throw ConfigError("window", "must be odd, e.g. window: 5");
+    if (std::string_view(setup.find("distance")->applied).find("model_correction") != std::string_view::npos)
+      note(
+          "what the calibration and the model before it both know of is taken out twice: boards are calibrated with "
+          "the "
+          "same model undone, or the model is left out");
     grid_ = OffsetGrid(*table_, only);
     only_ = only;
     prepare_pixels(setup);

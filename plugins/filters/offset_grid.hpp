@@ -69,8 +69,8 @@ class OffsetGrid {
                       .per_metre = per_metre_,
                       .base = base_,
                       .last_bits = static_cast<std::int32_t>(((levels_ - 1) << step_bits)) - (levels_ > 1 ? 1 : 0),
-                      .least = (outside ? most_ : least_).data() + row,  // exchanged: nothing is inside
-                      .most = (outside ? least_ : most_).data() + row};
+                      .least = outside ? never_least_.data() : least_.data() + row,
+                      .most = outside ? never_most_.data() : most_.data() + row};
     if (planes_ == 1 || share == 0)
       plane.errors = errors_of(before);
     else if (share == 1)
@@ -139,6 +139,9 @@ class OffsetGrid {
   std::size_t planes_ = 1, levels_ = 1;
   std::vector<float> errors_;        // m, planes x depths x levels
   std::vector<float> least_, most_;  // reflectivities that are no extrapolation, times x depths
+  // At a time beyond the calibrated ones no reflectivity is within them.
+  std::vector<float> never_least_ = std::vector<float>(depths, std::numeric_limits<float>::infinity());
+  std::vector<float> never_most_ = std::vector<float>(depths, -std::numeric_limits<float>::infinity());
   float first_ = 0, per_metre_ = 1;  // m, 1/m
   std::int32_t base_ = 0;            // bits of the lowest reflectivity
 };

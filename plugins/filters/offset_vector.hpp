@@ -74,7 +74,8 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE void AverageAt(D d, const Av
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u) {
   const hn::RebindToSigned<D> di;
-  const V depth = hn::LoadU(d, row.depth + u), reflectivity = hn::LoadU(d, row.reflectivity + u);
+  const V depth = hn::LoadU(d, row.depth + u), given = hn::LoadU(d, row.reflectivity + u);
+  const V reflectivity = hn::IfThenElseZero(hn::Gt(given, hn::Zero(d)), given);  // without light: the darkest
   const V place = hn::Mul(hn::Sub(depth, hn::Set(d, plane.first)), hn::Set(d, plane.per_metre));
   const V last = hn::Set(d, static_cast<float>(plane.depths) - 1.001F);
   // NaN compares as false: it becomes 0.
@@ -96,7 +97,7 @@ HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, s
   hn::StoreU(hn::Mul(both, hn::Set(d, 0.5F)), d, row.distance + u);
   const V least = hn::GatherIndex(d, plane.least, z), most = hn::GatherIndex(d, plane.most, z);
   const auto beyond = hn::Or(hn::Or(hn::Lt(place, hn::Zero(d)), hn::Gt(place, last)),
-                             hn::Or(hn::Lt(reflectivity, least), hn::Gt(reflectivity, most)));
+                             hn::Not(hn::And(hn::Ge(reflectivity, least), hn::Le(reflectivity, most))));
   hn::StoreU(hn::IfThenElseZero(hn::RebindMask(di, beyond), hn::Set(di, 1)), di, row.beyond + u);
 }
 

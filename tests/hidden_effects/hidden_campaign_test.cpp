@@ -142,7 +142,7 @@ TEST(HiddenCampaign, EveryNameOfTheListsWorks) {
     EXPECT_LE(design.make().size(), 110U) << design.name;
   }
   for (const NamedConditions& experiment : experiments()) EXPECT_GE(experiment.make().size(), 4U) << experiment.name;
-  EXPECT_EQ(catalogue().size(), 33U);
+  EXPECT_EQ(catalogue().size(), 35U);
   for (const PatternKind& kind : pattern_catalogue()) {
     const Pattern pattern = parse_pattern(kind.name, 2);
     EXPECT_EQ(pattern.size, 2 * kind.typical);

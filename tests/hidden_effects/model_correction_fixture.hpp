@@ -164,6 +164,7 @@ inline double mean_difference(const Floats& a, const Floats& b, const std::vecto
     sum += std::abs(std::remainder(static_cast<double>(a[i]) - static_cast<double>(b[i]), range));
     count += 1;
   }
+  EXPECT_GE(count, 0.8 * static_cast<double>(a.size())) << "too many are flagged";
   return sum / count;
 }
 

@@ -47,6 +47,62 @@ TEST_F(ModelCorrectionNode, TakesAModelInPlaceAndExplainSaysWhatBecomesOfEachEff
   EXPECT_LT(rms(), 20e-6);
 }
 
+/// A table is constant beyond its ends: that the time matters shows only between them.
+TEST_F(ModelCorrectionNode, LooksForAllTimesAtWhichAnEffectMayChange) {
+  write_text(folder.path() / "times.csv", "0.5,20\n0.6,0\n");
+  write_text(folder.path() / "model.yaml",
+             "model: 1\neffects: [{effect: integration_time_offset, table: times.csv}]\n");
+  write_text(folder.path() / "p.yaml", pipeline("camcube2", "    model: model.yaml\n"));
+  for (const char* time : {"0.5 ms", "2 ms"}) {
+    const std::string set = " --force --set simulator.integration_time='" + std::string(time) + "'";
+    const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml" + set, folder.path());
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_LT(rms(), 20e-6) << time;
+  }
+}
+
+/// Three steps of 120 degrees.
+TEST_F(ModelCorrectionNode, KnowsTheExposuresOfTheFrames) {
+  std::string text = pipeline("mlx75027_three_step", "    model: model.yaml\n");
+  text.replace(text.find("four_phase_decoder"), 18, "phase_decoder");
+  write_text(folder.path() / "p.yaml", text);
+  write_text(folder.path() / "model.yaml",
+             "model: 1\neffects: [{effect: wiggling, amplitude: 10 mm}, {effect: zero_offset, offset: 7 mm}]\n");
+  const std::string near = " --set simulator.distance='700 mm' --set statistics.value='700 mm'";
+  const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml" + near, folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_LT(rms(), 20e-6);
+}
+
+/// While the camera warms up tables are mixed: whichever frame comes first, the same bits come out.
+TEST_F(ModelCorrectionNode, GivesTheSameWithAnyNumberOfThreads) {
+  write_text(folder.path() / "model.yaml",
+             "model: 1\neffects: [{effect: warm_up, drift: 20 mm}, {effect: wiggling, amplitude: 5 mm}]\n");
+  write_text(folder.path() / "scene.yaml",
+             "scene: 1\ncamera: camcube2\nmodel: model.yaml\nframes: 2\nobjects: [{name: board, type: board, distance: "
+             "2 m}]\nsequence: [{key: time_since_power_on, values: [10 s, 20 s, 30 s, 60 s, 120 s, 200 s, 400 s]}]\n");
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n  - {stage: simulator, scene: scene.yaml}\n  - {stage: four_phase_decoder}\n"
+             "  - {stage: model_correction, model: model.yaml}\n  - {stage: statistics, value: 2 m, path: out.json}\n");
+  std::string first;
+  for (const char* threads : {"1", "4", "4"}) {
+    const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml --force --threads " + std::string(threads), folder.path());
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::string text = read_text(folder.path() / "out.json");
+    if (first.empty()) first = text;
+    EXPECT_TRUE(text == first) << threads << " threads";
+  }
+}
+
+TEST_F(ModelCorrectionNode, SaysWhereNothingIsUndone) {
+  write_text(folder.path() / "p.yaml",
+             pipeline("camcube2", "    model: {effects: [{effect: temporal_noise, factor: 2}]}\n"));
+  const Outcome outcome = shell("\"$TOFGRAPH\" explain p.yaml", folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("leaves temporal_noise: does not change the distance"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("nothing is undone"), std::string::npos) << outcome.err;
+}
+
 TEST_F(ModelCorrectionNode, TakesTheModelThatTheProfileNames) {
   std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
   write_text(folder.path() / "mine.yaml", profile + "\nmodel: model.yaml\n");
