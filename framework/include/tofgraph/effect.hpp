@@ -8,7 +8,8 @@
 ///
 ///     struct EvenHarmonic final : tofgraph::Effect {
 ///       static constexpr tofgraph::EffectInfo info{.touches = "null2", .confused_with = "phase_gain"};
-///       Param<double> ratio{this, "ratio", {.default_value = "0", .min = -0.5, .max = 0.5, .off = 0, .typical = 0.02}};
+///       Param<double> ratio{
+///           this, "ratio", {.default_value = "0", .min = -0.5, .max = 0.5, .off = 0, .typical = 0.02}};
 ///       void apply(tofgraph::SamplesLevel& light) const { .. }
 ///     };
 ///     TOFGRAPH_EFFECT(EvenHarmonic, "Second harmonic of the correlation")
