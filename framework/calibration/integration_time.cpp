@@ -39,7 +39,7 @@ std::vector<std::string> advice_of(const IntegrationTimes& times, const Request&
       request.accuracy ? fmt::format(" (wanted: {})", format_quantity(*request.accuracy, "m")) : "";
   const Suggestion& single = times.single;
   if (!single.places.empty())
-    lines.push_back(fmt::format("one integration time for all {} targets and distances: {}, error at most {}{}",
+    lines.push_back(fmt::format("one integration time for all targets and distances ({}): {}, error at most {}{}",
                                 single.places.size(), format_quantity(single.time, "s"), mm(single.worst), wanted));
   else
     lines.emplace_back("no integration time was measured, unsaturated, at all targets and distances");

@@ -31,7 +31,7 @@ void check_outputs(const CalibrateArguments& arguments) {
   const std::array<fs::path, 1> inputs = {arguments.campaign};
   for (const fs::path& file : {out, calibration::report_of(out)}) {
     std::string problem = io::input_problem(file, inputs);
-    if (problem.empty()) problem = io::output_problem(file, arguments.force);
+    if (problem.empty()) problem = io::output_problem(file, arguments.force, "--force");
     if (!problem.empty()) refuse("--out", problem);
   }
 }
@@ -55,6 +55,11 @@ std::array<double, 2> range_of(const std::string& text) {
 
 int calibrate(const CalibrateArguments& arguments) {
   const calibration::Kind& kind = calibration::kind_of(arguments.what);
+  for (const auto& [option, given] :
+       {std::pair{"--range", !arguments.range.empty()}, std::pair{"--accuracy", !arguments.accuracy.empty()}}) {
+    if (given && arguments.what != "integration-time")
+      refuse(option, fmt::format("is for integration-time, the calibration is {}: leave it out", arguments.what));
+  }
   check_outputs(arguments);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());

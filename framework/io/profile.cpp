@@ -158,7 +158,7 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
 /// The file of the effects that belong to this camera. The profile in a recording does not know where its files are: a
 /// relative path there leads nowhere.
 std::string read_model_path(config::Reader& reader, const config::Value& document, config::Diagnostics& diagnostics) {
-  const std::string text = reader.word("model", "");
+  std::string text = reader.word("model", "");
   if (text.empty()) return text;
   const config::Position at = place_of(document, "model");
   const std::filesystem::path file = std::filesystem::absolute(config::path_at(text, at));

@@ -70,8 +70,9 @@ std::vector<float> shifts_of(const CameraInverse& inverse, const Nodes& nodes, c
 struct Drift {
   double change = 0, bend = 0;  ///< greatest from end to end; greatest half way, against the mean of the ends
 };
-Drift drift_of(const CameraInverse& inverse, const Views& views, Acquisition acquisition,
+Drift drift_of(const CameraInverse& inverse, const Views& views, const Acquisition& usual,
                double tofgraph_condition::*what, double first, double last) {
+  Acquisition acquisition = usual;
   std::array<Measurements, 3> seen;
   const std::array<double, 3> values = {first, (first + last) / 2, last};
   for (std::size_t i = 0; i < values.size(); ++i) {

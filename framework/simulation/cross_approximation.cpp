@@ -111,6 +111,7 @@ double CrossApproximation::run(std::size_t max_products) {
 /// times the amplitude, and independent of it.
 void CrossApproximation::find_factors(const std::vector<double>& first) {
   const std::size_t n = shape_.distances, lines = shape_.amplitudes;
+  if (n == 0 || lines == 0) throw std::logic_error("a table without nodes");
   for (std::size_t node = 0; node < first.size(); ++node) {
     const std::size_t d = node % n, a = node % (n * lines) / n;
     const std::size_t near = node - (d > 0 ? 1 : 0), far = node + (d + 1 < n ? 1 : 0);

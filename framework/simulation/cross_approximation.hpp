@@ -15,8 +15,8 @@ namespace tofgraph::simulation {
 
 /// Counts, of the amplitude's i-th node.
 inline double node_amplitude(const CorrectionTables& tables, std::size_t i) {
-  return tables.weakest * std::exp2(static_cast<double>(i / nodes_per_octave)) *
-         (1 + static_cast<double>(i % nodes_per_octave) / nodes_per_octave);
+  const std::size_t octave = i / nodes_per_octave, part = i % nodes_per_octave;
+  return tables.weakest * std::exp2(static_cast<double>(octave)) * (1 + static_cast<double>(part) / nodes_per_octave);
 }
 
 /// Where tables have their nodes, and the solutions there.

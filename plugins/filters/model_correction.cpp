@@ -143,22 +143,25 @@ struct ModelCorrection final : Filter {
  private:
   void check_needs(const Setup& setup) const {
     const simulation::CorrectionNeeds& needs = correction_->needs();
-    const auto require = [](bool there, const char* what) {
-      if (!there)
-        throw std::runtime_error(std::string("the frames have no ") + what +
-                                 ", on which what the model undoes depends");
+    const auto require = [](bool there, const std::string& what) {
+      if (!there) throw std::runtime_error("the model's effects depend on the " + what);
     };
-    require(!needs.amplitude || amplitude.present(), "amplitude");
-    require(!needs.integration_time || setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME), "integration time");
-    require(!needs.temperature || setup.knows(TOFGRAPH_KNOWS_TEMPERATURE), "temperature");
-    require(!needs.time_since_power_on || setup.knows(TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON), "time since power-on");
+    require(!needs.amplitude || amplitude.present(),
+            "amplitude, which does not arrive: put the node after a decoder, or read a recording that has it");
+    const std::string untold = ", which these frames do not tell; a recording has it as ";
+    require(!needs.integration_time || setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME),
+            "integration time" + untold + "integration_time_s");
+    require(!needs.temperature || setup.knows(TOFGRAPH_KNOWS_TEMPERATURE), "temperature" + untold + "temperature_c");
+    require(!needs.time_since_power_on || setup.knows(TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON),
+            "time since power-on" + untold + "time_since_power_on_s, a scene as time_since_power_on");
   }
 
   simulation::FrameSettings settings_of(const Frame& frame) const {
     const tofgraph_metadata& metadata = frame.metadata();
     const auto check = [](bool needed, double value, const char* what) {
       if (needed && !(value >= 0 && std::isfinite(value)))
-        throw std::runtime_error(std::string("the ") + what + " is not known, on which what the model undoes depends");
+        throw std::runtime_error(std::string("the frame does not tell its ") + what +
+                                 ", on which the model's effects depend");
     };
     const simulation::CorrectionNeeds& needs = correction_->needs();
     check(needs.integration_time, metadata.integration_time > 0 ? metadata.integration_time : -1, "integration time");

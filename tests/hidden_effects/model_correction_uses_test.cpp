@@ -182,11 +182,11 @@ TEST_F(ModelCorrection, NeedsWhatItsEffectsDependOn) {
   };
   const auto nothing = [](Harness&) {};
   EXPECT_EQ(refusal("zero_offset", nothing), "");
-  EXPECT_THAT(refusal("amplitude_walk", nothing), testing::HasSubstr("the frames have no amplitude"));
+  EXPECT_THAT(refusal("amplitude_walk", nothing), testing::HasSubstr("depend on the amplitude, which does not arrive"));
   EXPECT_THAT(refusal("integration_time_offset", [](Harness& stage) { stage.known(0); }),
-              testing::HasSubstr("the frames have no integration time"));
+              testing::HasSubstr("depend on the integration time, which these frames do not tell"));
   EXPECT_THAT(refusal("warm_up", [](Harness& stage) { stage.metadata().time_since_power_on = std::nan(""); }),
-              testing::HasSubstr("the time since power-on is not known"));
+              testing::HasSubstr("the frame does not tell its time since power-on"));
 }
 
 }  // namespace
