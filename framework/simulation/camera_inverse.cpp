@@ -119,10 +119,9 @@ Measurements CameraInverse::decode(const Acquisition& acquisition, std::span<con
   if (physics::are_the_four(exposures_)) {
     const double scale = physics::metres_per_radian(exposures_[0].frequency > 0 ? exposures_[0].frequency : own);
     for (std::size_t i = 0; i < pixels; ++i) {
-      const double x = sample(0, i) - sample(2, i), y = sample(3, i) - sample(1, i);
-      const double phase = std::atan2(y, x);
-      result.distance[i] = scale * (phase < 0 ? phase + physics::two_pi : phase);
-      result.amplitude[i] = std::hypot(x, y) / 2;
+      const physics::Decoded decoded = physics::decode({sample(0, i), sample(1, i), sample(2, i), sample(3, i)});
+      result.distance[i] = scale * decoded.phase;
+      result.amplitude[i] = decoded.amplitude;
     }
     return result;
   }

@@ -6,14 +6,10 @@
 #include "config/quantity.hpp"
 #include "simulation/correction_views.hpp"
 
-#include <tofgraph/physics/exposures.hpp>
-#include <tofgraph/physics/lens.hpp>
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace tofgraph::simulation {
 namespace {
@@ -71,7 +67,15 @@ double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr&
   return change;
 }
 
-/// Whether an effect alone makes a difference of more than 0.1 um.
+/// Whether any of the distances is another one by more than 0.1 um, whole ranges aside.
+bool differ(const Measurements& one, const Measurements& other, double range) {
+  for (std::size_t i = 0; i < one.distance.size(); ++i) {
+    if (!(std::abs(std::remainder(one.distance[i] - other.distance[i], range)) < 1e-7)) return true;
+  }
+  return false;
+}
+
+/// Whether an effect alone makes a difference.
 bool changes_distances(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   const CameraInverse inverse(camera, physical, {effect});
   const Acquisition acquisition = acquisition_for(camera, {});
@@ -83,12 +87,8 @@ bool changes_distances(const tofgraph_camera& camera, bool physical, const Effec
     views.return_path.push_back(inverse.return_path_at(pixel, distance));
     views.reflectivity.push_back(inverse.reflectivity_for(amplitude, distance, acquisition.condition.integration_time));
   }
-  const Measurements with = inverse.measure(acquisition, views), without = inverse.measure(acquisition, views, false);
-  const double range = inverse.range(acquisition);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!(std::abs(std::remainder(with.distance[i] - without.distance[i], range)) < 1e-7)) return true;
-  }
-  return false;
+  return differ(inverse.measure(acquisition, views), inverse.measure(acquisition, views, false),
+                inverse.range(acquisition));
 }
 
 std::string length_text(double metres) { return config::format_quantity(std::round(metres * 1e3) * 1e-3, "m"); }
@@ -142,32 +142,23 @@ void Correction::find_needs() {
     const Acquisition usual = acquisition_for(camera, {}), other = acquisition_for(camera, settings);
     const double time = usual.condition.integration_time / other.condition.integration_time;
     for (double& reflectivity : changed.reflectivity) reflectivity *= light * time;
-    const Measurements before = pixels_->measure(usual, views), after = pixels_->measure(other, changed);
-    const double range = pixels_->range(usual);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      if (!(std::abs(std::remainder(after.distance[i] - before.distance[i], range)) < 1e-7)) return true;
+    return differ(pixels_->measure(usual, views), pixels_->measure(other, changed), pixels_->range(usual));
+  };
+  needs_.amplitude = changes({}, 0.2) || changes({}, 5) || images_ != nullptr;
+  // Over all that a camera meets: a table or a step may be somewhere in it.
+  const auto matters = [&](double FrameSettings::*what, double first, double last, const auto& next) {
+    for (double value = first; value < last; value = next(value)) {
+      FrameSettings settings;
+      settings.*what = value;
+      if (changes(settings, 1)) return true;
     }
     return false;
   };
-  const FrameSettings unknown{};
-  needs_.amplitude = changes(unknown, 0.2) || changes(unknown, 5) || images_ != nullptr;
-  // Over all that a camera meets: a table or a step may be somewhere in it.
-  const double usual = acquisition_for(camera, unknown).condition.integration_time;
-  for (double time = usual / 4096; time < usual * 5000; time *= 1.4) {
-    FrameSettings settings = unknown;
-    settings.integration_time = time;
-    needs_.integration_time = needs_.integration_time || changes(settings, 1);
-  }
-  for (double time = 0.5; time < 2e5; time *= 2) {
-    FrameSettings settings = unknown;
-    settings.time_since_power_on = time;
-    needs_.time_since_power_on = needs_.time_since_power_on || changes(settings, 1);
-  }
-  for (double kelvin = 230; kelvin < 360; kelvin += 2.5) {
-    FrameSettings settings = unknown;
-    settings.temperature = kelvin;
-    needs_.temperature = needs_.temperature || changes(settings, 1);
-  }
+  const double time = acquisition_for(camera, {}).condition.integration_time;
+  needs_.integration_time =
+      matters(&FrameSettings::integration_time, time / 4096, time * 5000, [](double t) { return t * 1.4; });
+  needs_.time_since_power_on = matters(&FrameSettings::time_since_power_on, 0.5, 2e5, [](double t) { return t * 2; });
+  needs_.temperature = matters(&FrameSettings::temperature, 230, 360, [](double kelvin) { return kelvin + 2.5; });
 }
 
 void Correction::require_monotone(bool physical, const std::vector<EffectPtr>& effects) const {

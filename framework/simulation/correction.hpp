@@ -40,7 +40,7 @@ struct CorrectionNeeds {
 /// that is interpolated between nodes of distance and amplitude, correction(pixel, D, a) = sum_r pixel_r node_r(D, a),
 /// where D is the measured distance less the shift at its amplitude, within first .. first + range.
 /// What changes while the camera runs, time since power-on and temperature, is interpolated between the tables' ends.
-struct CorrectionTables {
+struct CorrectionTables : std::enable_shared_from_this<CorrectionTables> {
   std::size_t lanes = 4;  ///< numbers of a pixel and of a node: the products', 0 for those unused, then sigma's factor
   std::size_t distances = 0, amplitudes = 0;  ///< nodes; amplitudes 1: the amplitude makes no difference
   double first = 0, step = 0, range = 0;      ///< m

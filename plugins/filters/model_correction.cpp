@@ -84,9 +84,9 @@ struct ModelCorrection final : Filter {
                             camera.name + "' names no model, e.g. model: model.yaml");
     const ModelReader::Made made = ModelReader(*this).read(setup, "model", file, camera);
     if (model->empty()) setup.uses_file(file);
-    const std::string name = made.model.camera;
     if (!simulation::is_for(made.model, *camera_))
-      throw ConfigError("model", "is for the camera '" + name + "', the frames are from '" + camera.name + "'");
+      throw ConfigError("model",
+                        "is for the camera '" + made.model.camera + "', the frames are from '" + camera.name + "'");
     try {
       correction_.emplace(camera, made.model.physical, made.effects);
     } catch (const std::exception& error) {

@@ -7,6 +7,7 @@
 #include <tofgraph/physics/constants.hpp>
 
 #include "tests/unit/cameras.hpp"
+#include "tests/unit/message_of.hpp"
 #include "tests/unit/processors.hpp"
 
 #include <cmath>
@@ -40,15 +41,6 @@ template <class T> double distance_of(const std::vector<T>& phases, std::size_t 
 /// How far apart two distances are when the end of the range is its beginning.
 double apart(double a, double b, double frequency) {
   return std::abs(std::remainder(a - b, c_light / (2 * frequency)));
-}
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Decoder, IsAsExactAsSinglePrecisionAtAnyFrequency) {

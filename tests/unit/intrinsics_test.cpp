@@ -5,6 +5,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/unit/cameras.hpp"
+#include "tests/unit/message_of.hpp"
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -17,15 +18,6 @@ using namespace tofgraph;
 namespace {
 
 constexpr std::size_t pixels = 204 * 204;
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(Intrinsics, RaysAreThoseOfTheCalibratedLens) {
   Harness stage(

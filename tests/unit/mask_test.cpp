@@ -4,6 +4,8 @@
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
 
+#include "tests/unit/message_of.hpp"
+
 #include <cmath>
 #include <memory>
 
@@ -25,15 +27,6 @@ std::unique_ptr<Harness> masked(const std::string& options, const Flags& flags =
                            {5, 4, 40, 4000, 0, 60, 0, 0, 0, 0, 0, 0, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
   stage->run();
   return stage;
-}
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Mask, AmplitudesOutsideTheRangeBecomeInvalidWithTheirReason) {

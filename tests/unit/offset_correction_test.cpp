@@ -12,6 +12,7 @@
 #include <random>
 
 #include "tests/program.hpp"
+#include "tests/unit/message_of.hpp"
 #include "tests/unit/published_boards.hpp"
 
 namespace tofgraph::tests {
@@ -55,15 +56,6 @@ std::unique_ptr<Harness> corrected(const std::string& options, const Images& in,
   stage->metadata().integration_time = time;
   stage->run();
   return stage;
-}
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(OffsetCorrection, EveryPublishedBoardComesToItsPlace) {

@@ -6,6 +6,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/unit/cameras.hpp"
+#include "tests/unit/message_of.hpp"
 #include "tests/unit/processors.hpp"
 #include "tests/unit/thesis_table.hpp"
 
@@ -62,15 +63,6 @@ struct Pixel {
 };
 
 constexpr std::size_t pixels = 204 * 204;
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 /// @param tolerance m, of the depth
 /// @param steep where a small step of D is a large step of z: the tolerance is that of the distance

@@ -6,6 +6,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/unit/cameras.hpp"
+#include "tests/unit/message_of.hpp"
 #include "tests/unit/processors.hpp"
 
 #include <cmath>
@@ -28,15 +29,6 @@ struct Point {
         z(from_lens) {}
   double range() const { return std::sqrt(x * x + y * y + z * z); }
 };
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(PointCloud, DepthCountsFromTheSensorPlane) {
   const std::string profile = test::profile_of(small_camera().view);

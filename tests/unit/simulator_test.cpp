@@ -5,6 +5,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/unit/cameras.hpp"
+#include "tests/unit/message_of.hpp"
 #include "tests/unit/thesis_table.hpp"
 
 #include <cmath>
@@ -15,15 +16,6 @@ namespace {
 
 constexpr std::size_t pixels = 204 * 204;
 constexpr double c_light = 299792458.0;
-
-std::string message_of(auto&& call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 std::vector<float> samples_of(const std::string& line, const std::string& profile, int frame = 0) {
   Harness source("simulator " + line);
