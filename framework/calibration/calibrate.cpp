@@ -3,6 +3,7 @@
 #include "calibration/calibrate.hpp"
 
 #include "config/diagnostics.hpp"
+#include "io/output_file.hpp"
 
 #include <fmt/format.h>
 
@@ -14,8 +15,10 @@ Result calibrate_integration_time(const Request& request);  // integration_time.
 namespace {
 
 constexpr Kind all[] = {
-    {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset},
-    {"integration-time", "the best integration time for each target and distance", calibrate_integration_time},
+    {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset,
+     "variant"},
+    {"integration-time", "the best integration time for each target and distance", calibrate_integration_time,
+     "range accuracy"},
 };
 
 }  // namespace
@@ -38,6 +41,31 @@ const Kind& kind_of(const std::string& name) {
 
 std::filesystem::path report_of(const std::filesystem::path& calibration) {
   return std::filesystem::path(calibration).replace_extension(".html");
+}
+std::filesystem::path model_of(const std::filesystem::path& calibration) {
+  return std::filesystem::path(calibration).replace_extension(".model.yaml");
+}
+std::filesystem::path maps_of(const std::filesystem::path& calibration) {
+  return std::filesystem::path(calibration).replace_extension(".maps.h5");
+}
+
+std::vector<std::filesystem::path> outputs_of(const Kind& kind, const std::filesystem::path& calibration) {
+  std::vector<std::filesystem::path> files = {report_of(calibration)};
+  if (kind.writes_maps) files.push_back(maps_of(calibration));
+  if (kind.writes_model) files.push_back(model_of(calibration));
+  files.push_back(calibration);
+  return files;
+}
+
+void write(const Result& result, const Kind& kind, const std::filesystem::path& calibration) {
+  result.page.write(report_of(calibration));
+  if (kind.writes_maps) {
+    io::OutputFile file(maps_of(calibration));
+    io::write_pixel_maps(file.temporary_path().string(), result.maps, result.map_rows, result.map_columns);
+    file.commit();
+  }
+  if (kind.writes_model) io::write_file(model_of(calibration), result.model);
+  io::write_file(calibration, result.file);
 }
 
 }  // namespace tofgraph::calibration
