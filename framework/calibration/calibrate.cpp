@@ -11,6 +11,8 @@ namespace tofgraph::calibration {
 
 Result calibrate_offset(const Request& request);            // offset.cpp
 Result calibrate_integration_time(const Request& request);  // integration_time.cpp
+Result calibrate_noise(const Request& request);             // noise.cpp
+Result calibrate_warm_up(const Request& request);           // warm_up.cpp
 
 namespace {
 
@@ -19,6 +21,15 @@ constexpr Kind all[] = {
      "variant"},
     {"integration-time", "the best integration time for each target and distance", calibrate_integration_time,
      "range accuracy"},
+    {.name = "noise",
+     .text = "read and shot noise of the taps, bad pixels: for sigma of the decoders and the stage mask",
+     .calibrate = calibrate_noise,
+     .writes_maps = true},
+    {.name = "warm-up",
+     .text = "drift since power-on, and when it has settled",
+     .calibrate = calibrate_warm_up,
+     .options = "accuracy",
+     .writes_model = true},
 };
 
 }  // namespace
