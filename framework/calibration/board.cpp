@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/board.hpp"
 
+#include "simulation/files/pose.hpp"
+
 #include <tofgraph/physics/non_linearity.hpp>
 
 #include <algorithm>
@@ -9,23 +11,21 @@
 #include <stdexcept>
 
 namespace tofgraph::calibration {
-namespace {
 
 using physics::Vector3;
 
 physics::Plane plane_of(const io::Condition& c) {
-  return physics::board(c.board_distance, c.board_tilt_x, c.board_tilt_y);
+  physics::Plane plane = physics::board(c.board_distance, c.board_tilt_x, c.board_tilt_y);
+  plane.normal = simulation::rotation(0, 0, -c.roll) * plane.normal;
+  return plane;
 }
 
-/// A point in the board's own axes: R^T (P - centre), R = R_y(tilt_y) R_x(tilt_x).
 std::array<double, 2> on_board(const io::Condition& c, Vector3 point) {
-  const Vector3 p{point.x, point.y, point.z - c.board_distance};
+  const Vector3 p = simulation::rotation(0, 0, c.roll) * point - Vector3{0, 0, c.board_distance};
   const double cy = std::cos(c.board_tilt_y), sy = std::sin(c.board_tilt_y);
   const double x = cy * p.x - sy * p.z, z = sy * p.x + cy * p.z;
   return {x, std::cos(c.board_tilt_x) * p.y + std::sin(c.board_tilt_x) * z};
 }
-
-}  // namespace
 
 Moments moments_of(const std::vector<double>& values) {
   if (values.empty()) return {};

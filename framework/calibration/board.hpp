@@ -67,6 +67,12 @@ struct Board {
   double error() const { return distance - corrected.mean; }  ///< m, T - z
 };
 
+/// The board in the sensor frame, as the rolled camera sees it.
+physics::Plane plane_of(const io::Condition& condition);
+/// A point of the sensor frame in the axes of the untilted, unrolled board: R^T (R_z(roll) P - centre), m.
+/// R = R_y(tilt_y) R_x(tilt_x).
+std::array<double, 2> on_board(const io::Condition& condition, physics::Vector3 point);
+
 /// Computes boards of one camera.
 class BoardModel {
  public:
@@ -83,6 +89,8 @@ class BoardModel {
   Board measure(const io::Condition& condition) const;
   /// tan^2 of a pixel's angle to the axis.
   double angle(std::size_t pixel) const;
+  const physics::Geometry& geometry() const { return geometry_; }
+  physics::Vector3 ray(std::size_t pixel) const { return rays_[pixel]; }
 
  private:
   struct Places;

@@ -52,8 +52,10 @@ class Reader {
         range_(physics::unambiguous_range(camera_.modulation_frequency)),
         model_(camera_, variant) {}
 
-  Read read(const io::Condition& condition) const {
+  Read read(std::size_t index, const ReadBoards& options) const {
+    const io::Condition& condition = campaign_.conditions[index];
     Read result;
+    MeanImages images;
     result.left_out = other_purpose(condition, campaign_.from_table);
     if (!result.left_out.empty()) return result;
     const std::vector<std::size_t> window = model_.window(condition);
@@ -77,8 +79,9 @@ class Reader {
     if (campaign_.from_table)
       from_table(condition, result);
     else
-      from_capture(condition, window, result);
+      from_capture(condition, window, result, images);
     if (result.board) check_distance(result);
+    if (result.board && options.visit) options.visit(index, *result.board, images);
     return result;
   }
 
@@ -95,13 +98,14 @@ class Reader {
     }
   }
 
-  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result) const {
+  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result,
+                    MeanImages& images) const {
     try {
       const io::Recording recording(written.capture);
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader());
-      MeanImages images = mean_of(recording, condition, window, camera_);
+      images = mean_of(recording, condition, window, camera_);
       result.wrapped = leave_out_wrapped(condition, images);
       if (images.noise > too_noisy * range_)
         result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
@@ -244,15 +248,14 @@ std::size_t Boards::target_of(const Board& board) const {
   return static_cast<std::size_t>(std::ranges::find(targets, board.condition.target) - targets.begin());
 }
 
-Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
-                   const std::function<void(double share)>& progress, Repeats repeats) {
+Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, const ReadBoards& options) {
   const Reader reader(campaign, variant);
   const std::size_t n = campaign.conditions.size();
   std::vector<Read> read(n);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
-    read[i] = reader.read(campaign.conditions[i]);
-    if (progress) progress(static_cast<double>(++done) / static_cast<double>(n));
+    read[i] = reader.read(i, options);
+    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(n));
   });
   Boards all;
   config::Diagnostics diagnostics;
@@ -271,7 +274,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
   note_wrapped(campaign, read, all);
   all.falloff = fit_falloff(all.boards);
   for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
-  if (repeats == Repeats::merged) merge_repeats(all);
+  if (options.repeats == Repeats::merged) merge_repeats(all);
   return all;
 }
 
