@@ -42,8 +42,25 @@ struct BoardModel::Places {
   std::vector<double> true_path, true_depth, modelled;  ///< D_ref(T), T, D(T)
 };
 
-BoardModel::BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant)
-    : camera_(camera), geometry_(physics::geometry_of(camera)), variant_(variant) {
+namespace {
+
+physics::Geometry geometry_with(const tofgraph_camera& camera, const std::vector<std::string>& sources) {
+  tofgraph_camera some = camera;
+  std::vector<tofgraph_light> lights;
+  for (std::uint64_t i = 0; i < camera.light_count; ++i) {
+    if (sources.empty() || std::ranges::find(sources, camera.lights[i].name) != sources.end())
+      lights.push_back(camera.lights[i]);
+  }
+  some.lights = lights.data();
+  some.light_count = lights.size();
+  return physics::geometry_of(some);
+}
+
+}  // namespace
+
+BoardModel::BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant,
+                       const std::vector<std::string>& sources)
+    : camera_(camera), geometry_(geometry_with(camera, sources)), variant_(variant) {
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   for (std::size_t i = 0; i < pixels; ++i) rays_.push_back(physics::unit_ray(camera.rays + 3 * i));
 }
@@ -193,6 +210,12 @@ Board BoardModel::measure(const io::Condition& condition) const {
   board.reflectivity = m.amplitude * path * path / (camera_.gain * condition.integration_time);
   if (!std::isfinite(m.amplitude)) board.reflectivity = condition.reflectivity;
   return board;
+}
+
+BoardModels::BoardModels(const tofgraph_camera& camera, io::OffsetVariant variant,
+                         const std::vector<io::Condition>& conditions) {
+  models_.try_emplace({}, camera, variant);
+  for (const io::Condition& c : conditions) models_.try_emplace(c.sources, camera, variant, c.sources);
 }
 
 std::array<double, 2> fit_falloff(const std::vector<Board>& boards) {

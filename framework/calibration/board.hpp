@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -76,8 +77,9 @@ std::array<double, 2> on_board(const io::Condition& condition, physics::Vector3 
 /// Computes boards of one camera.
 class BoardModel {
  public:
+  /// @param sources those that are on, by name; empty: all
   /// @throws std::invalid_argument when the camera's geometry is not known in metres
-  BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant);
+  BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant, const std::vector<std::string>& sources = {});
 
   /// The window's pixels that see the board: inside its size, with a ray. Row by row.
   std::vector<std::size_t> window(const io::Condition& condition) const;
@@ -102,6 +104,17 @@ class BoardModel {
   physics::Geometry geometry_;
   std::vector<physics::Vector3> rays_;
   io::OffsetVariant variant_;
+};
+
+/// The models of all conditions of a campaign, by the sources that are on.
+class BoardModels {
+ public:
+  /// @throws std::invalid_argument as BoardModel's
+  BoardModels(const tofgraph_camera& camera, io::OffsetVariant variant, const std::vector<io::Condition>& conditions);
+  const BoardModel& of(const io::Condition& condition) const { return models_.at(condition.sources); }
+
+ private:
+  std::map<std::vector<std::string>, BoardModel> models_;
 };
 
 /// Moments of values. None: NaN.

@@ -25,10 +25,10 @@ using config::format_quantity;
 constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
 
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
-std::string other_purpose(const io::Condition& c, bool table) {
+std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
   if (c.lens == "capped") return "the lens is capped";
-  if (!c.sources.empty()) return "not all sources are on";
+  if (!c.sources.empty() && !single_sources) return "not all sources are on";
   if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
   if (table && !std::isfinite(c.measured.depth) && !std::isfinite(c.measured.distance))
     return "it has neither measured_depth nor measured_distance";
@@ -50,22 +50,22 @@ class Reader {
       : campaign_(campaign),
         camera_(campaign.camera->view()),
         range_(physics::unambiguous_range(camera_.modulation_frequency)),
-        model_(camera_, variant) {}
+        models_(camera_, variant, campaign.conditions) {}
 
   Read read(std::size_t index, const ReadBoards& options) const {
     const io::Condition& condition = campaign_.conditions[index];
     Read result;
     MeanImages images;
-    result.left_out = other_purpose(condition, campaign_.from_table);
+    result.left_out = other_purpose(condition, campaign_.from_table, options.single_sources);
     if (!result.left_out.empty()) return result;
-    const std::vector<std::size_t> window = model_.window(condition);
+    const std::vector<std::size_t> window = models_.of(condition).window(condition);
     if (window.empty()) {
       result.mistake = "no pixel of the window sees the board";
       result.hint =
           "give the board its size, and a roi that lies on it, e.g. roi: {columns: [60, 143], rows: [80, 123]}";
       return result;
     }
-    const std::vector<double> modelled = model_.modelled(condition, window);
+    const std::vector<double> modelled = models_.of(condition).modelled(condition, window);
     const double farthest = *std::ranges::max_element(modelled);
     const auto wrap = std::ranges::count_if(modelled, [this](double d) { return d >= range_; });
     if (2 * static_cast<std::size_t>(wrap) >= window.size()) {
@@ -92,7 +92,7 @@ class Reader {
       return;
     }
     try {
-      result.board = model_.measure(condition);
+      result.board = models_.of(condition).measure(condition);
     } catch (const std::invalid_argument& problem) {
       result.mistake = problem.what();
     }
@@ -111,7 +111,7 @@ class Reader {
         result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
                                       format_quantity(images.noise, "m"));
       else if (!images.pixels.empty())
-        result.board = model_.measure(condition, images);
+        result.board = models_.of(condition).measure(condition, images);
       else if (images.saturated > 0)
         result.left_out = "every pixel is saturated";
       else
@@ -123,7 +123,7 @@ class Reader {
 
   /// Pixels that differ from the others by a whole turn, as at the corners of a far board. @returns their share
   double leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
-    const std::vector<double> modelled = model_.modelled(condition, images.pixels);
+    const std::vector<double> modelled = models_.of(condition).modelled(condition, images.pixels);
     std::vector<double> difference;
     for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
     if (difference.empty()) return 0;
@@ -184,7 +184,7 @@ class Reader {
   const io::Campaign& campaign_;
   const tofgraph_camera& camera_;
   double range_;
-  BoardModel model_;
+  BoardModels models_;
 };
 
 /// Several measurements of one condition as one; their scatter tells how well each is known.

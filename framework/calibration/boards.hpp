@@ -31,6 +31,7 @@ enum class Repeats { merged, kept };
 struct ReadBoards {
   std::function<void(double share)> progress;
   Repeats repeats = Repeats::merged;
+  bool single_sources = false;  ///< conditions with some of the sources are used, too
   /// Called with each board that is used, its place in the campaign and its images; by several threads at once.
   std::function<void(std::size_t condition, const Board& board, const MeanImages& images)> visit;
 };
