@@ -69,7 +69,7 @@ class Reader {
     const double farthest = *std::ranges::max_element(modelled);
     const auto wrap = std::ranges::count_if(modelled, [this](double d) { return d >= range_; });
     if (2 * static_cast<std::size_t>(wrap) >= window.size()) {
-      result.mistake =
+      (options.skip_wrapped ? result.left_out : result.mistake) =
           fmt::format("the board's distances reach {}, beyond the unambiguous range of {} at {}: they wrap",
                       format_quantity(farthest, "m"), format_quantity(range_, "m"),
                       format_quantity(camera_.modulation_frequency, "Hz"));

@@ -32,6 +32,7 @@ struct ReadBoards {
   std::function<void(double share)> progress;
   Repeats repeats = Repeats::merged;
   bool single_sources = false;  ///< conditions with some of the sources are used, too
+  bool skip_wrapped = false;    ///< boards beyond the unambiguous range are left out with a note, not mistakes
   /// Called with each board that is used, its place in the campaign and its images; by several threads at once.
   std::function<void(std::size_t condition, const Board& board, const MeanImages& images)> visit;
 };

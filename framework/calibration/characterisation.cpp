@@ -53,20 +53,23 @@ class Reader {
     std::array<std::vector<double>, 3> depths;
     std::vector<double> errors;
     std::vector<double> centre;
+    double slope = 0;  // dz/dD: what the noise of the distance becomes in the depth
     for (std::size_t k = 0; k < images.pixels.size(); ++k) {
       const std::size_t i = images.pixels[k];
       const physics::Vector3 ray = model.ray(i);
-      const double truth =
-          physics::depth_of(model.geometry(), ray, physics::reflected_path(model.geometry(), ray, plane));
+      const double path = physics::reflected_path(model.geometry(), ray, plane);
+      const double truth = physics::depth_of(model.geometry(), ray, path);
       for (std::size_t m = 0; m < depths.size(); ++m)
         depths[m].push_back(
             depth_by(static_cast<DepthModel>(m), model, ray, images.distance[k], board.condition.board_distance));
       errors.push_back(depths.back().back() - truth);
+      slope +=
+          physics::optimized_bistatic_slope(model.geometry(), ray, path) / static_cast<double>(images.pixels.size());
       if (in_centre(i)) centre.push_back(errors.back());
     }
     for (std::size_t m = 0; m < depths.size(); ++m) result.depth[m] = moments_of(depths[m]);
     result.centre_error = moments_of(centre).mean;
-    result.centre_noise = board.noise;  // the non-linearity model leaves it as it is, to some percent
+    result.noise = slope * board.noise;
     result.protocol = against_protocol(board, centre.size());
     const double mean = moments_of(errors).mean;
     const std::scoped_lock lock(turn_);
@@ -171,7 +174,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
   try {
     const BoardModels models(campaign.camera->view(), request.campaign.variant, campaign.conditions);
     Reader reader(data, models);
-    ReadBoards options{.progress = progress, .repeats = Repeats::kept, .single_sources = true};
+    ReadBoards options{.progress = progress, .repeats = Repeats::kept, .single_sources = true, .skip_wrapped = true};
     options.visit = [&](std::size_t i, const Board& b, const MeanImages& images) { reader.take(i, b, images); };
     data.campaign.boards = read_boards(campaign, request.campaign.variant, options);
     pattern_square = reader.finish();

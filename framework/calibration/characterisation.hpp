@@ -34,9 +34,9 @@ struct Characterised {
   std::size_t condition = 0;  ///< in the campaign
   Board board;
   std::array<Moments, 3> depth;         ///< by model, over the window's pixels, frames averaged
+  double noise = unknown;               ///< of a pixel's depth in one frame
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
   double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
-  double centre_noise = unknown;        ///< of a pixel's depth in one frame there
   std::vector<std::string> protocol;    ///< what keeps it from following the protocol; none: it does
 };
 

@@ -75,7 +75,7 @@ void set_budget(Characterisation& data, double pattern_square) {
     target.push_back(static_cast<double>(data.campaign.boards.target_of(c.board)));
     sources.push_back(
         static_cast<double>(std::hash<std::string>{}(fmt::format("{}", fmt::join(c.board.condition.sources, " ")))));
-    const double sd = c.board.corrected.sd, own = std::isfinite(c.board.noise) ? c.board.noise : 0;
+    const double sd = c.board.corrected.sd, own = std::isfinite(c.noise) ? c.noise : 0;
     const double averaged = own * own / static_cast<double>(c.board.frames);
     spread += std::max(sd * sd - averaged, 0.0) / n;
     noise += own * own / n;

@@ -99,7 +99,7 @@ class Report {
   void depth() {
     page_.heading("Depth over distance and integration time");
     const Value error = [](const Characterised& c) { return -c.board.error() * 1e3; };
-    const Value noise = [](const Characterised& c) { return c.board.noise * 1e3; };
+    const Value noise = [](const Characterised& c) { return c.noise * 1e3; };
     const Value measured = [](const Characterised& c) { return c.board.measured.mean; };
     const Value modelled = [](const Characterised& c) { return c.board.modelled.mean; };
     figures(
@@ -220,7 +220,7 @@ class Report {
       for (const std::string& problem : c.protocol) ++against[problem];
       if (c.protocol.empty())
         rows.push_back({c.board.condition.id, mm(c.board.distance, 0), fmt::format("{:.3g}", time_of(c)),
-                        mm(c.centre_error), mm(c.centre_noise)});
+                        mm(c.centre_error), mm(c.noise)});
     }
     page_.paragraph(
         fmt::format("{:.0f} min after power-on, a target of 90 % reflectivity ({:.0f} to {:.0f} %), the {} x {} px in "
@@ -283,7 +283,7 @@ nlohmann::json characterisation_json(const Characterisation& data) {
                           {"modelled_distance", moments(b.modelled)},
                           {"measured_distance", moments(b.measured)},
                           {"depth", models},
-                          {"noise", number(b.noise)},
+                          {"noise", number(c.noise)},
                           {"rmse", number(b.rmse)},
                           {"amplitude", number(b.amplitude)},
                           {"modelled_amplitude", number(c.modelled_amplitude)},
