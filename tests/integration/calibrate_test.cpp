@@ -47,21 +47,6 @@ TEST_F(Calibrate, EveryCommandOfTheGuideWorks) {
   EXPECT_TRUE(fs::exists(folder.path() / "out/rail_times.html"));
 }
 
-TEST_F(Calibrate, ACameraIsCalibratedFromNothing) {
-  for (const std::string& block : commands_of(TOFGRAPH_SOURCE_DIR "/docs/calibrate_a_camera.md")) {
-    const Outcome outcome = run(block);
-    ASSERT_EQ(outcome.exit_code, 0) << block << outcome.err;
-  }
-  const auto board = [&](const char* name) {
-    return nlohmann::json::parse(read_text(folder.path() / "out" / name))["inputs"][0];
-  };
-  EXPECT_NEAR(board("before.json")["mean"].get<double>(), 1.7661, 0.5e-3) << "as the page says";
-  EXPECT_NEAR(board("before.json")["sd"].get<double>(), 2.8e-3, 0.1e-3);
-  EXPECT_NEAR(board("after.json")["mean"].get<double>(), 1.75, 1e-3);
-  EXPECT_NEAR(board("after.json")["sd"].get<double>(), 1.5e-3, 0.1e-3);
-  EXPECT_TRUE(fs::exists(folder.path() / "out/characterisation/report.html"));
-}
-
 TEST_F(Calibrate, WhatIsShippedIsWhatTheCommandMakes) {
   const Outcome outcome =
       run("cd devices/calibrations && cp camcube2_offset.yaml shipped.yaml && tofgraph calibrate offset "
