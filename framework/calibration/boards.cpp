@@ -3,6 +3,7 @@
 #include "calibration/boards.hpp"
 
 #include "calibration/frame_mean.hpp"
+#include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
 
 #include <fmt/format.h>
@@ -37,7 +38,7 @@ std::string other_purpose(const io::Condition& c, bool table) {
 /// One condition read, or why not.
 struct Read {
   std::optional<Board> board;
-  std::string serial, camera;
+  CameraSeen seen;
   double wrapped = 0;         ///< share of pixels
   std::string left_out;       ///< and why, for a note
   std::string mistake, hint;  ///< of the user
@@ -97,8 +98,7 @@ class Reader {
   void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result) const {
     try {
       const io::Recording recording(written.capture);
-      result.serial = recording.reader().header().serial;
-      result.camera = recording.reader().header().camera;
+      result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader());
       MeanImages images = mean_of(recording, condition, window, camera_);
@@ -183,13 +183,6 @@ class Reader {
   BoardModel model_;
 };
 
-/// Where a condition is written; of a table's row its beginning.
-config::Position place_of(const io::Condition& c) {
-  config::Position at = c.at;
-  at.column = std::max<std::size_t>(at.column, 1);
-  return at;
-}
-
 /// Several measurements of one condition as one; their scatter tells how well each is known.
 Board merged(const std::vector<Board>& same) {
   Board result = same.front();
@@ -245,24 +238,6 @@ void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, B
                   count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
 }
 
-void check_one_camera(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all,
-                      config::Diagnostics& diagnostics) {
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    const io::Condition& c = campaign.conditions[i];
-    if (!read[i].camera.empty() && read[i].camera != campaign.camera->view().name)
-      all.notes.push_back(fmt::format("{}: the capture is of the camera '{}', the campaign's is '{}'", c.id,
-                                      read[i].camera, campaign.camera->view().name));
-    if (read[i].serial.empty() || read[i].serial == all.serial) continue;
-    if (all.serial.empty())
-      all.serial = read[i].serial;
-    else
-      diagnostics.error(place_of(c),
-                        fmt::format("the capture is of the camera with the serial {}, those before of {}",
-                                    read[i].serial, all.serial),
-                        "a calibration is of one camera: make a campaign for each");
-  }
-}
-
 }  // namespace
 
 std::size_t Boards::target_of(const Board& board) const {
@@ -270,7 +245,7 @@ std::size_t Boards::target_of(const Board& board) const {
 }
 
 Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
-                   const std::function<void(double share)>& progress) {
+                   const std::function<void(double share)>& progress, Repeats repeats) {
   const Reader reader(campaign, variant);
   const std::size_t n = campaign.conditions.size();
   std::vector<Read> read(n);
@@ -281,7 +256,9 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
   });
   Boards all;
   config::Diagnostics diagnostics;
-  check_one_camera(campaign, read, all, diagnostics);
+  std::vector<CameraSeen> seen;
+  for (const Read& r : read) seen.push_back(r.seen);
+  all.serial = check_one_camera(campaign, seen, all.notes, diagnostics);
   for (std::size_t i = 0; i < n; ++i) {
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
@@ -294,7 +271,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
   note_wrapped(campaign, read, all);
   all.falloff = fit_falloff(all.boards);
   for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
-  merge_repeats(all);
+  if (repeats == Repeats::merged) merge_repeats(all);
   return all;
 }
 

@@ -14,7 +14,7 @@
 namespace tofgraph::calibration {
 
 struct Boards {
-  std::vector<Board> boards;         ///< by target, distance, integration time; no two alike
+  std::vector<Board> boards;         ///< merged: by target, distance, integration time; kept: as in the campaign
   std::vector<std::string> targets;  ///< labels, in the order of the campaign
   std::array<double, 2> falloff{};   ///< see io::response_of
   std::string serial;                ///< of the camera; empty: not recorded
@@ -24,11 +24,14 @@ struct Boards {
   std::size_t target_of(const Board& board) const;
 };
 
+/// What becomes of conditions of the same target, distance and integration time.
+enum class Repeats { merged, kept };
+
 /// Reads every condition with a board once, two at a time on two cores, one frame each in memory.
 /// Mistakes, each at its condition: a capture that cannot be read, a window without pixels, wrapped distances,
-/// distances that contradict the campaign, another camera or serial. Repeated conditions are merged.
+/// distances that contradict the campaign, another serial.
 /// @throws config::ConfigurationError with every mistake
 Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
-                   const std::function<void(double share)>& progress);
+                   const std::function<void(double share)>& progress, Repeats repeats = Repeats::merged);
 
 }  // namespace tofgraph::calibration

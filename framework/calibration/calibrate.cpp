@@ -3,6 +3,7 @@
 #include "calibration/calibrate.hpp"
 
 #include "config/diagnostics.hpp"
+#include "io/output_file.hpp"
 
 #include <fmt/format.h>
 
@@ -10,12 +11,25 @@ namespace tofgraph::calibration {
 
 Result calibrate_offset(const Request& request);            // offset.cpp
 Result calibrate_integration_time(const Request& request);  // integration_time.cpp
+Result calibrate_noise(const Request& request);             // noise.cpp
+Result calibrate_warm_up(const Request& request);           // warm_up.cpp
 
 namespace {
 
 constexpr Kind all[] = {
-    {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset},
-    {"integration-time", "the best integration time for each target and distance", calibrate_integration_time},
+    {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset,
+     "variant"},
+    {"integration-time", "the best integration time for each target and distance", calibrate_integration_time,
+     "range accuracy"},
+    {.name = "noise",
+     .text = "read and shot noise of the taps, bad pixels: for sigma of the decoders and the stage mask",
+     .calibrate = calibrate_noise,
+     .writes_maps = true},
+    {.name = "warm-up",
+     .text = "drift since power-on, and when it has settled",
+     .calibrate = calibrate_warm_up,
+     .options = "accuracy",
+     .writes_model = true},
 };
 
 }  // namespace
@@ -38,6 +52,31 @@ const Kind& kind_of(const std::string& name) {
 
 std::filesystem::path report_of(const std::filesystem::path& calibration) {
   return std::filesystem::path(calibration).replace_extension(".html");
+}
+std::filesystem::path model_of(const std::filesystem::path& calibration) {
+  return std::filesystem::path(calibration).replace_extension(".model.yaml");
+}
+std::filesystem::path maps_of(const std::filesystem::path& calibration) {
+  return std::filesystem::path(calibration).replace_extension(".maps.h5");
+}
+
+std::vector<std::filesystem::path> outputs_of(const Kind& kind, const std::filesystem::path& calibration) {
+  std::vector<std::filesystem::path> files = {report_of(calibration)};
+  if (kind.writes_maps) files.push_back(maps_of(calibration));
+  if (kind.writes_model) files.push_back(model_of(calibration));
+  files.push_back(calibration);
+  return files;
+}
+
+void write(const Result& result, const Kind& kind, const std::filesystem::path& calibration) {
+  result.page.write(report_of(calibration));
+  if (kind.writes_maps) {
+    io::OutputFile file(maps_of(calibration));
+    io::write_pixel_maps(file.temporary_path().string(), result.maps, result.map_rows, result.map_columns);
+    file.commit();
+  }
+  if (kind.writes_model) io::write_file(model_of(calibration), result.model);
+  io::write_file(calibration, result.file);
 }
 
 }  // namespace tofgraph::calibration

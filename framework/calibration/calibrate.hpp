@@ -3,6 +3,7 @@
 /// @file What can be calibrated: from a campaign to a calibration file and its report.
 #pragma once
 
+#include "io/captures/capture_map.hpp"
 #include "io/offset_calibration.hpp"
 #include "report/page.hpp"
 
@@ -21,15 +22,18 @@ struct Request {
   std::filesystem::path campaign, output;
   io::OffsetVariant variant = io::OffsetVariant::geometric;
   std::optional<std::array<double, 2>> range;  ///< m, the distances that matter
-  std::optional<double> accuracy;              ///< m, that is wanted there
+  std::optional<double> accuracy;              ///< m, that is wanted
   std::function<void(double share, const std::string& what)> progress;
 };
 
 struct Result {
-  std::string file;                ///< the text of the calibration file
-  report::Page page;               ///< the report
-  std::string summary;             ///< what came out, in a few lines
-  std::vector<std::string> notes;  ///< what the user should know
+  std::string file;                    ///< the text of the calibration file
+  report::Page page;                   ///< the report
+  std::string summary;                 ///< what came out, in a few lines
+  std::vector<std::string> notes;      ///< what the user should know
+  std::string model;                   ///< what was fitted as effects, a model file for model_correction
+  std::vector<io::PixelMapData> maps;  ///< of the camera's pixels, for a file of their own
+  std::size_t map_rows = 0, map_columns = 0;
 };
 
 /// One kind of calibration.
@@ -38,6 +42,8 @@ struct Kind {
   const char* text;
   /// @throws config::ConfigurationError, std::runtime_error
   Result (*calibrate)(const Request& request);
+  const char* options = "";                        ///< of the command, words: the others are refused
+  bool writes_model = false, writes_maps = false;  ///< beside the calibration and its report
 };
 
 /// All there are. A new kind is a file with its function, declared and listed in calibrate.cpp.
@@ -47,5 +53,13 @@ const Kind& kind_of(const std::string& name);
 
 /// The report of a calibration file: `camcube2.yaml` and `camcube2.html`.
 std::filesystem::path report_of(const std::filesystem::path& calibration);
+/// The effects that it found: `camcube2.model.yaml`.
+std::filesystem::path model_of(const std::filesystem::path& calibration);
+/// Its maps of the pixels: `camcube2.maps.h5`.
+std::filesystem::path maps_of(const std::filesystem::path& calibration);
+/// All files that a calibration of this kind writes, the calibration last.
+std::vector<std::filesystem::path> outputs_of(const Kind& kind, const std::filesystem::path& calibration);
+/// Writes them, each whole or not at all, the calibration last. @throws std::runtime_error
+void write(const Result& result, const Kind& kind, const std::filesystem::path& calibration);
 
 }  // namespace tofgraph::calibration

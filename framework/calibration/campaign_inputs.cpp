@@ -35,10 +35,15 @@ std::string span_of(const std::set<double>& values, const char* what, const char
 
 }  // namespace
 
-Campaign read(const Request& request) {
+io::Campaign read_conditions(const Request& request) {
   config::Diagnostics diagnostics;
-  Campaign campaign{io::read_campaign(request.campaign, diagnostics), {}};
+  io::Campaign campaign = io::read_campaign(request.campaign, diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return campaign;
+}
+
+Campaign read(const Request& request) {
+  Campaign campaign{read_conditions(request), {}};
   const auto progress = [&](double share) {
     if (request.progress) request.progress(0.9 * share, "reading the campaign");
   };
@@ -51,8 +56,13 @@ Campaign read(const Request& request) {
 }
 
 io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind) {
-  io::CalibrationWriter writer(request.output, kind, campaign.conditions.camera->view().name, campaign.boards.serial);
-  const std::vector<std::filesystem::path> files = data_files(campaign.conditions);
+  return writer_for(request, campaign.conditions, campaign.boards.serial, kind);
+}
+
+io::CalibrationWriter writer_for(const Request& request, const io::Campaign& campaign, const std::string& serial,
+                                 const std::string& kind) {
+  io::CalibrationWriter writer(request.output, kind, campaign.camera->view().name, serial);
+  const std::vector<std::filesystem::path> files = data_files(campaign);
   std::vector<std::string> hashes(files.size());
   tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) { hashes[i] = io::sha256_of_file(files[i]); });
   writer.input(request.campaign);

@@ -16,10 +16,14 @@ struct Campaign {
   Boards boards;
 };
 
+/// Reads the campaign's file alone. @throws config::ConfigurationError with every mistake
+io::Campaign read_conditions(const Request& request);
 /// Reads the campaign and its captures. @throws config::ConfigurationError with every mistake
 Campaign read(const Request& request);
 
 /// A calibration file of this kind with the campaign's files and their hashes.
+io::CalibrationWriter writer_for(const Request& request, const io::Campaign& campaign, const std::string& serial,
+                                 const std::string& kind);
 io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind);
 
 /// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`

@@ -128,8 +128,8 @@ void check_exposures(const io::CaptureReader& capture) {
 
 }  // namespace
 
-MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
-                   const std::vector<std::size_t>& window, const tofgraph_camera& camera) {
+std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
+                                     const tofgraph_camera& camera) {
   const io::CaptureReader& capture = recording.reader();
   const auto& header = capture.header();
   if (header.width != camera.width || header.height != camera.height)
@@ -141,6 +141,12 @@ MeanImages mean_of(const io::Recording& recording, const io::Condition& conditio
   const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
   if (last >= capture.frames())
     throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+  return {first, last};
+}
+
+MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
+                   const std::vector<std::size_t>& window, const tofgraph_camera& camera) {
+  const auto [first, last] = frames_of(recording, condition, camera);
   using Kind = io::Recording::Kind;
   const Kind kind = recording.kind();
   Sums sums(window, camera);

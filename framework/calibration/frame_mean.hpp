@@ -6,7 +6,15 @@
 #include "calibration/board.hpp"
 #include "io/captures/recording.hpp"
 
+#include <array>
+
 namespace tofgraph::calibration {
+
+/// The first and the last frame of a condition in its recording. @param camera that it has to be of
+/// @throws std::runtime_error what is wrong with the capture: another size, no frames, other exposures than four of 90
+/// degrees
+std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
+                                     const tofgraph_camera& camera);
 
 /// Averages the condition's frames: of taps and phases the samples, which are decoded then; of decoded frames the
 /// distances and amplitudes. Pixels that are no number or saturated in a frame are left out.

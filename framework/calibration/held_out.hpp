@@ -4,6 +4,7 @@
 #pragma once
 
 #include "calibration/boards.hpp"
+#include "calibration/interval.hpp"
 
 #include <tofgraph/physics/offset_table.hpp>
 
@@ -11,11 +12,6 @@
 #include <vector>
 
 namespace tofgraph::calibration {
-
-/// A number with its 95 % interval; NaN: a single level tells none.
-struct Interval {
-  double value = unknown, low = unknown, high = unknown;
-};
 
 /// One board, predicted by a table made without its level.
 struct Prediction {

@@ -11,9 +11,15 @@ namespace tofgraph::cli {
 void add_calibrate(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<CalibrateArguments>();
   CLI::App* command = app.add_subcommand("calibrate", "Make a calibration file from a campaign, with a report");
-  command->add_option("WHAT", arguments->what, "What to calibrate: offset, integration-time")->required();
-  command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: boards at known distances")->required();
-  command->add_option("-o,--out", arguments->out, "The calibration file; its report is written beside it, as .html")
+  command
+      ->add_option("WHAT", arguments->what,
+                   "What to calibrate: offset, integration-time, noise, warm-up, fixed-pattern")
+      ->required();
+  command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: what was recorded, and of what")->required();
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "The calibration file; beside it its report (.html) and, of some kinds, a model of what was found "
+                   "(.model.yaml) and maps of the pixels (.maps.h5)")
       ->option_text("FILE")
       ->required();
   command
@@ -23,7 +29,9 @@ void add_calibrate(CLI::App& app, Common& common) {
       ->check(CLI::IsMember({"geometric", "printed"}));
   command->add_option("--range", arguments->range, "integration-time: distances that matter, e.g. 0.5m..4m")
       ->option_text("FROM..TO");
-  command->add_option("--accuracy", arguments->accuracy, "integration-time: accuracy that is wanted there, e.g. 5mm")
+  command
+      ->add_option("--accuracy", arguments->accuracy,
+                   "integration-time: accuracy that is wanted there; warm-up: drift that is tolerated; e.g. 5mm")
       ->option_text("LENGTH");
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")

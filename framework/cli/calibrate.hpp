@@ -9,9 +9,8 @@ namespace tofgraph::cli {
 
 struct CalibrateArguments {
   std::string what, campaign, out;
-  std::string variant = "geometric";
-  std::string range, accuracy;  ///< as written; empty: not given
-  unsigned threads = 0;         ///< 0: one a core
+  std::string variant, range, accuracy;  ///< as written; empty: not given
+  unsigned threads = 0;                  ///< 0: one a core
   bool force = false, quiet = false;
 };
 

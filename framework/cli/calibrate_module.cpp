@@ -9,6 +9,7 @@
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -24,15 +25,34 @@ namespace fs = std::filesystem;
   throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
 }
 
-void check_outputs(const CalibrateArguments& arguments) {
+void check_outputs(const CalibrateArguments& arguments, const calibration::Kind& kind) {
   const fs::path out(arguments.out);
   if (out.extension() == ".html")
     refuse("--out", "is the calibration file, e.g. -o camera_offset.yaml; its report is .html");
   const std::array<fs::path, 1> inputs = {arguments.campaign};
-  for (const fs::path& file : {out, calibration::report_of(out)}) {
+  for (const fs::path& file : calibration::outputs_of(kind, out)) {
     std::string problem = io::input_problem(file, inputs);
     if (problem.empty()) problem = io::output_problem(file, arguments.force, "--force");
     if (!problem.empty()) refuse("--out", problem);
+  }
+}
+
+/// Options that another kind has.
+void check_options(const CalibrateArguments& arguments, const calibration::Kind& kind) {
+  const auto has = [](const calibration::Kind& k, const std::string& option) {
+    const std::string words = fmt::format(" {} ", k.options);
+    return words.find(fmt::format(" {} ", option)) != std::string::npos;
+  };
+  for (const auto& [option, given] : {std::pair{std::string("range"), !arguments.range.empty()},
+                                      std::pair{std::string("accuracy"), !arguments.accuracy.empty()},
+                                      std::pair{std::string("variant"), !arguments.variant.empty()}}) {
+    if (!given || has(kind, option)) continue;
+    std::vector<std::string> others;
+    for (const calibration::Kind& other : calibration::kinds()) {
+      if (has(other, option)) others.emplace_back(other.name);
+    }
+    refuse("--" + option,
+           fmt::format("is for {}, the calibration is {}: leave it out", fmt::join(others, ", "), arguments.what));
   }
 }
 
@@ -55,12 +75,8 @@ std::array<double, 2> range_of(const std::string& text) {
 
 int calibrate(const CalibrateArguments& arguments) {
   const calibration::Kind& kind = calibration::kind_of(arguments.what);
-  for (const auto& [option, given] :
-       {std::pair{"--range", !arguments.range.empty()}, std::pair{"--accuracy", !arguments.accuracy.empty()}}) {
-    if (given && arguments.what != "integration-time")
-      refuse(option, fmt::format("is for integration-time, the calibration is {}: leave it out", arguments.what));
-  }
-  check_outputs(arguments);
+  check_options(arguments, kind);
+  check_outputs(arguments, kind);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
   Progress bar(arguments.quiet);
@@ -71,15 +87,16 @@ int calibrate(const CalibrateArguments& arguments) {
   request.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   const calibration::Result result = kind.calibrate(request);
   bar.finish();
-  const fs::path report = calibration::report_of(arguments.out);
-  result.page.write(report);
-  io::write_file(arguments.out, result.file);
+  calibration::write(result, kind, arguments.out);
   if (arguments.quiet) return 0;
   constexpr std::size_t shown = 8;
   for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) config::say("note: " + result.notes[i]);
   if (result.notes.size() > shown)
     config::say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
-  config::say(fmt::format("{}\nwrote {} and {}", result.summary, arguments.out, report.string()));
+  std::vector<std::string> written;
+  for (const fs::path& file : calibration::outputs_of(kind, arguments.out)) written.push_back(file.string());
+  std::ranges::reverse(written);
+  config::say(fmt::format("{}\nwrote {}", result.summary, fmt::join(written, ", ")));
   return 0;
 }
 

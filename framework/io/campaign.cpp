@@ -156,7 +156,7 @@ void read_circles(config::Reader& reader, const config::Value& value, Pattern& p
 Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostics) {
   static const std::vector<std::string> types = {"chessboard", "charuco", "circles", "asymmetric_circles"};
   config::Reader reader(value, diagnostics, "the pattern");
-  Pattern pattern;
+  Pattern pattern{.at = value.at};
   const std::string type = reader.choice("type", types);
   const auto at = std::ranges::find(types, type);
   if (at != types.end()) pattern.type = static_cast<Pattern::Type>(at - types.begin());

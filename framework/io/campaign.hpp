@@ -23,6 +23,7 @@ struct Pattern {
   double marker = 0;       ///< m, side of a charuco's marker
   std::string dictionary;  ///< of a charuco: 4x4_50, ...
   double diameter = 0;     ///< m, of circles
+  config::Position at;     ///< where it is written
 };
 
 /// The dictionaries of markers that a charuco may have, as OpenCV has them.

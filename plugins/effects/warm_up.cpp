@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// D += drift (1 - e^(-t/tau)), light *= 1 - droop (1 - e^(-t/tau)), t since power-on; where t is not known, the camera
-/// is warm.
+/// D += (drift (1 - e^(-t/tau)) + slow_drift (1 - e^(-t/slow_tau))) (t_int / reference_time)^exponent,
+/// light *= 1 - droop (1 - e^(-t/tau)), t since power-on; where t is not known, the camera is warm.
 struct WarmUp final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
@@ -33,16 +33,42 @@ struct WarmUp final : Effect {
                        .text = "of the light until it is warm",
                        .off = 0,
                        .typical = 0.03}};
+  Param<double> slow_drift{
+      this,
+      "slow_drift",
+      {.unit = "m", .default_value = "0 mm", .min = -1, .max = 1, .text = "of a second, slower process, not fitted"}};
+  Param<double> slow_time_constant{
+      this,
+      "slow_time_constant",
+      {.unit = "s", .default_value = "4 h", .min = 1, .max = 360000, .text = "of the slow drift, not fitted"}};
+  Param<double> exponent{
+      this,
+      "exponent",
+      {.default_value = "0", .min = -4, .max = 4, .text = "of the integration time, which heats, not fitted"}};
+  Param<double> reference_time{this,
+                               "reference_time",
+                               {.unit = "s",
+                                .default_value = "1 ms",
+                                .min = 1e-7,
+                                .max = 10,
+                                .text = "integration time of which the drifts are, not fitted"}};
 
   void apply(PhasorLevel& light) const {
     const double time = light.condition().time_since_power_on;
-    const double warm = std::isnan(time) ? 1 : -std::expm1(-time / *time_constant);
-    const double turn = *drift * warm * light.radians_per_metre(), factor = 1 - *droop * warm;
+    const auto share = [time](double tau) { return std::isnan(time) ? 1 : -std::expm1(-time / tau); };
+    const double warm = share(*time_constant);
+    const double length = (*drift * warm + *slow_drift * share(*slow_time_constant)) * heating(light.condition());
+    const double turn = length * light.radians_per_metre(), factor = 1 - *droop * warm;
     for (std::size_t i = 0; i < light.points(); ++i) light.phase_offset(i) += turn;
     for (std::size_t s = 0; s < light.size(); ++s) {
       if (light[s].from_inside()) continue;
       for (std::size_t i = 0; i < light.points(); ++i) light[s].scale(i, factor);
     }
+  }
+
+ private:
+  double heating(const tofgraph_condition& condition) const {
+    return *exponent == 0 ? 1 : std::pow(condition.integration_time / *reference_time, *exponent);
   }
 };
 

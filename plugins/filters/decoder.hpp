@@ -10,6 +10,9 @@
 
 #include <atomic>
 
+#include "io/noise_calibration.hpp"
+#include "plugins/filters/calibrated_serial.hpp"
+
 namespace tofgraph {
 
 /// What is the same for all pixels, in counts.
@@ -69,9 +72,16 @@ struct Decoder : Filter {
       this,
       "invalidate_inconsistent",
       {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
-  Param<double> read_noise{this, "read_noise", {.unit = "counts", .min = 0, .text = "of a tap; default: the camera's"}};
+  Param<InputFile> calibration{
+      this, "calibration", {.text = "a calibration file of the kind noise; default: the camera's noise"}};
+  Param<double> read_noise{
+      this,
+      "read_noise",
+      {.unit = "counts", .min = 0, .text = "of a tap; default: the calibration's, or the camera's"}};
   Param<double> shot_noise{
-      this, "shot_noise", {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the camera's"}};
+      this,
+      "shot_noise",
+      {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the calibration's, or the camera's"}};
   Param<double> full_well{
       this,
       "full_well",
@@ -99,7 +109,7 @@ struct Decoder : Filter {
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
     const tofgraph_camera* camera = setup.stream().camera;
-    counts_ = counts_of(camera);
+    counts_ = counts_of(camera, calibrated_noise(setup, camera));
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
     from_camera_ = camera == nullptr || physics::same_exposures(exposures_, physics::exposures_of(*camera));
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
@@ -238,11 +248,27 @@ struct Decoder : Filter {
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;
 
-  DecoderCounts counts_of(const tofgraph_camera* camera) const {
+  /// The camera's noise, or that of the calibration.
+  physics::TapNoise calibrated_noise(const Setup& setup, const tofgraph_camera* camera) const {
+    if (calibration->empty()) {
+      if (camera == nullptr) return {};
+      return {.read_noise = camera->read_noise, .shot_noise = camera->shot_noise};
+    }
+    io::NoiseCalibration file;
+    try {
+      file = io::read_noise_calibration(std::string(*calibration), setup.camera().name);
+    } catch (const std::exception& error) {
+      throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
+    }
+    check_serial_number(serial_of(setup), file.serial);
+    return file.noise;
+  }
+
+  DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& otherwise) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
-    const auto either = [](const Param<double>& given, double otherwise) { return given.given() ? *given : otherwise; };
-    const physics::TapNoise noise{.read_noise = either(read_noise, camera != nullptr ? camera->read_noise : unknown),
-                                  .shot_noise = either(shot_noise, camera != nullptr ? camera->shot_noise : unknown)};
+    const auto either = [](const Param<double>& given, double known) { return given.given() ? *given : known; };
+    const physics::TapNoise noise{.read_noise = either(read_noise, otherwise.read_noise),
+                                  .shot_noise = either(shot_noise, otherwise.shot_noise)};
     const double contrast = camera != nullptr ? camera->contrast : unknown;
     const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
     const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);

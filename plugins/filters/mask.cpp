@@ -34,6 +34,10 @@ struct Mask final : Filter {
                           {.min = 0,
                            .text = "a larger |N2| = |c0 - c1 + c2 - c3| / 4 relative to the amplitude is flagged as "
                                    "inconsistent, e.g. 5 %"}};
+  Param<Image> bad_pixels{this,
+                          "bad_pixels",
+                          {.text = "pixels where this is not 0 are flagged as bad_pixel: {file, dataset}, as "
+                                   "tofgraph calibrate noise writes it (dataset: bad)"}};
   Param<std::string> flagged{
       this,
       "flagged",
@@ -42,10 +46,11 @@ struct Mask final : Filter {
 
   void prepare(Setup& setup) {
     const bool by_amplitude = min_amplitude.given() || max_amplitude.given() || max_null2.given();
-    if (!by_amplitude && !max_sigma.given() && !flagged.given())
+    if (!by_amplitude && !max_sigma.given() && !flagged.given() && bad_pixels->empty())
       throw ConfigError("min_amplitude",
-                        "there is nothing to do: give a limit or flags, e.g. min_amplitude: 50 counts, "
-                        "max_sigma: 20 mm, max_null2: 5 %, flagged: [saturated]");
+                        "there is nothing to do: give a limit, flags or a map, e.g. min_amplitude: 50 counts, "
+                        "max_sigma: 20 mm, max_null2: 5 %, flagged: [saturated], bad_pixels: {file: noise.maps.h5, "
+                        "dataset: bad}");
     if (by_amplitude && !amplitude.present())
       throw ConfigError(min_amplitude.given()   ? "min_amplitude"
                         : max_amplitude.given() ? "max_amplitude"
@@ -56,6 +61,8 @@ struct Mask final : Filter {
                         "needs sigma, which does not arrive: the camera's profile must know the noise (read_noise, "
                         "shot_noise), or a node must make it");
     if (max_null2.given()) check_samples(setup);
+    if (!bad_pixels->empty() && !flags.present() && !amplitude.present() && !sigma.present())
+      throw ConfigError("bad_pixels", "needs decoded frames: put the mask after a decoder");
     if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
       throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
     mask_ = bits_of(*flagged);
@@ -73,6 +80,7 @@ struct Mask final : Filter {
     if (min_amplitude.given() || max_amplitude.given()) by_amplitude(amplitude(frame), found);
     if (max_sigma.given()) by_sigma(sigma(frame), found);
     if (max_null2.given()) by_null2(frame, amplitude(frame), found);
+    if (!bad_pixels->empty()) by_map(size, found);
     for (std::size_t i = 0; i < bits.size(); ++i) {
       const bool masked = found[i] != 0 || (bits[i] & mask_) != 0;
       bits[i] = static_cast<std::uint16_t>(bits[i] | found[i] | (masked && *invalidate ? flag::invalid : 0));
@@ -130,6 +138,16 @@ struct Mask final : Filter {
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (!(image[i] >= low)) found[i] |= flag::low_signal;
       if (image[i] > high) found[i] |= flag::saturated;
+    }
+  }
+
+  void by_map(std::pair<std::size_t, std::size_t> size, std::vector<std::uint16_t>& found) const {
+    if (bad_pixels->rows != size.first || bad_pixels->columns != size.second)
+      throw std::runtime_error("bad_pixels is " + std::to_string(bad_pixels->columns) + " x " +
+                               std::to_string(bad_pixels->rows) + " px, the frame " + std::to_string(size.second) +
+                               " x " + std::to_string(size.first));
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (bad_pixels->data[i] != 0) found[i] |= flag::bad_pixel;
     }
   }
 

@@ -8,8 +8,6 @@
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/bistatic_tables.hpp>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -17,6 +15,7 @@
 #include <string>
 
 #include "io/offset_calibration.hpp"
+#include "plugins/filters/calibrated_serial.hpp"
 #include "plugins/filters/offset_grid.hpp"
 #include "plugins/filters/offset_vector.hpp"
 #include "plugins/filters/surface_mean.hpp"
@@ -74,7 +73,7 @@ struct OffsetCorrection final : Filter {
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
     read(camera);
-    check_serial_number(setup);
+    check_serial_number(serial.given() ? std::string(*serial) : serial_of(setup), calibration_.serial);
     if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
       throw std::runtime_error("needs the frames' integration time, which these frames do not tell");
     const std::optional<std::size_t> only = chosen_target();
@@ -127,20 +126,6 @@ struct OffsetCorrection final : Filter {
     } catch (const std::exception& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }
-  }
-
-  /// What a source tells of its frames.
-  static std::string serial_of(const Setup& setup) {
-    const tofgraph_stream& stream = setup.stream();
-    const auto known = nlohmann::json::parse(stream.source != nullptr ? stream.source : "{}", nullptr, false);
-    return known.is_object() ? known.value("serial", "") : "";
-  }
-
-  void check_serial_number(const Setup& setup) const {
-    const std::string own = serial.given() ? std::string(*serial) : serial_of(setup);
-    if (own.empty() || calibration_.serial.empty() || own == calibration_.serial) return;
-    throw ConfigError("calibration", "is of the camera with the serial " + calibration_.serial +
-                                         ", the frames are of " + own + ": calibrate that camera");
   }
 
   void check_frequency(double frequency) const {

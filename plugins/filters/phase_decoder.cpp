@@ -5,6 +5,7 @@
 #define HWY_TARGET_INCLUDE "plugins/filters/phase_decoder.cpp"
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
+#include "plugins/filters/decoder.hpp"
 #include "plugins/filters/phase_settings.hpp"
 #include "plugins/filters/phase_vector.hpp"
 

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/noise.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::calibration {
+namespace {
+
+using Row = std::vector<std::string>;
+
+std::string photon_transfer(const NoiseFit& fit) {
+  report::Curves plot{.title = "variance of a tap", .x_label = "counts", .y_label = "variance, counts^2"};
+  report::Curve measured{.name = "measured", .x = fit.bin_level, .y = fit.bin_variance, .points = true};
+  report::Curve model{.name = "fitted", .x = fit.bin_level, .y = fit.bin_model};
+  plot.curves = {model, measured};
+  return report::curves(plot, 560, 340);
+}
+
+std::string sigma_by_amplitude(const NoiseFit& fit) {
+  report::Curves plot{.title = "noise of the distance",
+                      .x_label = "amplitude, counts",
+                      .y_label = "sigma of a frame, mm",
+                      .logarithmic_x = true};
+  report::Curve measured{.name = "measured", .points = true}, predicted{.name = "predicted, level left out"};
+  for (const SigmaRatio& bin : fit.amplitudes) {
+    measured.x.push_back(bin.amplitude);
+    measured.y.push_back(bin.measured * 1e3);
+    predicted.x.push_back(bin.amplitude);
+    predicted.y.push_back(bin.predicted * 1e3);
+  }
+  plot.curves = {predicted, measured};
+  return report::curves(plot, 560, 340);
+}
+
+std::string map_of(const std::string& title, const NoiseData& data, std::vector<double> values, double limit) {
+  return report::heat_map({.title = title,
+                           .rows = data.rows,
+                           .columns = data.columns,
+                           .values = std::move(values),
+                           .x_label = "column, px",
+                           .y_label = "row, px",
+                           .signed_values = false,
+                           .limit = limit},
+                          480, 400);
+}
+
+void add_sigma_table(report::Page& page, const NoiseFit& fit) {
+  std::vector<Row> rows;
+  for (const SigmaRatio& c : fit.conditions)
+    rows.push_back({c.name, std::isfinite(c.integration_time) ? fmt::format("{:.3g}", c.integration_time * 1e3) : "-",
+                    fmt::format("{:.0f}", c.amplitude), fmt::format("{:.3f}", c.measured * 1e3),
+                    fmt::format("{:.3f}", c.predicted * 1e3), fmt::format("{:.3f}", c.measured / c.predicted),
+                    fmt::format("{:.2f}", std::numbers::sqrt2 * c.measured * 1e3)});
+  page.table(Row{"condition", "integration time, ms", "amplitude, counts", "sigma measured, mm", "predicted, mm",
+                 "ratio", "strength, mm"},
+             rows);
+  page.paragraph(
+      "Root mean square over the pixels of a frame's distance noise. Predicted by a fit without this condition's "
+      "level. "
+      "Strength: h = sqrt(2) sigma (7.9), for a denoiser of this scene; strength: auto takes it from each frame.");
+}
+
+}  // namespace
+
+report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, const NoiseFit& fit,
+                          const std::string& verdict) {
+  report::Page page("Noise");
+  const bool right = std::abs(fit.held_out.value - 1) < 0.05;
+  page.verdict(verdict, !std::isfinite(fit.held_out.value) ? "plain" : right ? "good" : "warn");
+  page.paragraph(fmt::format("Camera '{}'{}{}, {} conditions.", campaign.camera->view().name,
+                             data.serial.empty() ? "" : ", serial ", data.serial, data.conditions.size()));
+  page.heading("Photon transfer");
+  page.figures(std::vector<std::string>{photon_transfer(fit), sigma_by_amplitude(fit)},
+               "Left: half the mean square of what a tap changes from frame to frame, against its level; the straight "
+               "line is read_noise^2 + shot_noise counts. Right: what that makes of the distance, sigma = c / (4 pi f) "
+               "s / (sqrt(2) amplitude), s^2 the variance of A - B.");
+  page.heading("Each condition");
+  if (fit.conditions.empty())
+    page.paragraph("There is a single condition: nothing can be left out and predicted.");
+  else
+    add_sigma_table(page, fit);
+  page.heading("Pixels");
+  std::vector<double> ratio = fit.ratio, bad(fit.bad.begin(), fit.bad.end());
+  page.figures(std::vector<std::string>{map_of("noise over the fitted one", data, std::move(ratio), 2),
+                                        map_of("bad pixels (sum of the reasons)", data, std::move(bad), 8)},
+               "Reasons: 1 noisier than the others, 2 stuck, 4 another response than its neighbours, 8 no data. The "
+               "stage mask flags them (bad_pixels).");
+  if (!data.notes.empty()) {
+    page.heading("Notes");
+    for (const std::string& note : data.notes) page.paragraph(note);
+  }
+  return page;
+}
+
+}  // namespace tofgraph::calibration

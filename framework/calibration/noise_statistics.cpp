@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/frame_mean.hpp"
+#include "calibration/noise.hpp"
+#include "calibration/one_camera.hpp"
+#include "config/quantity.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tofgraph/physics/constants.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::calibration {
+namespace {
+
+using Kind = io::Recording::Kind;
+
+/// Sums over the frames of one condition, pixel by pixel.
+class Sums {
+ public:
+  explicit Sums(const tofgraph_camera& camera)
+      : pixels_(std::size_t{camera.width} * camera.height),
+        range_(physics::unambiguous_range(camera.modulation_frequency)),
+        scale_(physics::metres_per_radian(camera.modulation_frequency)),
+        limit_(camera.full_well > 0 ? std::min(camera.full_well, 65535.0) : 65535.0),
+        good_(pixels_, 1),
+        level_(pixels_),
+        differences_(pixels_),
+        squares_(pixels_),
+        amplitude_(pixels_),
+        distance_(pixels_),
+        last_distance_(pixels_) {}
+
+  /// @param values `planes` images of samples @param taps of the taps rather than of their differences
+  template <class T> void add_samples(const std::vector<T>& values, bool taps) {
+    const std::size_t planes = values.size() / pixels_;
+    if (last_.empty()) {
+      last_.resize(values.size());
+      sum_.resize(values.size());
+    }
+    std::vector<double> c(4 * pixels_);
+    for (std::size_t plane = 0; plane < planes; ++plane) {
+      for (std::size_t i = 0; i < pixels_; ++i) {
+        const std::size_t at = plane * pixels_ + i;
+        const double value = values[at];
+        if (!std::isfinite(value) || (taps && (value >= limit_ || value <= 0))) good_[i] = 0;
+        if (frames_ > 0) differences_[i] += (value - last_[at]) * (value - last_[at]);
+        // About the first frame's value, so that the squares of small changes do not drown in those of large counts.
+        if (frames_ == 0) sum_[at] = 0;
+        const double change = frames_ == 0 ? 0 : value - first_[at];
+        squares_[i] += change * change;
+        sum_[at] += change;
+        level_[i] += value / static_cast<double>(planes);
+        last_[at] = value;
+        if (taps)
+          c[plane / 2 * pixels_ + i] += plane % 2 == 0 ? value : -value;
+        else
+          c[at] = value;
+      }
+    }
+    if (frames_ == 0) first_ = last_;
+    for (std::size_t i = 0; i < pixels_; ++i) {
+      const physics::Decoded d = physics::decode({c[i], c[pixels_ + i], c[2 * pixels_ + i], c[3 * pixels_ + i]});
+      add_distance(i, scale_ * d.phase, d.amplitude);
+    }
+    ++frames_;
+  }
+
+  void add_decoded(const std::vector<float>& distance, const std::vector<float>& amplitude) {
+    for (std::size_t i = 0; i < pixels_; ++i) {
+      if (!std::isfinite(distance[i]) || !std::isfinite(amplitude[i]) || !(amplitude[i] > 0)) good_[i] = 0;
+      add_distance(i, distance[i], amplitude[i]);
+    }
+    ++frames_;
+  }
+
+  PixelNoise result(NoiseSource source, double contrast) const {
+    PixelNoise result;
+    const auto n = static_cast<double>(frames_), planes = static_cast<double>(sum_.size() / pixels_);
+    // A sample of phases is the difference of two taps, and a distance says as much as two of four samples.
+    const double taps = source == NoiseSource::taps ? planes : source == NoiseSource::phases ? 2 * planes : 0;
+    result.samples = PixelNoise::freedom(frames_) * (source == NoiseSource::taps     ? planes
+                                                     : source == NoiseSource::phases ? planes
+                                                                                     : 1);
+    std::vector<double> slow;
+    for (std::size_t i = 0; i < pixels_; ++i) {
+      const double a = amplitude_[i] / n, distance_variance = distance_[i] / (2 * (n - 1));
+      double level = level_[i] / n, variance = differences_[i] / (2 * (n - 1)) / std::max(taps, 1.0);
+      if (source != NoiseSource::taps) level = a / (2 * contrast);
+      if (source == NoiseSource::decoded) variance = distance_variance * a * a / (scale_ * scale_);
+      const bool use = good_[i] != 0 && variance > 0;
+      result.level.push_back(as_float(good_[i] != 0, level));
+      result.variance.push_back(as_float(good_[i] != 0, variance));
+      result.amplitude.push_back(as_float(good_[i] != 0, a));
+      result.distance_variance.push_back(as_float(good_[i] != 0, distance_variance));
+      if (use && taps > 0) slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
+    }
+    result.slow = slow.empty() ? 1 : median(slow);
+    return result;
+  }
+
+ private:
+  static float as_float(bool good, double value) {
+    return good ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
+  }
+  static double median(std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::ranges::nth_element(values, middle);
+    return *middle;
+  }
+  /// Sum over the planes of the variances about the means.
+  double about_the_mean(std::size_t pixel) const {
+    const auto n = static_cast<double>(frames_);
+    double squares = squares_[pixel];
+    for (std::size_t at = pixel; at < sum_.size(); at += pixels_) squares -= sum_[at] * sum_[at] / n;
+    return squares / (n - 1);
+  }
+  void add_distance(std::size_t i, double distance, double amplitude) {
+    amplitude_[i] += amplitude;
+    if (frames_ > 0) {  // the shorter way round where one of the two has wrapped
+      const double change = std::remainder(distance - last_distance_[i], range_);
+      distance_[i] += change * change;
+    }
+    last_distance_[i] = distance;
+  }
+
+  std::size_t pixels_;
+  double range_, scale_, limit_;
+  std::size_t frames_ = 0;
+  std::vector<std::uint8_t> good_;
+  std::vector<double> level_, differences_, squares_, amplitude_, distance_, last_distance_;
+  std::vector<double> first_, last_, sum_;  // of each sample
+};
+
+/// Why a condition does not tell the noise, or nothing.
+std::string other_purpose(const io::Condition& c) {
+  if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
+  return "";
+}
+
+struct Read {
+  NoiseCondition condition;
+  NoiseSource source = NoiseSource::taps;
+  CameraSeen seen;
+  std::string mistake, left_out;
+};
+
+NoiseSource source_of(Kind kind) {
+  if (kind == Kind::taps) return NoiseSource::taps;
+  if (kind == Kind::phases) return NoiseSource::phases;
+  if (kind == Kind::decoded) return NoiseSource::decoded;
+  throw std::runtime_error("has distances without amplitudes: the noise follows the light, so both are needed");
+}
+
+void read_frames(const io::Recording& recording, std::array<std::size_t, 2> frames, const tofgraph_camera& camera,
+                 Read& result) {
+  Sums sums(camera);
+  for (std::size_t f = frames[0]; f <= frames[1]; ++f) {
+    if (result.source == NoiseSource::taps)
+      sums.add_samples(recording.taps(f), true);
+    else if (result.source == NoiseSource::phases)
+      sums.add_samples(recording.floats("phases", f), false);
+    else
+      sums.add_decoded(recording.floats("distance", f), recording.floats("amplitude", f));
+  }
+  result.condition.pixels = sums.result(result.source, camera.contrast);
+}
+
+Read read_condition(const io::Condition& condition, const tofgraph_camera& camera) {
+  Read result;
+  result.left_out = other_purpose(condition);
+  if (!result.left_out.empty()) return result;
+  try {
+    const io::Recording recording(condition.capture);
+    result.seen = {recording.reader().header().camera, recording.reader().header().serial};
+    result.source = source_of(recording.kind());
+    if (result.source != NoiseSource::taps && !(camera.contrast > 0))
+      throw std::runtime_error(
+          "has no taps, and the camera's profile no contrast: how much light there was is unknown");
+    const auto frames = frames_of(recording, condition, camera);
+    result.condition.frames = frames[1] - frames[0] + 1;
+    result.condition.integration_time = std::isfinite(condition.integration_time)
+                                            ? condition.integration_time
+                                            : recording.reader().metadata(frames[0]).integration_time;
+    if (result.condition.frames < 2)
+      result.left_out = "it has a single frame: noise shows between frames";
+    else
+      read_frames(recording, frames, camera, result);
+  } catch (const std::runtime_error& error) {
+    result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+  }
+  return result;
+}
+
+}  // namespace
+
+double PixelNoise::freedom(std::size_t frames) {
+  const auto n = static_cast<double>(frames);
+  return 2 * (n - 1) * (n - 1) / (3 * n - 4);
+}
+
+NoiseData read_noise(const io::Campaign& campaign, const std::function<void(double share)>& progress) {
+  const tofgraph_camera& camera = campaign.camera->view();
+  NoiseData data{.rows = camera.height, .columns = camera.width, .modulation_frequency = camera.modulation_frequency};
+  const std::size_t n = campaign.conditions.size();
+  std::vector<Read> read(n);
+  std::atomic<std::size_t> done = 0;
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    read[i] = read_condition(campaign.conditions[i], camera);
+    if (progress) progress(static_cast<double>(++done) / static_cast<double>(n));
+  });
+  config::Diagnostics diagnostics;
+  std::vector<CameraSeen> seen;
+  for (const Read& r : read) seen.push_back(r.seen);
+  data.serial = check_one_camera(campaign, seen, data.notes, diagnostics);
+  for (std::size_t i = 0; i < n; ++i) {
+    const io::Condition& c = campaign.conditions[i];
+    if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, "");
+    if (!read[i].left_out.empty()) data.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    if (!read[i].mistake.empty() || !read[i].left_out.empty()) continue;
+    data.source = std::max(data.source, read[i].source);
+    read[i].condition.index = i;
+    data.conditions.push_back(std::move(read[i].condition));
+    if (data.conditions.back().pixels.slow > 1.2)
+      data.notes.push_back(fmt::format("{}: the samples drift from frame to frame, by {:.0f} % of the noise's variance",
+                                       c.id, 100 * (data.conditions.back().pixels.slow - 1)));
+  }
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return data;
+}
+
+}  // namespace tofgraph::calibration

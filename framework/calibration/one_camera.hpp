@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A calibration is of one camera.
+#pragma once
+
+#include "io/campaign.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+/// What a capture says of the camera it is of; empty: nothing.
+struct CameraSeen {
+  std::string camera, serial;
+};
+
+/// Two serials are a mistake, captures of a camera of another name are noted. @param seen one a condition
+/// @returns the serial; empty: not recorded
+std::string check_one_camera(const io::Campaign& campaign, const std::vector<CameraSeen>& seen,
+                             std::vector<std::string>& notes, config::Diagnostics& diagnostics);
+
+/// Where a condition is written; of a table's row its beginning.
+config::Position place_of(const io::Condition& condition);
+
+}  // namespace tofgraph::calibration

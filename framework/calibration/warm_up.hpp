@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Drift of a camera since power-on: section 3.2 of the reference, figures 3.2 and 3.3, table 3.1.
+#pragma once
+
+#include "calibration/campaign_inputs.hpp"
+#include "calibration/interval.hpp"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+inline constexpr double usual_time_constant = 720;                   ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr std::array tolerances = {10e-3, 5e-3, 2e-3, 1e-3};  ///< m, of the table of settling times
+
+/// One target at one distance at one integration time over the time since power-on.
+struct Series {
+  std::size_t target = 0;
+  double distance = 0, integration_time = 0;  ///< m, s
+  std::vector<const Board*> points;           ///< rising time since power-on
+
+  double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
+  double span() const { return time(points.size() - 1) - time(0); }  ///< s
+};
+
+/// A value with its standard deviation.
+struct Estimate {
+  double value = unknown, sd = unknown;
+};
+
+/// D(t) = start + drift (1 - e^(-t / time_constant)) + slow_drift (1 - e^(-t / slow_time_constant)), lengths in m of
+/// the half path, times in s.
+struct Drift {
+  Estimate start, drift, time_constant;
+  Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is enough
+  Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
+  double scatter = unknown;                 ///< m, root mean square of what the fit leaves
+  double correlation = 0;                   ///< of what it leaves, from one point to the next
+  bool seen = false;                        ///< the drift is there: more than three of its standard deviations
+  Interval held_out_before,
+      held_out_after;  ///< m, inner fifths of the time left out and predicted: a constant, the fit
+
+  double at(double time) const;
+  bool has_slow() const { return slow_drift.value == slow_drift.value; }
+};
+
+/// @param slow_too whether a second time constant may be tried
+Drift fit_drift(const std::vector<double>& times, const std::vector<double>& distances, bool slow_too = true);
+/// The light's droop at the drift's time constant.
+Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
+/// How long one has to record, at the same pace and noise, until the time constant is known to a tenth; s.
+double sufficient_span(const Drift& drift, double interval);
+/// From when on the fit stays within a tolerance of where it ends; s. @param end s, of the recording
+double settled_after(const Drift& drift, double tolerance, double end);
+
+/// All series as one effect: drift (t_int / reference_time)^exponent, one time constant.
+struct WarmUpModel {
+  Estimate drift, time_constant, exponent, slow_drift, slow_time_constant, droop;
+  double reference_time = unknown;  ///< s
+  double misfit = 0;                ///< m, the largest difference of a series' drift to it
+  std::vector<std::string> notes;
+};
+WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>& drifts);
+
+/// The boards of a campaign by series. Long recordings are split: each point is a few frames.
+struct WarmUpData {
+  Campaign campaign;
+  std::vector<Series> series;
+};
+/// @throws config::ConfigurationError with every mistake: a condition whose time since power-on nobody knows
+WarmUpData read_warm_up(const Request& request);
+
+report::Page warm_up_report(const WarmUpData& data, const std::vector<Drift>& drifts, const WarmUpModel& model,
+                            double tolerance, const std::string& verdict);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/integration_time.hpp"
+#include "calibration/warm_up.hpp"
+#include "config/quantity.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tofgraph::calibration {
+namespace {
+
+using Row = std::vector<std::string>;
+using config::format_quantity;
+
+std::string mm(double metres, int digits = 2) {
+  return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * 1e3, digits) : "-";
+}
+std::string estimate(const Estimate& e, double scale, int digits) {
+  if (!std::isfinite(e.value)) return "-";
+  return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
+}
+
+class Report {
+ public:
+  Report(const WarmUpData& data, const std::vector<Drift>& drifts) : data_(data), drifts_(drifts) {}
+
+  report::Page make(const WarmUpModel& model, double tolerance, const std::string& verdict) {
+    page_.verdict(verdict);
+    page_.paragraph(fmt::format("Camera '{}'. {}.", data_.campaign.conditions.camera->view().name,
+                                described(data_.campaign.boards)));
+    page_.heading("Drift since power-on");
+    page_.figures(curves([](const Board& b) { return b.measured.mean; }, "measured distance", "mm", true),
+                  "Mean of the measured distance over the window, and what was fitted to it.");
+    table();
+    held_out();
+    page_.heading("When it has settled");
+    settling(tolerance);
+    page_.heading("Error of a frame");
+    page_.figures(
+        curves([](const Board& b) { return error_of(b); }, "RMSE", "mm", false),
+        "Root mean square over the pixels of the offset-corrected against the modelled distance (3.1), (6.7), "
+        "of a single frame.");
+    add_model(model);
+    if (!data_.campaign.boards.notes.empty()) {
+      page_.heading("Notes");
+      for (const std::string& note : data_.campaign.boards.notes) page_.paragraph(note);
+    }
+    return std::move(page_);
+  }
+
+ private:
+  std::string name(const Series& s) const {
+    return fmt::format("{}, {}, {}", name_of(data_.campaign.boards, s.target), format_quantity(s.distance, "m"),
+                       format_quantity(s.integration_time, "s"));
+  }
+
+  std::vector<std::string> curves(double (*value)(const Board&), const char* what, const char* unit,
+                                  bool fitted) const {
+    std::vector<std::string> plots;
+    for (std::size_t i = 0; i < drifts_.size(); ++i) {
+      const Series& s = data_.series[i];
+      report::Curves plot{
+          .title = name(s), .x_label = "time since power-on, min", .y_label = fmt::format("{}, {}", what, unit)};
+      report::Curve measured{.name = "measured", .points = true}, fit{.name = "fitted"};
+      for (std::size_t k = 0; k < s.points.size(); ++k) {
+        measured.x.push_back(s.time(k) / 60);
+        measured.y.push_back(value(*s.points[k]) * 1e3);
+      }
+      constexpr int steps = 300;
+      const double end = s.time(s.points.size() - 1);
+      for (int k = 0; k <= steps && fitted; ++k) {
+        fit.x.push_back(end * k / steps / 60);
+        fit.y.push_back(drifts_[i].at(end * k / steps) * 1e3);
+      }
+      plot.curves = {measured};
+      if (fitted) plot.curves.push_back(fit);
+      plots.push_back(report::curves(plot, 540, 320));
+    }
+    return plots;
+  }
+
+  void table() {
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < drifts_.size(); ++i) {
+      const Series& s = data_.series[i];
+      const Drift& d = drifts_[i];
+      std::vector<double> measured;
+      for (const Board* b : s.points) measured.push_back(b->measured.mean);
+      const Moments m = moments_of(measured);
+      rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3, 2) : "not seen",
+                      d.seen ? estimate(d.time_constant, 1.0 / 60, 1) : "-", estimate(d.slow_drift, 1e3, 2),
+                      estimate(d.slow_time_constant, 1.0 / 60, 0), estimate(d.droop, 100, 2), mm(d.scatter)});
+    }
+    page_.table(Row{"series", "points", "over, min", "mean, mm", "sd over time, mm", "drift, mm", "time constant, min",
+                    "slow drift, mm", "its time constant, min", "droop of the light, %", "scatter left, mm"},
+                rows);
+    page_.paragraph(
+        "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term where the data demand it. "
+        "Uncertainties are standard deviations; they allow for errors that hang together from one point to the next. "
+        "Mean and standard deviation are over the whole recording, as in table 3.1 of the reference.");
+  }
+
+  void held_out() {
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < drifts_.size(); ++i) {
+      const Drift& d = drifts_[i];
+      if (std::isfinite(d.held_out_after.value))
+        rows.push_back({name(data_.series[i]), interval(d.held_out_before), interval(d.held_out_after)});
+    }
+    if (rows.empty()) return;
+    page_.table(Row{"left out: inner fifths of the time", "a constant distance, mm (95 %)", "the fit, mm (95 %)"},
+                rows);
+    page_.paragraph("Root mean square of what was measured in the fifth that was left out minus what was predicted.");
+  }
+
+  static std::string interval(const Interval& i) {
+    return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
+  }
+
+  void settling(double tolerance) {
+    std::vector<double> all(tolerances.begin(), tolerances.end());
+    if (std::ranges::find(all, tolerance) == all.end()) all.push_back(tolerance);
+    Row header = {"series"};
+    for (const double t : all) header.push_back(fmt::format("within {}, min", format_quantity(t, "m")));
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < drifts_.size(); ++i) {
+      const Series& s = data_.series[i];
+      Row row = {name(s)};
+      for (const double t : all)
+        row.push_back(fmt::format("{:.1f}", settled_after(drifts_[i], t, s.time(s.points.size() - 1)) / 60));
+      rows.push_back(row);
+    }
+    page_.table(header, rows);
+    page_.paragraph("From when on the fitted distance stays that close to where it is at the end of the recording.");
+  }
+
+  void add_model(const WarmUpModel& m) {
+    page_.heading("As one effect");
+    if (!std::isfinite(m.drift.value))
+      return page_.paragraph("No effect was written: there is no drift that one effect can tell.");
+    page_.paragraph(fmt::format(
+        "warm_up with a drift of {} mm at an integration time of {}, growing as its power {:.2f}; time constant {} "
+        "min. "
+        "The drift of a single series differs by at most {} mm from it. model_correction undoes it where frames tell "
+        "their time since power-on.",
+        estimate(m.drift, 1e3, 2), format_quantity(m.reference_time, "s"), m.exponent.value,
+        estimate(m.time_constant, 1.0 / 60, 1), mm(m.misfit)));
+  }
+
+  const WarmUpData& data_;
+  const std::vector<Drift>& drifts_;
+  report::Page page_{"Warm-up"};
+};
+
+}  // namespace
+
+report::Page warm_up_report(const WarmUpData& data, const std::vector<Drift>& drifts, const WarmUpModel& model,
+                            double tolerance, const std::string& verdict) {
+  return Report(data, drifts).make(model, tolerance, verdict);
+}
+
+}  // namespace tofgraph::calibration

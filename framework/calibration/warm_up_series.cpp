@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/one_camera.hpp"
+#include "calibration/warm_up.hpp"
+#include "config/diagnostics.hpp"
+#include "io/captures/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace tofgraph::calibration {
+namespace {
+
+constexpr std::uint64_t max_points = 400;  ///< of one recording: more say nothing more of a drift over minutes
+
+/// The time since power-on of a frame: its own, or the condition's and what passed since its first frame.
+double time_of(const io::Condition& c, const io::CaptureReader& capture, std::uint64_t first, std::uint64_t frame) {
+  const tofgraph_metadata m = capture.metadata(frame), begin = capture.metadata(first);
+  if (std::isfinite(m.time_since_power_on)) return m.time_since_power_on;
+  return c.time_since_power_on + static_cast<double>(m.timestamp_ns - begin.timestamp_ns) * 1e-9;
+}
+
+/// A recording as points in time.
+class Splitter {
+ public:
+  explicit Splitter(std::vector<io::Condition>& points) : points_(points) {}
+
+  void split(const io::Condition& condition, config::Diagnostics& diagnostics) {
+    try {
+      split_capture(condition, diagnostics);
+    } catch (const std::runtime_error& error) {
+      diagnostics.error(place_of(condition),
+                        fmt::format("the capture {} {}", condition.capture.string(), error.what()));
+    }
+  }
+
+ private:
+  void split_capture(const io::Condition& condition, config::Diagnostics& diagnostics) {
+    const io::CaptureReader capture(condition.capture);
+    if (capture.frames() == 0) throw std::runtime_error("has no frames");
+    const auto [first, last] = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
+    if (last >= capture.frames())
+      throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+    const std::uint64_t count = last - first + 1, at_once = (count + max_points - 1) / max_points;
+    if (!std::isfinite(time_of(condition, capture, first, first))) {
+      diagnostics.error(place_of(condition),
+                        "the time since power-on is unknown: neither the condition nor its capture says it",
+                        "example: time_since_power_on: 60 s");
+      return;
+    }
+    // Frames of nearly one moment are one point.
+    constexpr double moment = 2;  // s
+    const double span = time_of(condition, capture, first, last) - time_of(condition, capture, first, first);
+    const std::uint64_t step = span <= moment ? count : at_once;
+    for (std::uint64_t begin = first; begin <= last; begin += step) {
+      io::Condition point = condition;
+      const std::uint64_t end = std::min(begin + step - 1, last);
+      point.frames = std::array<std::uint64_t, 2>{begin, end};
+      point.time_since_power_on =
+          (time_of(condition, capture, first, begin) + time_of(condition, capture, first, end)) / 2;
+      points_.push_back(point);
+    }
+  }
+
+  std::vector<io::Condition>& points_;
+};
+
+bool of_no_use(const io::Condition& c) { return !c.has_board() || c.capture.empty(); }
+
+void check_times(const Series& series, const Request& request) {
+  constexpr std::size_t few = 6;
+  if (series.points.size() >= few) return;
+  throw config::ConfigurationError(fmt::format(
+      "{}: error: {} points in time of the board at {:.4g} m and {:.3g} ms: a time constant needs {} or more\n  record "
+      "the same board again and again from power-on, for an hour",
+      request.campaign.string(), series.points.size(), series.distance, series.integration_time * 1e3, few));
+}
+
+}  // namespace
+
+WarmUpData read_warm_up(const Request& request) {
+  io::Campaign written = read_conditions(request);
+  if (written.from_table)
+    throw config::ConfigurationError(fmt::format(
+        "{}: error: a table has no times since power-on\n  give conditions with captures", request.campaign.string()));
+  config::Diagnostics diagnostics;
+  WarmUpData data{.campaign = {.conditions = written, .boards = {}}, .series = {}};
+  std::vector<io::Condition>& points = data.campaign.conditions.conditions;
+  points.clear();
+  Splitter splitter(points);
+  for (const io::Condition& c : written.conditions) {
+    if (!of_no_use(c)) splitter.split(c, diagnostics);
+  }
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  if (points.empty())
+    throw config::ConfigurationError(
+        fmt::format("{}: error: no condition shows a board at a known distance\n  record a board that stands still",
+                    request.campaign.string()));
+  data.campaign.boards = read_boards(
+      data.campaign.conditions, request.variant,
+      [&](double share) {
+        if (request.progress) request.progress(0.9 * share, "reading the campaign");
+      },
+      Repeats::kept);
+  std::map<std::tuple<std::size_t, double, double>, Series> series;
+  for (const Board& b : data.campaign.boards.boards) {
+    const std::tuple key(data.campaign.boards.target_of(b), b.distance, b.condition.integration_time);
+    Series& s = series[key];
+    s.target = std::get<0>(key);
+    s.distance = b.distance;
+    s.integration_time = b.condition.integration_time;
+    s.points.push_back(&b);
+  }
+  for (auto& [key, s] : series) {
+    std::ranges::stable_sort(s.points, {}, [](const Board* b) { return b->condition.time_since_power_on; });
+    check_times(s, request);
+    data.series.push_back(std::move(s));
+  }
+  if (data.series.empty())
+    throw config::ConfigurationError(fmt::format("{}: error: no condition is left\n  {}", request.campaign.string(),
+                                                 sentence_of(data.campaign.boards.notes)));
+  return data;
+}
+
+}  // namespace tofgraph::calibration
