@@ -16,6 +16,7 @@ namespace {
 
 constexpr double outlier_view = 6;     ///< mean square residual over that of the median view: 2.4 times its rms
 constexpr double outlier_corner = 30;  ///< squared residual over the variance: 5.5 standard deviations
+constexpr double tolerated = 0.1;      ///< px: what is smaller is not called an outlier, however exact the others are
 constexpr double undetermined = 0.05;  ///< relative standard deviation of the focal length
 
 double median(std::vector<double> values) {
@@ -82,8 +83,9 @@ class Solver {
     }
     const double typical = std::max(median(means), 1e-12);
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(means) - means.begin());
-    if (means[worst] < outlier_view * typical || problem_.views.size() <= min_views) return false;
     const SolvedView& view = problem_.views[worst];
+    if (means[worst] < outlier_view * typical || view.rms < tolerated || problem_.views.size() <= min_views)
+      return false;
     left_out_.push_back({view.view, fmt::format("its corners do not fit the others: residuals of {:.2f} px, {:.1f} "
                                                 "times those of the other views",
                                                 view.rms, std::sqrt(means[worst] / typical))});
@@ -102,7 +104,8 @@ class Solver {
     for (SolvedView& view : problem_.views) {
       for (std::size_t i = 0; i < view.used.size(); ++i) {
         const double square = squared_residual(observations_.views[view.view].corners[i], view.residuals[i]);
-        const bool good = square < outlier_corner * variance;
+        const bool good =
+            square < outlier_corner * variance || std::hypot(view.residuals[i][0], view.residuals[i][1]) < tolerated;
         changed += good != view.used[i] ? 1 : 0;
         view.used[i] = good;
       }

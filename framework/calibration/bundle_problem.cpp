@@ -51,6 +51,7 @@ BundleProblem::BundleProblem(const Observations& observations, const LensOptions
   if (options.rational) free_lens_.insert(free_lens_.end(), {lens::k4, lens::k5, lens::k6});
   for (std::size_t i = 0; options.warp && i < (observations.quarter_turns ? 1U : 3U); ++i) free_warp_.push_back(i);
   lens = initial_lens(observations);
+  for (const int fixed : held(free_lens_, lens::count)) lens[static_cast<std::size_t>(fixed)] = 0;
   start_poses();
 }
 

@@ -13,10 +13,13 @@ Result calibrate_offset(const Request& request);            // offset.cpp
 Result calibrate_integration_time(const Request& request);  // integration_time.cpp
 Result calibrate_noise(const Request& request);             // noise.cpp
 Result calibrate_warm_up(const Request& request);           // warm_up.cpp
+Result calibrate_intrinsics(const Request& request);        // intrinsics.cpp
 
 namespace {
 
 constexpr Kind all[] = {
+    {"intrinsics", "the lens, from views of a chessboard or another pattern: for the stage intrinsics",
+     calibrate_intrinsics, "free without"},
     {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset,
      "variant"},
     {"integration-time", "the best integration time for each target and distance", calibrate_integration_time,

@@ -15,7 +15,7 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr double max_window = 9;    ///< px: farther off the lens bends the edges
-constexpr double start_blur = 0.7;  ///< px
+constexpr double start_blur = 0.5;  ///< px
 
 struct Pixel {
   double u, v, value;
@@ -49,27 +49,56 @@ std::vector<Pixel> window_of(const Image& image, const RoughCorner& rough) {
 enum : int { x, y, angle1, angle2, log_blur, mean, contrast, slope_u, slope_v };
 constexpr int parameters = 9;
 
+/// The mean over a pixel of an edge blurred by a Gaussian, -1 to 1. A square pixel seen along the edge's normal is a
+/// box of the normal's larger component, blurred by one of the smaller; the latter's variance counts to that of the
+/// blur.
+template <class T> T edge(const T& across, const T& normal_u, const T& normal_v, const T& log_blur) {
+  using std::abs, std::erf, std::exp, std::sqrt;
+  const bool flat = abs(normal_u) > abs(normal_v);
+  const T width = flat ? abs(normal_u) : abs(normal_v), other = flat ? abs(normal_v) : abs(normal_u);
+  constexpr double sharpest = 0.01;  // px^2: what is sharper looks the same
+  const T a = sqrt(2.0 * (sharpest + exp(2.0 * log_blur) + other * other / 12.0));
+  const auto integral = [&a](const T& s) {  // of erf(s / a)
+    const T x = s / a;
+    return s * erf(x) + a * std::numbers::inv_sqrtpi * exp(-x * x);
+  };
+  return (integral(across + width / 2.0) - integral(across - width / 2.0)) / width;
+}
+
 struct Crossing {
   using Scalar = double;
   const std::vector<Pixel>& pixels;
   double u, v, scale;
 
-  int NumResiduals() const { return static_cast<int>(pixels.size()); }
+  int NumResiduals() const { return static_cast<int>(pixels.size()) + 1; }
   template <class T> bool operator()(const T* p, T* residual) const {
-    using std::cos, std::sin, std::exp, std::erf;
+    using std::cos, std::sin;
     const T c1 = cos(p[angle1]), s1 = sin(p[angle1]), c2 = cos(p[angle2]), s2 = sin(p[angle2]);
-    const T sharpness = exp(-p[log_blur]) * (1 / std::numbers::sqrt2);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const T du = pixels[i].u - u - p[x], dv = pixels[i].v - v - p[y];
-      const T edge1 = erf((c1 * dv - s1 * du) * sharpness), edge2 = erf((c2 * dv - s2 * du) * sharpness);
+      const T edge1 = edge<T>(c1 * dv - s1 * du, s1, c1, p[log_blur]);
+      const T edge2 = edge<T>(c2 * dv - s2 * du, s2, c2, p[log_blur]);
       const T light = 1.0 + p[slope_u] * du + p[slope_v] * dv;
       residual[i] = pixels[i].value / scale - (p[mean] + p[contrast] * edge1 * edge2) * light;
     }
+    // A blur that the pixels do not tell stays near a usual one.
+    residual[pixels.size()] = 0.01 * (p[log_blur] - std::log(start_blur));
     return true;
   }
 };
 
 }  // namespace
+
+void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vector<Corner>& corners) {
+  corners.clear();
+  for (const RefinedCorner& r : refined) {
+    Corner corner = r.corner;
+    for (double& c : corner.covariance) c *= noise * noise;
+    corner.covariance[0] += model_sd * model_sd;
+    corner.covariance[2] += model_sd * model_sd;
+    corners.push_back(corner);
+  }
+}
 
 double crossing(const std::array<double, 4>& means) {
   const double even = (means[0] + means[2]) / 2, odd = (means[1] + means[3]) / 2;
@@ -120,8 +149,8 @@ bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined
       (odd - even) / (2 * scale), 0, 0;
   solver.Solve(function, &p);
   const double blur = std::exp(p[log_blur]);
-  if (!p.allFinite() || !(blur > 0.05) || !(blur < 3)) return false;
-  const auto count = static_cast<Eigen::Index>(pixels.size());
+  if (!p.allFinite() || !(blur < 3)) return false;
+  const auto count = static_cast<Eigen::Index>(pixels.size()) + 1;
   Eigen::VectorXd residual(count);
   Eigen::Matrix<double, Eigen::Dynamic, parameters> jacobian(count, parameters);
   function(p.data(), residual.data(), jacobian.data());

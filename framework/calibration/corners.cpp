@@ -157,10 +157,7 @@ BoardSearch checked(const Image& image, Lattice lattice) {
   if (!result.reason.empty()) return result;
   // The scatter about the fit includes what the model of an edge leaves; that of the frames does not.
   const double noise = std::isfinite(image.noise) ? std::max(image.noise, result.pixel_noise) : result.pixel_noise;
-  for (RefinedCorner& corner : refined) {
-    for (double& c : corner.corner.covariance) c *= noise * noise;
-    result.corners.push_back(corner.corner);
-  }
+  set_noise(refined, noise, result.corners);
   return result;
 }
 

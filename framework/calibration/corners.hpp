@@ -61,8 +61,14 @@ struct RefinedCorner {
   double freedom = 0;   ///< pixels minus parameters
 };
 
+/// Standard deviation that the model of an edge adds to the noise, px.
+inline constexpr double model_sd = 0.01;
+/// Sets the covariances of fits with noise 1 for this noise of a pixel.
+void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vector<Corner>& corners);
+
 /// Fits two crossing edges, blurred, under a slope of brightness to the pixels about the corner:
-/// I = (m + c erf(s1 / (sqrt(2) b)) erf(s2 / (sqrt(2) b))) (1 + h d), d from the corner, s1, s2 across the edges.
+/// I = (m + c E(s1) E(s2)) (1 + h d), d from the corner, s1, s2 across the edges, E a blurred step averaged over a
+/// pixel.
 /// @returns false where no such crossing is
 bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined);
 /// Means of the four quadrants between the edges about a place, in turn. False: outside the image.

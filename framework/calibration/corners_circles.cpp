@@ -159,10 +159,7 @@ BoardSearch checked(const Image& image, const io::Pattern& pattern, const std::v
     return result;
   }
   const double noise = std::isfinite(image.noise) ? std::max(image.noise, result.pixel_noise) : result.pixel_noise;
-  for (RefinedCorner& circle : circles) {
-    for (double& c : circle.corner.covariance) c *= noise * noise;
-    result.corners.push_back(circle.corner);
-  }
+  set_noise(circles, noise, result.corners);
   return result;
 }
 

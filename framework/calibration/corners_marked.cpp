@@ -100,10 +100,7 @@ BoardSearch checked(const Image& image, const std::vector<RoughCorner>& rough, s
   }
   result.pixel_noise = std::sqrt(squares / freedom);
   const double noise = std::isfinite(image.noise) ? std::max(image.noise, result.pixel_noise) : result.pixel_noise;
-  for (RefinedCorner& refined : corners) {
-    for (double& c : refined.corner.covariance) c *= noise * noise;
-    result.corners.push_back(refined.corner);
-  }
+  set_noise(corners, noise, result.corners);
   return result;
 }
 

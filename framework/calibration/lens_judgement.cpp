@@ -4,13 +4,16 @@
 
 #include "calibration/lens_linearisation.hpp"
 
+#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <stdexcept>
 
 namespace tofgraph::calibration {
 namespace {
@@ -198,27 +201,33 @@ HeldOutViews predict_left_out(const Observations& observations, const LensOption
   HeldOutViews result;
   const std::size_t n = solution.views.size();
   result.folds = std::min(max_folds, n);
-  std::vector<double> means;  // of the squares, each view's
-  double squares = 0, fitted = 0, corners = 0;
-  try {
-    for (std::size_t fold = 0; fold < result.folds; ++fold) {
-      std::vector<std::size_t> kept;
-      for (std::size_t i = 0; i < n; ++i)
-        if (i % result.folds != fold) kept.push_back(solution.views[i].view);
-      if (kept.size() < min_views) return result;
+  std::vector<double> means(n);  // of the squares, each view's
+  std::vector<double> sums(n);
+  std::atomic<bool> determined = result.folds > 0 && n - (n + result.folds - 1) / result.folds >= min_views;
+  if (!determined) return result;
+  tbb::parallel_for(std::size_t{0}, result.folds, [&](std::size_t fold) {
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < n; ++i)
+      if (i % result.folds != fold) kept.push_back(solution.views[i].view);
+    try {
       const LensSolution others = solve_lens(subset(observations, kept), options);
       for (std::size_t i = fold; i < n; i += result.folds) {
         const SolvedView& view = solution.views[i];
-        const auto used = static_cast<double>(std::ranges::count(view.used, true));
-        const double sum = resect(observations, observations.views[view.view], view.used, others, view.pose);
-        means.push_back(sum / (2 * used));
-        squares += sum;
-        fitted += view.rms * view.rms * 2 * used;
-        corners += used;
+        sums[i] = resect(observations, observations.views[view.view], view.used, others, view.pose);
       }
+    } catch (const std::runtime_error&) {  // the rest alone does not determine a lens
+      determined = false;
     }
-  } catch (const std::runtime_error&) {  // the rest alone does not determine a lens
-    return result;
+  });
+  if (!determined) return result;
+  double squares = 0, fitted = 0, corners = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const SolvedView& view = solution.views[i];
+    const auto used = static_cast<double>(std::ranges::count(view.used, true));
+    means[i] = sums[i] / (2 * used);
+    squares += sums[i];
+    fitted += resect(observations, observations.views[view.view], view.used, solution, view.pose);
+    corners += used;
   }
   result.done = true;
   result.rms = std::sqrt(squares / (2 * corners));
