@@ -54,7 +54,7 @@ struct Structure {
   std::string explanation;  ///< the single term that explains most, and how much
 };
 inline constexpr double structure_p_value = 1e-3;  ///< below: not by chance
-inline constexpr double structure_size = 0.02;     ///< px: below, it does not matter
+inline constexpr double structure_size = 0.01;     ///< px: below, it does not matter
 
 struct NextView {
   bool found = false;

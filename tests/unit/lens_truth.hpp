@@ -77,9 +77,10 @@ inline std::vector<TruePose> true_poses(const TrueLens& lens, const TrueBoard& b
   std::vector<TruePose> poses;
   while (poses.size() < count) {
     TruePose pose;
-    const double tilt = uniform(0.15, 0.75), about = uniform(0, 2 * M_PI), distance = uniform(0.5, 1.1);
+    const double near = lens.fx / 316.75;  // a wider lens is brought nearer
+    const double tilt = uniform(0.15, 0.75), about = uniform(0, 2 * M_PI), distance = uniform(0.5, 1.1) * near;
     pose.turn = {tilt * std::cos(about), tilt * std::sin(about), uniform(-0.2, 0.2)};
-    pose.place = {uniform(-0.2, 0.2) * distance, uniform(-0.2, 0.2) * distance, distance};
+    pose.place = {uniform(-0.2, 0.2) * distance / near, uniform(-0.2, 0.2) * distance / near, distance};
     bool inside = true;
     for (const auto& p : board.points()) {
       const Eigen::Vector2d pixel = lens.image(pose.camera(board.bent(p.x, p.y)));
