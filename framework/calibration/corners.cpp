@@ -175,16 +175,20 @@ bool detect(const cv::Mat& image, bool sector, cv::Size size, std::vector<cv::Po
 
 /// The largest chessboard in the image, columns and rows of inner corners; zeros: none.
 std::array<int, 2> any_chessboard(const Image& image) {
-  std::vector<cv::Point2f> points;
-  cv::Mat meta;
   const int scale = scale_for(image);
-  const cv::Mat picture = enlarged(image, scale, Tones::linear);
-  if (!cv::findChessboardCornersSB(picture, cv::Size(3, 3), points,
-                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER, meta))
-    return {0, 0};
-  const Lattice lattice =
-      lattice_of(points, static_cast<std::size_t>(meta.cols), static_cast<std::size_t>(meta.rows), scale);
-  return checked(image, lattice).found() ? std::array<int, 2>{meta.cols, meta.rows} : std::array<int, 2>{0, 0};
+  std::array<int, 2> best{};
+  for (const Tones tones : {Tones::linear, Tones::root}) {
+    std::vector<cv::Point2f> points;
+    cv::Mat meta;
+    if (!cv::findChessboardCornersSB(enlarged(image, scale, tones), cv::Size(3, 3), points,
+                                     cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER, meta))
+      continue;
+    const Lattice lattice =
+        lattice_of(points, static_cast<std::size_t>(meta.cols), static_cast<std::size_t>(meta.rows), scale);
+    if (meta.cols * meta.rows > best[0] * best[1] && roughness(lattice) < 1) best = {meta.cols, meta.rows};
+  }
+  if (best[0] < best[1]) std::swap(best[0], best[1]);
+  return best;
 }
 
 BoardSearch find_chessboard(const Image& image, const io::Pattern& pattern) {
@@ -204,7 +208,10 @@ BoardSearch find_chessboard(const Image& image, const io::Pattern& pattern) {
   }
   result.other_size = any_chessboard(image);
   const auto [columns, rows] = result.other_size;
-  if (columns * rows == 0) return result;
+  if (columns * rows == 0 || columns * rows == size.area()) {
+    result.other_size = {};
+    return result;
+  }
   if (columns * rows < size.area())
     result.reason =
         fmt::format("only {} x {} corners are seen: which part of the board that is cannot be known", columns, rows);

@@ -263,8 +263,8 @@ Result calibrate_intrinsics(const Request& request) {
   const std::vector<std::string> notes = notes_of(result);
   const bool doubtful = result.lens.found || (result.halves.done && !result.halves.agree()) || result.board.found;
   return {.file = writer.text(),
-          .page = intrinsics_report(campaign.camera->view().name, result, sentence_of(lines),
-                                    doubtful ? "warn" : "good", notes),
+          .page = intrinsics_report(campaign.camera->view().name, result, sentence_of({lines[0], lines[1]}),
+                                    doubtful ? "warn" : "good", lines, notes),
           .summary = fmt::format("{}", fmt::join(lines, "\n")),
           .notes = notes};
 }

@@ -104,7 +104,7 @@ class Views {
         "take 10 to 30 views: the whole board inside the image, near and far, in the middle and towards "
         "the corners, tilted by 20 to 40 deg about both axes";
     const auto other = std::ranges::max_element(other_sizes_, {}, [](const auto& size) { return size.second; });
-    if (other != other_sizes_.end())
+    if (other != other_sizes_.end() && 2 * static_cast<std::size_t>(other->second) >= all_.skipped.size())
       hint = fmt::format(
           "{} view{} a chessboard of other size: pattern: {{type: chessboard, columns: {}, rows: {}, ..}} "
           "would fit (inner corners)",

@@ -49,7 +49,8 @@ void compare(const BoardSearch& search, const std::vector<Eigen::Vector2d>& trut
   score.corners += n;
 }
 
-/// Views of all kinds: the board fills 25 to 90 % of the image's width, tilts to 45 deg, contrast, noise and blur differ.
+/// Views of all kinds: the board fills 25 to 90 % of the image's width, tilts to 45 deg, contrast, noise and blur
+/// differ.
 Score search_boards(int size, int count) {
   test::TrueLens lens;
   const double ratio = size / 204.0;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What is said of a fitted lens, against many calibrations of the same scene: its uncertainty, its judgement on the model.
+// What is said of a fitted lens, against many calibrations of the same scene: its uncertainty, its judgement on the
+// model.
 #include <gtest/gtest.h>
 
 #include "calibration/lens_judgement.hpp"
@@ -102,7 +103,8 @@ TEST(ProjectionUncertainty, IsTheScatterOfManyCalibrations) {
     const ProjectionUncertainty uncertainty(solution);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto [u, v, range] = places[i];
-      // the true point behind the pixel, then its place by the boards: the mean over views of where it is seen from there
+      // the true point behind the pixel, then its place by the boards: the mean over views of where it is seen from
+      // there
       Eigen::Vector2d ray(0, 0);
       for (int k = 0; k < 50; ++k) {
         const Eigen::Vector2d miss = Eigen::Vector2d(u, v) - scene.lens.image({ray.x(), ray.y(), 1});
@@ -173,8 +175,7 @@ TEST(LensJudgement, TheSuggestedViewHelpsMoreThanOthers) {
   };
   const Eigen::AngleAxisd turn(Eigen::AngleAxisd(next.tilt[1], Eigen::Vector3d::UnitY()) *
                                Eigen::AngleAxisd(next.tilt[0], Eigen::Vector3d::UnitX()));
-  const double suggested =
-      mean_sd({{turn.angle() * turn.axis(), {next.centre[0], next.centre[1], next.centre[2]}}});
+  const double suggested = mean_sd({{turn.angle() * turn.axis(), {next.centre[0], next.centre[1], next.centre[2]}}});
   double others = 0;
   const auto random = test::true_poses(scene.lens, scene.board, 8, 99);
   for (const test::TruePose& pose : random) others += mean_sd({pose}) / 8;

@@ -71,7 +71,8 @@ double held_out_error(const test::TrueScene& scene, const test::TruePose& truth,
 
 TEST(Mrcal, PredictsNewViewsNoBetterFromTheSameCorners) {
   const TemporaryFolder folder;
-  if (shell("command -v mrcal-calibrate-cameras", folder.path()).exit_code != 0) GTEST_SKIP() << "mrcal is not installed";
+  if (shell("command -v mrcal-calibrate-cameras", folder.path()).exit_code != 0)
+    GTEST_SKIP() << "mrcal is not installed";
   test::TrueScene scene;
   scene.board.sag = 0.5e-3;
   scene.poses = test::true_poses(scene.lens, scene.board, 25);
@@ -84,9 +85,10 @@ TEST(Mrcal, PredictsNewViewsNoBetterFromTheSameCorners) {
     const test::TrueLens own{p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]};
     write_text(folder.path() / "corners.vnl", corners_file(seen));
     const Outcome outcome = shell(
-                                   "mrcal-calibrate-cameras --corners-cache corners.vnl --lensmodel LENSMODEL_OPENCV4 "
-                                   "--focal 320 --object-spacing 0.03 --object-width-n 8 --object-height-n 6 --imagersize "
-                                   "204 204 --outdir . 'view*.png'", folder.path());
+        "mrcal-calibrate-cameras --corners-cache corners.vnl --lensmodel LENSMODEL_OPENCV4 "
+        "--focal 320 --object-spacing 0.03 --object-width-n 8 --object-height-n 6 --imagersize "
+        "204 204 --outdir . 'view*.png'",
+        folder.path());
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
     const test::TrueLens mrcal = lens_of(read_text(folder.path() / "camera-0.cameramodel"));
     ASSERT_NEAR(mrcal.fx, scene.lens.fx, 10);
