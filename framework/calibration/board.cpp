@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/board.hpp"
 
+#include "simulation/files/pose.hpp"
+
 #include <tofgraph/physics/non_linearity.hpp>
 
 #include <algorithm>
@@ -9,23 +11,21 @@
 #include <stdexcept>
 
 namespace tofgraph::calibration {
-namespace {
 
 using physics::Vector3;
 
 physics::Plane plane_of(const io::Condition& c) {
-  return physics::board(c.board_distance, c.board_tilt_x, c.board_tilt_y);
+  physics::Plane plane = physics::board(c.board_distance, c.board_tilt_x, c.board_tilt_y);
+  plane.normal = simulation::rotation(0, 0, -c.roll) * plane.normal;
+  return plane;
 }
 
-/// A point in the board's own axes: R^T (P - centre), R = R_y(tilt_y) R_x(tilt_x).
 std::array<double, 2> on_board(const io::Condition& c, Vector3 point) {
-  const Vector3 p{point.x, point.y, point.z - c.board_distance};
+  const Vector3 p = simulation::rotation(0, 0, c.roll) * point - Vector3{0, 0, c.board_distance};
   const double cy = std::cos(c.board_tilt_y), sy = std::sin(c.board_tilt_y);
   const double x = cy * p.x - sy * p.z, z = sy * p.x + cy * p.z;
   return {x, std::cos(c.board_tilt_x) * p.y + std::sin(c.board_tilt_x) * z};
 }
-
-}  // namespace
 
 Moments moments_of(const std::vector<double>& values) {
   if (values.empty()) return {};
@@ -42,8 +42,25 @@ struct BoardModel::Places {
   std::vector<double> true_path, true_depth, modelled;  ///< D_ref(T), T, D(T)
 };
 
-BoardModel::BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant)
-    : camera_(camera), geometry_(physics::geometry_of(camera)), variant_(variant) {
+namespace {
+
+physics::Geometry geometry_with(const tofgraph_camera& camera, const std::vector<std::string>& sources) {
+  tofgraph_camera some = camera;
+  std::vector<tofgraph_light> lights;
+  for (std::uint64_t i = 0; i < camera.light_count; ++i) {
+    if (sources.empty() || std::ranges::find(sources, camera.lights[i].name) != sources.end())
+      lights.push_back(camera.lights[i]);
+  }
+  some.lights = lights.data();
+  some.light_count = lights.size();
+  return physics::geometry_of(some);
+}
+
+}  // namespace
+
+BoardModel::BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant,
+                       const std::vector<std::string>& sources)
+    : camera_(camera), geometry_(geometry_with(camera, sources)), variant_(variant) {
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   for (std::size_t i = 0; i < pixels; ++i) rays_.push_back(physics::unit_ray(camera.rays + 3 * i));
 }
@@ -193,6 +210,12 @@ Board BoardModel::measure(const io::Condition& condition) const {
   board.reflectivity = m.amplitude * path * path / (camera_.gain * condition.integration_time);
   if (!std::isfinite(m.amplitude)) board.reflectivity = condition.reflectivity;
   return board;
+}
+
+BoardModels::BoardModels(const tofgraph_camera& camera, io::OffsetVariant variant,
+                         const std::vector<io::Condition>& conditions) {
+  models_.try_emplace({}, camera, variant);
+  for (const io::Condition& c : conditions) models_.try_emplace(c.sources, camera, variant, c.sources);
 }
 
 std::array<double, 2> fit_falloff(const std::vector<Board>& boards) {

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -67,11 +68,18 @@ struct Board {
   double error() const { return distance - corrected.mean; }  ///< m, T - z
 };
 
+/// The board in the sensor frame, as the rolled camera sees it.
+physics::Plane plane_of(const io::Condition& condition);
+/// A point of the sensor frame in the axes of the untilted, unrolled board: R^T (R_z(roll) P - centre), m.
+/// R = R_y(tilt_y) R_x(tilt_x).
+std::array<double, 2> on_board(const io::Condition& condition, physics::Vector3 point);
+
 /// Computes boards of one camera.
 class BoardModel {
  public:
+  /// @param sources those that are on, by name; empty: all
   /// @throws std::invalid_argument when the camera's geometry is not known in metres
-  BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant);
+  BoardModel(const tofgraph_camera& camera, io::OffsetVariant variant, const std::vector<std::string>& sources = {});
 
   /// The window's pixels that see the board: inside its size, with a ray. Row by row.
   std::vector<std::size_t> window(const io::Condition& condition) const;
@@ -83,6 +91,8 @@ class BoardModel {
   Board measure(const io::Condition& condition) const;
   /// tan^2 of a pixel's angle to the axis.
   double angle(std::size_t pixel) const;
+  const physics::Geometry& geometry() const { return geometry_; }
+  physics::Vector3 ray(std::size_t pixel) const { return rays_[pixel]; }
 
  private:
   struct Places;
@@ -94,6 +104,17 @@ class BoardModel {
   physics::Geometry geometry_;
   std::vector<physics::Vector3> rays_;
   io::OffsetVariant variant_;
+};
+
+/// The models of all conditions of a campaign, by the sources that are on.
+class BoardModels {
+ public:
+  /// @throws std::invalid_argument as BoardModel's
+  BoardModels(const tofgraph_camera& camera, io::OffsetVariant variant, const std::vector<io::Condition>& conditions);
+  const BoardModel& of(const io::Condition& condition) const { return models_.at(condition.sources); }
+
+ private:
+  std::map<std::vector<std::string>, BoardModel> models_;
 };
 
 /// Moments of values. None: NaN.

@@ -25,10 +25,10 @@ using config::format_quantity;
 constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
 
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
-std::string other_purpose(const io::Condition& c, bool table) {
+std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
   if (c.lens == "capped") return "the lens is capped";
-  if (!c.sources.empty()) return "not all sources are on";
+  if (!c.sources.empty() && !single_sources) return "not all sources are on";
   if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
   if (table && !std::isfinite(c.measured.depth) && !std::isfinite(c.measured.distance))
     return "it has neither measured_depth nor measured_distance";
@@ -50,24 +50,26 @@ class Reader {
       : campaign_(campaign),
         camera_(campaign.camera->view()),
         range_(physics::unambiguous_range(camera_.modulation_frequency)),
-        model_(camera_, variant) {}
+        models_(camera_, variant, campaign.conditions) {}
 
-  Read read(const io::Condition& condition) const {
+  Read read(std::size_t index, const ReadBoards& options) const {
+    const io::Condition& condition = campaign_.conditions[index];
     Read result;
-    result.left_out = other_purpose(condition, campaign_.from_table);
+    MeanImages images;
+    result.left_out = other_purpose(condition, campaign_.from_table, options.single_sources);
     if (!result.left_out.empty()) return result;
-    const std::vector<std::size_t> window = model_.window(condition);
+    const std::vector<std::size_t> window = models_.of(condition).window(condition);
     if (window.empty()) {
       result.mistake = "no pixel of the window sees the board";
       result.hint =
           "give the board its size, and a roi that lies on it, e.g. roi: {columns: [60, 143], rows: [80, 123]}";
       return result;
     }
-    const std::vector<double> modelled = model_.modelled(condition, window);
+    const std::vector<double> modelled = models_.of(condition).modelled(condition, window);
     const double farthest = *std::ranges::max_element(modelled);
     const auto wrap = std::ranges::count_if(modelled, [this](double d) { return d >= range_; });
     if (2 * static_cast<std::size_t>(wrap) >= window.size()) {
-      result.mistake =
+      (options.skip_wrapped ? result.left_out : result.mistake) =
           fmt::format("the board's distances reach {}, beyond the unambiguous range of {} at {}: they wrap",
                       format_quantity(farthest, "m"), format_quantity(range_, "m"),
                       format_quantity(camera_.modulation_frequency, "Hz"));
@@ -77,8 +79,9 @@ class Reader {
     if (campaign_.from_table)
       from_table(condition, result);
     else
-      from_capture(condition, window, result);
+      from_capture(condition, window, result, images);
     if (result.board) check_distance(result);
+    if (result.board && options.visit) options.visit(index, *result.board, images);
     return result;
   }
 
@@ -89,25 +92,26 @@ class Reader {
       return;
     }
     try {
-      result.board = model_.measure(condition);
+      result.board = models_.of(condition).measure(condition);
     } catch (const std::invalid_argument& problem) {
       result.mistake = problem.what();
     }
   }
 
-  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result) const {
+  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result,
+                    MeanImages& images) const {
     try {
       const io::Recording recording(written.capture);
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader());
-      MeanImages images = mean_of(recording, condition, window, camera_);
+      images = mean_of(recording, condition, window, camera_);
       result.wrapped = leave_out_wrapped(condition, images);
       if (images.noise > too_noisy * range_)
         result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
                                       format_quantity(images.noise, "m"));
       else if (!images.pixels.empty())
-        result.board = model_.measure(condition, images);
+        result.board = models_.of(condition).measure(condition, images);
       else if (images.saturated > 0)
         result.left_out = "every pixel is saturated";
       else
@@ -119,7 +123,7 @@ class Reader {
 
   /// Pixels that differ from the others by a whole turn, as at the corners of a far board. @returns their share
   double leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
-    const std::vector<double> modelled = model_.modelled(condition, images.pixels);
+    const std::vector<double> modelled = models_.of(condition).modelled(condition, images.pixels);
     std::vector<double> difference;
     for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
     if (difference.empty()) return 0;
@@ -180,7 +184,7 @@ class Reader {
   const io::Campaign& campaign_;
   const tofgraph_camera& camera_;
   double range_;
-  BoardModel model_;
+  BoardModels models_;
 };
 
 /// Several measurements of one condition as one; their scatter tells how well each is known.
@@ -244,15 +248,14 @@ std::size_t Boards::target_of(const Board& board) const {
   return static_cast<std::size_t>(std::ranges::find(targets, board.condition.target) - targets.begin());
 }
 
-Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
-                   const std::function<void(double share)>& progress, Repeats repeats) {
+Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, const ReadBoards& options) {
   const Reader reader(campaign, variant);
   const std::size_t n = campaign.conditions.size();
   std::vector<Read> read(n);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
-    read[i] = reader.read(campaign.conditions[i]);
-    if (progress) progress(static_cast<double>(++done) / static_cast<double>(n));
+    read[i] = reader.read(i, options);
+    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(n));
   });
   Boards all;
   config::Diagnostics diagnostics;
@@ -271,7 +274,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
   note_wrapped(campaign, read, all);
   all.falloff = fit_falloff(all.boards);
   for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
-  if (repeats == Repeats::merged) merge_repeats(all);
+  if (options.repeats == Repeats::merged) merge_repeats(all);
   return all;
 }
 

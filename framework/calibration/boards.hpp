@@ -27,11 +27,20 @@ struct Boards {
 /// What becomes of conditions of the same target, distance and integration time.
 enum class Repeats { merged, kept };
 
+/// What to do with the boards on the way.
+struct ReadBoards {
+  std::function<void(double share)> progress;
+  Repeats repeats = Repeats::merged;
+  bool single_sources = false;  ///< conditions with some of the sources are used, too
+  bool skip_wrapped = false;    ///< boards beyond the unambiguous range are left out with a note, not mistakes
+  /// Called with each board that is used, its place in the campaign and its images; by several threads at once.
+  std::function<void(std::size_t condition, const Board& board, const MeanImages& images)> visit;
+};
+
 /// Reads every condition with a board once, two at a time on two cores, one frame each in memory.
 /// Mistakes, each at its condition: a capture that cannot be read, a window without pixels, wrapped distances,
 /// distances that contradict the campaign, another serial.
 /// @throws config::ConfigurationError with every mistake
-Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant,
-                   const std::function<void(double share)>& progress, Repeats repeats = Repeats::merged);
+Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, const ReadBoards& options);
 
 }  // namespace tofgraph::calibration

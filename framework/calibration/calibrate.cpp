@@ -13,6 +13,7 @@ Result calibrate_offset(const Request& request);            // offset.cpp
 Result calibrate_integration_time(const Request& request);  // integration_time.cpp
 Result calibrate_noise(const Request& request);             // noise.cpp
 Result calibrate_warm_up(const Request& request);           // warm_up.cpp
+Result calibrate_fixed_pattern(const Request& request);     // fixed_pattern.cpp
 Result calibrate_intrinsics(const Request& request);        // intrinsics.cpp
 
 namespace {
@@ -33,6 +34,11 @@ constexpr Kind all[] = {
      .calibrate = calibrate_warm_up,
      .options = "accuracy",
      .writes_model = true},
+    {.name = "fixed-pattern",
+     .text = "an offset of each pixel, and how it grows with the distance",
+     .calibrate = calibrate_fixed_pattern,
+     .writes_model = true,
+     .writes_maps = true},
 };
 
 }  // namespace

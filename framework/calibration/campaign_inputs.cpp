@@ -48,7 +48,7 @@ Campaign read(const Request& request) {
     if (request.progress) request.progress(0.9 * share, "reading the campaign");
   };
   try {
-    campaign.boards = read_boards(campaign.conditions, request.variant, progress);
+    campaign.boards = read_boards(campaign.conditions, request.variant, {.progress = progress});
   } catch (const std::invalid_argument& problem) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
   }

@@ -21,7 +21,7 @@ constexpr double usual_tolerance = 2e-3;  ///< m
 constexpr double max_relative_sd = 0.25;  ///< of a time constant that is worth writing down
 constexpr double significant = 3;         ///< standard deviations
 
-std::string minutes(double seconds) { return fmt::format("{:.1f} min", seconds / 60); }
+std::string minutes(double seconds) { return fmt::format("{:.2f} min", seconds / 60); }
 
 /// Mean of values with their standard deviations as weights.
 Estimate weighted(const std::vector<Estimate>& all) {

@@ -37,7 +37,7 @@ struct Drift {
   Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is enough
   Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
   double scatter = unknown;                 ///< m, root mean square of what the fit leaves
-  double correlation = 0;                   ///< of what it leaves, from one point to the next
+  double redundancy = 1;                    ///< points that say as much as one independent one
   bool seen = false;                        ///< the drift is there: more than three of its standard deviations
   Interval held_out_before,
       held_out_after;  ///< m, inner fifths of the time left out and predicted: a constant, the fit

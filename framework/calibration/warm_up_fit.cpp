@@ -112,11 +112,18 @@ double bic(double squares, std::size_t points, std::size_t parameters) {
   return n * std::log(squares / n) + static_cast<double>(parameters) * std::log(n);
 }
 
-/// What the fit leaves hangs together from point to point: as many independent ones as a process of first order has.
-double correlation_of(const Vector& residual) {
+/// How many points say as much as one independent one: 1 + 2 sum of the autocorrelations of what a fit leaves, up to
+/// the first that is lost in the noise (Sokal 1997).
+double points_per_independent(const Vector& residual) {
   const Eigen::Index n = residual.size();
-  const double r = residual.head(n - 1).dot(residual.tail(n - 1)) / residual.squaredNorm();
-  return std::clamp(r, 0.0, 0.95);
+  const double square = residual.squaredNorm(), lost = 1 / std::sqrt(static_cast<double>(n));
+  double sum = 1;
+  for (Eigen::Index lag = 1; lag < n / 4 && square > 0; ++lag) {
+    const double r = residual.head(n - lag).dot(residual.tail(n - lag)) / square;
+    if (r < lost) break;
+    sum += 2 * r;
+  }
+  return sum;
 }
 
 void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& taus, Drift& drift) {
@@ -134,10 +141,9 @@ void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& 
   const auto freedom = static_cast<double>(std::max<Eigen::Index>(t.size() - jacobian.cols(), 1));
   const double squares = residual.squaredNorm();
   drift.scatter = std::sqrt(squares / freedom);
-  drift.correlation = squares > 0 ? correlation_of(residual) : 0;
-  const double inflation = (1 + drift.correlation) / (1 - drift.correlation);
+  drift.redundancy = points_per_independent(residual);
   const Matrix covariance = (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse() *
-                            (squares / freedom * inflation);
+                            (squares / freedom * drift.redundancy);
   const auto estimate = [&](Eigen::Index k, double value) {
     return Estimate{value, std::sqrt(std::max(covariance(k, k), 0.0))};
   };
@@ -193,10 +199,10 @@ Drift fit_drift(const std::vector<double>& times, const std::vector<double>& dis
   bool slow = false;
   if (slow_too && times.size() >= enough) {
     const std::vector<double> two = two_constants(t, y);
-    const double correlation =
-        correlation_of(y - columns_of(t, two) * columns_of(t, two).colPivHouseholderQr().solve(y));
+    const Matrix a = columns_of(t, two);
+    const Vector residual = y - a * a.colPivHouseholderQr().solve(y);
     const double gain = bic(left(t, y, taus), times.size(), 3) - bic(left(t, y, two), times.size(), 5);
-    slow = gain * (1 - correlation) / (1 + correlation) > min_bic_gain;
+    slow = gain / points_per_independent(residual) > min_bic_gain;
     if (slow) taus = two;
   }
   Drift drift;
@@ -217,7 +223,6 @@ Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& 
 double sufficient_span(const Drift& drift, double interval) {
   constexpr double wanted = 0.1, longer = 1.1;  // of the time constant
   const double tau = drift.time_constant.value, w = drift.drift.value;
-  const double inflation = (1 + drift.correlation) / (1 - drift.correlation);
   double span = tau;
   for (int step = 0; step < 80; ++step, span *= longer) {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -228,7 +233,7 @@ double sufficient_span(const Drift& drift, double interval) {
       const Eigen::Vector3d row(1, warm(t, tau), -w * t / (tau * tau) * std::exp(-t / tau));
       information += row * row.transpose() * (pace / interval);
     }
-    const double sd = std::sqrt(information.inverse()(2, 2) * inflation) * drift.scatter;
+    const double sd = std::sqrt(information.inverse()(2, 2) * drift.redundancy) * drift.scatter;
     if (sd < wanted * tau) break;
   }
   return std::max(span, 3 * tau);

@@ -100,12 +100,11 @@ WarmUpData read_warm_up(const Request& request) {
     throw config::ConfigurationError(
         fmt::format("{}: error: no condition shows a board at a known distance\n  record a board that stands still",
                     request.campaign.string()));
-  data.campaign.boards = read_boards(
-      data.campaign.conditions, request.variant,
-      [&](double share) {
-        if (request.progress) request.progress(0.9 * share, "reading the campaign");
-      },
-      Repeats::kept);
+  const auto progress = [&](double share) {
+    if (request.progress) request.progress(0.9 * share, "reading the campaign");
+  };
+  data.campaign.boards =
+      read_boards(data.campaign.conditions, request.variant, {.progress = progress, .repeats = Repeats::kept});
   std::map<std::tuple<std::size_t, double, double>, Series> series;
   for (const Board& b : data.campaign.boards.boards) {
     const std::tuple key(data.campaign.boards.target_of(b), b.distance, b.condition.integration_time);

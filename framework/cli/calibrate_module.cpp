@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/calibrate.hpp"
 #include "cli/calibrate.hpp"
+#include "cli/notes.hpp"
 #include "cli/progress.hpp"
 #include "config/diagnostics.hpp"
 #include "config/quantity.hpp"
@@ -93,10 +94,7 @@ int calibrate(const CalibrateArguments& arguments) {
   bar.finish();
   calibration::write(result, kind, arguments.out);
   if (arguments.quiet) return 0;
-  constexpr std::size_t shown = 8;
-  for (std::size_t i = 0; i < std::min(shown, result.notes.size()); ++i) config::say("note: " + result.notes[i]);
-  if (result.notes.size() > shown)
-    config::say(fmt::format("note: {} more are in the report", result.notes.size() - shown));
+  say_notes(result.notes);
   std::vector<std::string> written;
   for (const fs::path& file : calibration::outputs_of(kind, arguments.out)) written.push_back(file.string());
   std::ranges::reverse(written);

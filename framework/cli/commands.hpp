@@ -38,6 +38,7 @@ void add_simulate(CLI::App& app, Common& common);
 void add_gallery(CLI::App& app, Common& common);
 void add_info(CLI::App& app, Common& common);
 void add_calibrate(CLI::App& app, Common& common);
+void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
 
 /// Options of all commands that take a pipeline.

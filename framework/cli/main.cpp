@@ -100,6 +100,7 @@ int main(int argc, char** argv) {
   cli::add_gallery(app, common);
   cli::add_info(app, common);
   cli::add_calibrate(app, common);
+  cli::add_report(app, common);
   cli::add_diagnose(app, common);
   try {
     app.parse(argc, argv);

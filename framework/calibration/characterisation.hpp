@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a camera does before boards at known places: chapters 3 and 5 of the reference for any camera.
+#pragma once
+
+#include "calibration/campaign_inputs.hpp"
+#include "calibration/interval.hpp"
+#include "graph/plugin.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+/// The three distance non-linearity models, section 5.5 of the reference; the simple one is told the true depth.
+enum class DepthModel { perpendicular, simple_bistatic, optimized_bistatic };
+inline constexpr std::array depth_model_names = {"perpendicular_illumination", "simple_bistatic", "optimized_bistatic"};
+
+/// The accuracy protocol of the industry: what a condition must be to count, and what is looked at.
+struct AccuracyProtocol {
+  double warm_up = 1200;                              ///< s since power-on
+  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< of the target: 90 %
+  std::size_t side = 40;                              ///< px, of the square in the middle of the image
+  std::size_t frames = 25;
+};
+
+/// One condition. Lengths in m.
+struct Characterised {
+  std::size_t condition = 0;  ///< in the campaign
+  Board board;
+  std::array<Moments, 3> depth;         ///< by model, over the window's pixels, frames averaged
+  double noise = unknown;               ///< of a pixel's depth in one frame
+  double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
+  double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
+  std::vector<std::string> protocol;    ///< what keeps it from following the protocol; none: it does
+};
+
+/// A part of the error of a pixel in one frame, root mean square over pixels and conditions.
+struct BudgetLine {
+  std::string name, text;
+  double depth = 0;  ///< m
+};
+
+struct Characterisation {
+  Campaign campaign;
+  std::vector<Characterised> conditions;  ///< in the campaign's order
+  std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
+  std::vector<std::vector<float>> residuals;  ///< of `shown`, m: depth minus true depth
+  std::vector<std::size_t> shown;             ///< in conditions
+  std::vector<BudgetLine> budget;             ///< what the data say
+  std::vector<BudgetLine> effects;            ///< what each effect of the model does, where one is given
+  double total = 0;                           ///< m, root mean square of all errors
+  Interval total_by_distance;                 ///< the same, with an interval by resampling distances
+};
+
+struct CharacterisationRequest {
+  Request campaign;             ///< its file and the progress
+  std::filesystem::path model;  ///< empty: none
+};
+
+/// @throws config::ConfigurationError with every mistake
+Characterisation characterise(const CharacterisationRequest& request, const graph::PluginRegistry& registry);
+
+/// The parts of the error. @param pattern_square m^2, mean square of the pattern of the pixels without noise
+void set_budget(Characterisation& data, double pattern_square);
+
+/// Each effect of a model: root mean square of what changes in the depth of the campaign's boards without it.
+/// @throws config::ConfigurationError
+std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::filesystem::path& model,
+                                      const graph::PluginRegistry& registry);
+
+report::Page characterisation_report(const Characterisation& data);
+nlohmann::json characterisation_json(const Characterisation& data);
+/// What came out, in a few lines.
+std::string summary_of(const Characterisation& data);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The fixed pattern of a camera's distances: an offset of each pixel and its growth with the distance, from
+/// boards at several distances and rolls, whose shape, tilts and places are solved for.
+#pragma once
+
+#include "calibration/campaign_inputs.hpp"
+#include "calibration/interval.hpp"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+inline constexpr double slope_origin = 2;  ///< m: the distance that the effect fixed_pattern counts its slope from
+
+/// What one condition showed beyond the model of its flat board, pixel by pixel; NaN: the pixel was not used.
+struct PatternView {
+  std::size_t condition = 0;                ///< in the campaign
+  std::vector<float> residual;              ///< m, D_mes - D(T)
+  std::vector<float> weight;                ///< 1/m^2, of the mean of its frames
+  std::vector<float> distance;              ///< m, D(T)
+  std::vector<float> along_z;               ///< dD/dT of a flat board
+  std::vector<std::array<float, 2>> place;  ///< m, where the pixel looks on the board, in the board's own axes
+};
+
+struct PatternData {
+  Campaign campaign;
+  std::vector<PatternView> views;
+  std::size_t rows = 0, columns = 0;
+  double extent = 1;        ///< m, half of the board that was seen
+  bool noise_known = true;  ///< every condition has several frames
+};
+/// @throws config::ConfigurationError with every mistake
+PatternData read_pattern(const Request& request);
+
+/// Where a board stood beside where it is said to stand, and an offset of all pixels.
+struct ViewPose {
+  double offset = 0;              ///< m of the half path: wiggling, integration time and the like
+  double z = 0;                   ///< m
+  double tilt_x = 0, tilt_y = 0;  ///< rad about the board's own axes, small
+};
+
+struct PatternFit {
+  std::vector<double> map, map_sd, slope, slope_sd;  ///< m, m/m; unknown pixels: 0 with a standard deviation of NaN
+  bool has_slope = false;
+  double slope_evidence = unknown;  ///< mean square of the slopes over their standard deviations; 1: nothing but noise
+  std::vector<ViewPose> poses;      ///< of each view
+  std::vector<double> shape;        ///< of the board, m, a coefficient each of shape_terms
+  std::vector<double> shape_sd;
+  ViewPose jitter;               ///< standard deviations of the poses, estimated; offset: not used
+  double misfit = unknown;       ///< what is left over the noise, root mean square; 1: nothing but noise
+  double noise = unknown;        ///< m, of a pixel's mean in one view, root mean square
+  Interval before, after;        ///< m, one distance left out and predicted, boards' places taken out
+  double noise_floor = unknown;  ///< m, what noise alone leaves there
+  std::vector<std::string> notes;
+};
+
+/// Smooth shapes x^i y^j of a board in units of its half extent, without place and tilt.
+inline constexpr std::array<std::array<int, 2>, 12> shape_terms = {
+    {{2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {4, 0}, {3, 1}, {2, 2}, {1, 3}, {0, 4}}};
+/// The terms at a place. @param x, y in units of the half extent
+std::array<double, shape_terms.size()> shape_terms_at(double x, double y);
+/// How far the board's surface is behind its plane there, m.
+double shape_at(const std::vector<double>& shape, double x, double y);
+
+PatternFit fit_pattern(const PatternData& data, const std::function<void(double share)>& progress);
+
+report::Page fixed_pattern_report(const PatternData& data, const PatternFit& fit, const std::string& verdict);
+
+}  // namespace tofgraph::calibration

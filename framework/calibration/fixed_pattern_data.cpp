@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/fixed_pattern.hpp"
+#include "config/diagnostics.hpp"
+
+#include <fmt/format.h>
+#include <tofgraph/physics/non_linearity.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <set>
+
+namespace tofgraph::calibration {
+namespace {
+
+constexpr float none = std::numeric_limits<float>::quiet_NaN();
+
+PatternView view_of(std::size_t index, const Board& board, const MeanImages& images, const BoardModel& model,
+                    std::size_t pixels) {
+  constexpr double step = 1e-3;  // m
+  PatternView view{.condition = index};
+  view.residual.assign(pixels, none);
+  view.weight.assign(pixels, 0);
+  view.distance.assign(pixels, none);
+  view.along_z.assign(pixels, none);
+  view.place.resize(pixels);
+  const io::Condition& c = board.condition;
+  io::Condition farther = c;
+  farther.board_distance += step;
+  const std::vector<double> here = model.modelled(c, images.pixels), there = model.modelled(farther, images.pixels);
+  const physics::Plane plane = plane_of(c);
+  // The noise of a distance goes with 1 / amplitude; its mean over the pixels was measured.
+  double inverse = 0;
+  for (const double a : images.amplitude) inverse += 1 / (a * a) / static_cast<double>(images.pixels.size());
+  const double frames = static_cast<double>(images.frames);
+  for (std::size_t k = 0; k < images.pixels.size(); ++k) {
+    const std::size_t i = images.pixels[k];
+    const physics::Vector3 ray = model.ray(i);
+    const double path = physics::reflected_path(model.geometry(), ray, plane);
+    const std::array<double, 2> place = on_board(c, physics::point_on_ray(model.geometry(), ray, path));
+    double variance = std::isfinite(images.noise) && images.noise > 0 ? images.noise * images.noise / frames : 1e-6;
+    if (inverse > 0) variance *= 1 / (images.amplitude[k] * images.amplitude[k]) / inverse;
+    view.residual[i] = static_cast<float>(images.distance[k] - here[k]);
+    view.weight[i] = static_cast<float>(1 / variance);
+    view.distance[i] = static_cast<float>(here[k]);
+    view.along_z[i] = static_cast<float>((there[k] - here[k]) / step);
+    view.place[i] = {static_cast<float>(place[0]), static_cast<float>(place[1])};
+  }
+  return view;
+}
+
+void check_enough(const Request& request, PatternData& data) {
+  std::set<double> distances, rolls;
+  std::vector<std::string>& notes = data.campaign.boards.notes;
+  for (const PatternView& v : data.views) {
+    const io::Condition& c = data.campaign.conditions.conditions[v.condition];
+    distances.insert(std::round(c.board_distance * 1e3));
+    rolls.insert(std::round(std::remainder(c.roll, 2 * M_PI) * 1e2));
+  }
+  if (distances.size() * rolls.size() < 2)
+    throw config::ConfigurationError(fmt::format(
+        "{}: error: {} at one distance and one roll: what belongs to the board cannot be told from what belongs to the "
+        "pixels\n  record the board at three distances or more, and with the camera rolled, e.g. roll: 90 deg",
+        request.campaign.string(), data.views.size() == 1 ? "one condition" : "all conditions are"));
+  if (rolls.size() < 2)
+    notes.emplace_back(
+        "every condition has the same roll: a board that is not flat or not square to the camera is told from the "
+        "pattern by its distances alone");
+  if (distances.size() < 3)
+    notes.push_back(fmt::format("{} distance{}: whether the pattern grows with the distance cannot be told",
+                                distances.size(), distances.size() == 1 ? "" : "s"));
+}
+
+}  // namespace
+
+PatternData read_pattern(const Request& request) {
+  PatternData data{.campaign = {read_conditions(request), {}}};
+  const io::Campaign& campaign = data.campaign.conditions;
+  if (campaign.from_table)
+    throw config::ConfigurationError(
+        fmt::format("{}: error: a table has no images\n  give conditions with captures", request.campaign.string()));
+  const tofgraph_camera& camera = campaign.camera->view();
+  data.rows = camera.height;
+  data.columns = camera.width;
+  std::mutex turn;
+  try {
+    const BoardModel model(camera, request.variant);
+    data.campaign.boards = read_boards(campaign, request.variant,
+                                       {.progress =
+                                            [&](double share) {
+                                              if (request.progress)
+                                                request.progress(0.5 * share, "reading the campaign");
+                                            },
+                                        .repeats = Repeats::kept,
+                                        .visit =
+                                            [&](std::size_t index, const Board& board, const MeanImages& images) {
+                                              PatternView view =
+                                                  view_of(index, board, images, model, data.rows * data.columns);
+                                              const std::scoped_lock lock(turn);
+                                              data.noise_known = data.noise_known && images.frames > 1;
+                                              data.views.push_back(std::move(view));
+                                            }});
+  } catch (const std::invalid_argument& problem) {
+    throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
+  }
+  std::ranges::sort(data.views, {}, &PatternView::condition);
+  if (data.views.empty())
+    throw config::ConfigurationError(fmt::format(
+        "{}: error: no condition is left\n  it needs boards at known distances", request.campaign.string()));
+  check_enough(request, data);
+  data.extent = 0;
+  for (const PatternView& v : data.views) {
+    for (const auto& [x, y] : v.place) data.extent = std::max({data.extent, double{std::abs(x)}, double{std::abs(y)}});
+  }
+  return data;
+}
+
+}  // namespace tofgraph::calibration

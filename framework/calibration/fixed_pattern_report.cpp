@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/fixed_pattern.hpp"
+#include "config/quantity.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tofgraph::calibration {
+namespace {
+
+using Row = std::vector<std::string>;
+
+std::string mm(double metres) { return std::isfinite(metres) ? fmt::format("{:.3f}", metres * 1e3) : "-"; }
+
+std::vector<double> in_mm(const std::vector<double>& values, const std::vector<double>& sd) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < values.size(); ++i) result.push_back(std::isfinite(sd[i]) ? values[i] * 1e3 : unknown);
+  return result;
+}
+
+class Report {
+ public:
+  Report(const PatternData& data, const PatternFit& fit) : data_(data), fit_(fit) {}
+
+  report::Page make(const std::string& verdict) {
+    page_.verdict(verdict, fit_.after.high < fit_.before.value ? "good" : "warn");
+    page_.paragraph(fmt::format("Camera '{}'. {}.", data_.campaign.conditions.camera->view().name,
+                                described(data_.campaign.boards)));
+    page_.heading("The pattern");
+    std::vector<std::string> plots = {map("offset of each pixel", "mm", fit_.map, fit_.map_sd, true),
+                                      map("its standard deviation", "mm", fit_.map_sd, fit_.map_sd, false)};
+    if (fit_.has_slope) plots.push_back(map("growth with the distance", "mm/m", fit_.slope, fit_.slope_sd, true));
+    page_.figures(
+        plots,
+        "Added to the half path at 2 m; the mean over the pixels is 0, as it cannot be told from an offset of "
+        "the whole camera. Grey: seen too seldom.");
+    parts();
+    left_out();
+    boards();
+    if (!data_.campaign.boards.notes.empty()) {
+      page_.heading("Notes");
+      for (const std::string& note : data_.campaign.boards.notes) page_.paragraph(note);
+    }
+    return std::move(page_);
+  }
+
+ private:
+  std::string map(const std::string& title, const char* unit, const std::vector<double>& values,
+                  const std::vector<double>& sd, bool is_signed) const {
+    return report::heat_map({.title = title,
+                             .unit = unit,
+                             .rows = data_.rows,
+                             .columns = data_.columns,
+                             .values = in_mm(values, sd),
+                             .x_label = "column, px",
+                             .y_label = "row, px",
+                             .signed_values = is_signed},
+                            380, 320);
+  }
+
+  /// Means of rows or columns. @param along 0: of each column, 1: of each row
+  report::Curve means(const char* name, int along) const {
+    const std::size_t n = along == 0 ? data_.columns : data_.rows;
+    std::vector<double> sum(n), count(n);
+    for (std::size_t i = 0; i < fit_.map.size(); ++i) {
+      if (!std::isfinite(fit_.map_sd[i])) continue;
+      const std::size_t at = along == 0 ? i % data_.columns : i / data_.columns;
+      sum[at] += fit_.map[i] * 1e3;
+      count[at] += 1;
+    }
+    report::Curve curve{.name = name};
+    for (std::size_t k = 0; k < n; ++k) {
+      if (count[k] == 0) continue;
+      curve.x.push_back(static_cast<double>(k));
+      curve.y.push_back(sum[k] / count[k]);
+    }
+    return curve;
+  }
+
+  void parts() {
+    report::Curves plot{.title = "mean offset of columns and rows", .x_label = "column or row, px", .y_label = "mm"};
+    plot.curves = {means("columns", 0), means("rows", 1)};
+    page_.figures(std::vector<std::string>{report::curves(plot, 640, 300)},
+                  "Sensors are addressed by rows and read by columns: steps here are theirs.");
+  }
+
+  void left_out() {
+    page_.heading("Boards that were left out");
+    if (!std::isfinite(fit_.after.value))
+      return page_.paragraph("With fewer than three distances none can be left out and predicted.");
+    const auto interval = [](const Interval& i) {
+      return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
+    };
+    page_.table(
+        Row{"one distance left out", "before, mm (95 % interval)", "after, mm (95 % interval)", "noise alone, mm"},
+        std::vector<Row>{
+            {"root mean square over the pixels", interval(fit_.before), interval(fit_.after), mm(fit_.noise_floor)}});
+    page_.paragraph(
+        "Measured distance minus the model of the board, its own offset, place and tilt taken out, before and after "
+        "the "
+        "pattern and the board's shape, both found without this distance, were subtracted. Frames were averaged: noise "
+        "alone is that of the average.");
+  }
+
+  void boards() {
+    page_.heading("The board");
+    constexpr std::size_t side = 61;
+    std::vector<double> heights;
+    for (std::size_t r = 0; r < side; ++r) {
+      for (std::size_t c = 0; c < side; ++c)
+        heights.push_back(1e3 * shape_at(fit_.shape, 2.0 * static_cast<double>(c) / (side - 1) - 1,
+                                         2.0 * static_cast<double>(r) / (side - 1) - 1));
+    }
+    page_.figures(std::vector<std::string>{report::heat_map(
+                      {.title = "shape of the board",
+                       .unit = "mm",
+                       .rows = side,
+                       .columns = side,
+                       .values = heights,
+                       .x_label = fmt::format("x, {:.0f} mm a step", 2e3 * data_.extent / (side - 1)),
+                       .y_label = "y"},
+                      360, 320)},
+                  "How far the surface is behind its plane, in the board's own axes.");
+    std::vector<Row> rows;
+    for (std::size_t v = 0; v < data_.views.size(); ++v) {
+      const io::Condition& c = data_.campaign.conditions.conditions[data_.views[v].condition];
+      const ViewPose& p = fit_.poses[v];
+      rows.push_back({c.id, fmt::format("{:.0f}", c.board_distance * 1e3), fmt::format("{:.0f}", c.roll * 180 / M_PI),
+                      mm(p.offset), mm(p.z), mm(p.tilt_x), mm(p.tilt_y)});
+    }
+    page_.table(Row{"condition", "distance, mm", "roll, deg", "offset of all pixels, mm", "displacement, mm",
+                    "tilt_x, mrad", "tilt_y, mrad"},
+                rows);
+    page_.paragraph(
+        fmt::format("Where the boards stood beside where the campaign says: displacements scatter by {} mm and tilts "
+                    "by {} mrad. The "
+                    "offset of all pixels is the business of the calibration offset.",
+                    mm(fit_.jitter.z), mm(fit_.jitter.tilt_x)));
+  }
+
+  const PatternData& data_;
+  const PatternFit& fit_;
+  report::Page page_{"Fixed pattern"};
+};
+
+}  // namespace
+
+report::Page fixed_pattern_report(const PatternData& data, const PatternFit& fit, const std::string& verdict) {
+  return Report(data, fit).make(verdict);
+}
+
+}  // namespace tofgraph::calibration

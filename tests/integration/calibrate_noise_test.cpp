@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The calibration noise against taps that are drawn here: electrons by Poisson's law, read noise by Gauss'.
+#include <hdf5.h>
+
+#include "tests/plain_boards.hpp"
+#include "tests/program.hpp"
+
+#include "io/calibration.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+namespace tofgraph::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double electrons_per_count = 50, read_noise = 4, range = 7.4948114;  // counts; m at 20 MHz
+constexpr std::size_t frames = 16;
+
+class Noise : public testing::Test {
+ protected:
+  /// A tap's counts: what electrons and the converter make of a mean level.
+  std::uint16_t tap(double level, double more = 1) {
+    std::poisson_distribution<int> electrons(level * electrons_per_count);
+    std::normal_distribution<double> read(0, read_noise);
+    const double counts = level + more * (electrons(random_) / electrons_per_count - level + read(random_));
+    return static_cast<std::uint16_t>(std::clamp(std::lround(counts), 0L, 65535L));
+  }
+
+  /// Taps of a scene of one distance, brighter to the right: contrast 0.5, ambient light beside it.
+  void record(const std::string& name, double amplitude, double distance, const std::string& serial = {},
+              double more_in_two_pixels = 1) {
+    std::vector<std::uint16_t> taps;
+    taps.reserve(frames * 8 * plain_pixels);
+    for (std::size_t f = 0; f < frames; ++f) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double phase = 2 * std::numbers::pi * distance / range + static_cast<double>(k) * std::numbers::pi / 2;
+        for (const int sign : {1, -1}) {
+          for (std::size_t i = 0; i < plain_pixels; ++i) {
+            const double a = amplitude * (0.7 + 0.6 * static_cast<double>(i % plain_side) / plain_side);
+            const double level = a + 60 + sign * a / 2 * std::cos(phase);
+            if (i == stuck)
+              taps.push_back(777);
+            else if (i == dark)
+              taps.push_back(tap(level / 2));
+            else
+              taps.push_back(tap(level, i == noisy ? more_in_two_pixels : 1));
+          }
+        }
+      }
+    }
+    RawCapture capture(folder.path() / name);
+    if (!serial.empty()) capture.text("serial", serial);
+    capture.head(plain_side, plain_side, 1, "tofgraph-capture", "camcube2");
+    capture.dataset("taps", {frames, 4, 2, plain_side, plain_side}, taps, {1, 4, 2, plain_side, plain_side});
+    capture.metadata(frames, 1e-3);
+  }
+
+  void campaign(const std::vector<std::string>& captures) {
+    std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+    for (std::size_t i = 0; i < captures.size(); ++i)
+      text += "  - {id: c" + std::to_string(i) + ", capture: " + captures[i] +
+              ", board: {distance: 1 m}, integration_time: " + std::to_string(i + 1) + " ms}\n";
+    write_text(folder.path() / "campaign.yaml", text);
+  }
+
+  Outcome run(const std::string& command) const { return shell("\"$TOFGRAPH\" " + command, folder.path()); }
+
+  static constexpr std::size_t stuck = 5000, dark = 20000, noisy = 30000;
+  std::mt19937_64 random_{3};
+  TemporaryFolder folder;
+};
+
+TEST_F(Noise, ReadAndShotNoiseAreRightToTwoPercentAndSigmaToThreeAtEveryAmplitude) {
+  const std::array<double, 5> amplitudes = {40, 150, 500, 1500, 5000};
+  std::vector<std::string> names;
+  for (const double a : amplitudes) {
+    names.push_back("a" + std::to_string(static_cast<int>(a)) + ".h5");
+    record(names.back(), a, 2, {}, 3);
+  }
+  campaign(names);
+  const Outcome outcome = run("calibrate noise campaign.yaml -o n.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  io::CalibrationReader file(folder.path() / "n.yaml", "noise", "camcube2");
+  const io::Calibrated read = file.need("read_noise", "counts", 1, ""), shot = file.need("shot_noise", "counts", 1, "");
+  EXPECT_NEAR(read.value[0], read_noise, 0.02 * read_noise);
+  EXPECT_NEAR(shot.value[0], 1 / electrons_per_count, 0.02 / electrons_per_count);
+  std::printf("read noise %.4f of %.1f counts, shot noise %.5f of %.5f\n", read.value[0], read_noise, shot.value[0],
+              1 / electrons_per_count);
+  // Three pixels are not like the others, and no fourth.
+  const std::vector<double> bad = raw_values<double>(folder.path() / "n.maps.h5", "bad");
+  EXPECT_EQ(bad[stuck], 6) << "stuck, and another response";
+  EXPECT_EQ(bad[dark], 4);
+  EXPECT_EQ(bad[noisy], 1);
+  EXPECT_EQ(std::ranges::count_if(bad, [](double b) { return b != 0; }), 3);
+  // What the decoder makes of it, against the scatter of distances that were decoded here.
+  for (std::size_t c = 0; c < amplitudes.size(); ++c) {
+    const Outcome decoded = run("run \"capture_reader file=" + names[c] +
+                                " ! four_phase_decoder calibration=n.yaml modulation_frequency=20MHz ! capture_writer "
+                                "path=d.h5 overwrite=true\"");
+    ASSERT_EQ(decoded.exit_code, 0) << decoded.err;
+    const auto taps = raw_values<std::uint16_t>(folder.path() / names[c], "/frames/taps");
+    const auto sigma = raw_values<float>(folder.path() / "d.h5", "/frames/sigma");
+    double square = 0, told = 0, count = 0;
+    for (std::size_t i = 0; i < plain_pixels; ++i) {
+      if (bad[i] != 0) continue;
+      double sum = 0, squares = 0;
+      for (std::size_t f = 0; f < frames; ++f) {
+        const auto at = [&](std::size_t k, std::size_t t) {
+          return static_cast<double>(taps[((f * 4 + k) * 2 + t) * plain_pixels + i]);
+        };
+        const auto sample = [&](std::size_t k) { return at(k, 0) - at(k, 1); };
+        const double turn = 2 * std::numbers::pi * 2 / range;  // about the true distance: nothing wraps
+        const double x = sample(0) - sample(2), y = sample(3) - sample(1);
+        const double d = std::atan2(y * std::cos(turn) - x * std::sin(turn), x * std::cos(turn) + y * std::sin(turn));
+        sum += d;
+        squares += d * d;
+        told += std::pow(sigma[f * plain_pixels + i], 2) / frames;
+      }
+      square += (squares - sum * sum / frames) / (frames - 1) * std::pow(range / (2 * std::numbers::pi), 2);
+      count += 1;
+    }
+    std::printf("amplitude %.0f: sigma told %.4f mm, measured %.4f mm\n", amplitudes[c], 1e3 * std::sqrt(told / count),
+                1e3 * std::sqrt(square / count));
+    EXPECT_NEAR(std::sqrt(told / square), 1, 0.03) << amplitudes[c];
+  }
+}
+
+TEST_F(Noise, TheMaskFlagsWhatIsBad) {
+  record("a.h5", 300, 2);
+  record("b.h5", 900, 2);
+  record("c.h5", 2700, 2);
+  campaign({"a.h5", "b.h5", "c.h5"});
+  ASSERT_EQ(run("calibrate noise campaign.yaml -o n.yaml").exit_code, 0);
+  write_text(
+      folder.path() / "p.yaml",
+      "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: capture_reader, file: a.h5}\n"
+      "  - {stage: four_phase_decoder, calibration: n.yaml, modulation_frequency: 20 MHz}\n"
+      "  - {stage: mask, bad_pixels: {file: n.maps.h5, dataset: bad}}\n  - {stage: capture_writer, path: m.h5}\n");
+  const Outcome outcome = run("run p.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto flags = raw_values<std::uint16_t>(folder.path() / "m.h5", "/frames/flags");
+  const auto distance = raw_values<float>(folder.path() / "m.h5", "/frames/distance");
+  constexpr std::uint16_t bad_and_invalid = 1024 | 1;
+  EXPECT_EQ(flags[stuck] & bad_and_invalid, bad_and_invalid);
+  EXPECT_TRUE(std::isnan(distance[stuck]));
+  EXPECT_EQ(flags[stuck + 1] & bad_and_invalid, 0);
+}
+
+TEST_F(Noise, WhatCannotBeUsedIsSaid) {
+  record("a.h5", 300, 2, "C7");
+  record("b.h5", 900, 2, "C8");
+  campaign({"a.h5", "b.h5"});
+  const Outcome serials = run("calibrate noise campaign.yaml -o n.yaml");
+  EXPECT_EQ(serials.exit_code, 2);
+  EXPECT_NE(serials.err.find("campaign.yaml:5:5: error: the capture is of the camera with the serial C8"),
+            std::string::npos)
+      << serials.err;
+  write_distances(folder.path() / "d.h5", {std::vector<float>(plain_pixels, 1)}, std::vector<float>(plain_pixels, 500),
+                  1e-3);
+  campaign({"d.h5"});
+  const Outcome single = run("calibrate noise campaign.yaml -o n.yaml");
+  EXPECT_EQ(single.exit_code, 2);
+  EXPECT_NE(single.err.find("two or more of each condition"), std::string::npos) << single.err;
+  std::vector<std::vector<float>> same(4, std::vector<float>(plain_pixels));
+  std::normal_distribution<float> noise(1, 0.01F);
+  for (auto& frame : same) {
+    for (float& value : frame) value = noise(random_);
+  }
+  write_distances(folder.path() / "d.h5", same, std::vector<float>(plain_pixels, 500), 1e-3);
+  const Outcome one_level = run("calibrate noise campaign.yaml -o n.yaml");
+  EXPECT_EQ(one_level.exit_code, 2);
+  EXPECT_NE(one_level.err.find("record at several integration times or distances"), std::string::npos) << one_level.err;
+  EXPECT_FALSE(fs::exists(folder.path() / "n.yaml"));
+}
+
+}  // namespace
+}  // namespace tofgraph::tests

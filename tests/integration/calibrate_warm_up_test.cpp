@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The calibration warm-up against drifts that are drawn here, and the means of table 3.1 of the reference.
+#include <hdf5.h>
+
+#include "tests/plain_boards.hpp"
+#include "tests/program.hpp"
+
+#include "io/calibration.hpp"
+
+#include <array>
+
+namespace tofgraph::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double mm = 1e-3, minute = 60, hour = 3600;
+
+struct Truth {
+  double integration_time, start, drift, time_constant;
+};
+
+double warm(double time, double tau) { return 1 - std::exp(-time / tau); }
+
+class WarmUp : public testing::Test {
+ protected:
+  /// One recording over hours: a board at 3 m of which 12 x 12 pixels are looked at, a point in time every `pace`.
+  /// @returns mean over the window's pixels and all frames, m
+  double record(const std::string& name, const Truth& truth, double end, double pace, double noise, double wander = 0,
+                bool knows_time = true) {
+    std::vector<std::vector<float>> images;
+    std::vector<double> times;
+    std::normal_distribution<double> unit(0, 1);
+    double sum = 0, walk = 0;
+    for (double t = 30; t <= end; t += pace) {
+      walk = 0.9 * walk + std::sqrt(1 - 0.81) * wander * unit(random_);
+      std::vector<float> image(plain_pixels, static_cast<float>(truth.start));
+      double mean = 0;
+      for (std::size_t row = 96; row < 108; ++row) {
+        for (std::size_t column = 96; column < 108; ++column) {
+          const double d = truth.start + truth.drift * warm(t, truth.time_constant) + walk + noise * unit(random_);
+          image[row * plain_side + column] = static_cast<float>(d);
+          mean += d / 144;
+        }
+      }
+      images.push_back(std::move(image));
+      times.push_back(t);
+      sum += mean;
+    }
+    RawCapture capture(folder.path() / name);
+    capture.head(plain_side, plain_side, 1, "tofgraph-capture", "camcube2");
+    std::vector<float> distances;
+    for (const auto& image : images) distances.insert(distances.end(), image.begin(), image.end());
+    const hsize_t n = images.size();
+    capture.dataset("distance", {n, plain_side, plain_side}, distances, {1, plain_side, plain_side});
+    capture.metadata(n, truth.integration_time, "time_since_power_on_s");
+    capture.dataset("time_since_power_on_s", {n}, knows_time ? times : std::vector<double>(n, std::nan("")));
+    return sum / static_cast<double>(n);
+  }
+
+  void campaign(const std::vector<std::string>& captures) {
+    std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+    for (const std::string& c : captures)
+      text += "  - {capture: " + c +
+              ", board: {distance: 3 m}, target: white, roi: {columns: [96, 107], rows: [96, 107]}}\n";
+    write_text(folder.path() / "campaign.yaml", text);
+  }
+
+  Outcome run(const std::string& command) const { return shell("\"$TOFGRAPH\" " + command, folder.path()); }
+  io::Calibrated column(const char* name, const char* unit) const {
+    return io::CalibrationReader(folder.path() / "w.yaml", "warm-up", "camcube2").column(name, unit, 0, "");
+  }
+
+  std::mt19937_64 random_{11};
+  TemporaryFolder folder;
+};
+
+TEST_F(WarmUp, EightHoursAtThreeIntegrationTimesGiveTheMeansOfTheTableAndTheTimeConstants) {
+  // Starts such that the mean over the 8 hours is table 3.1's: 2941.4, 3033.1 and 3096.7 mm.
+  const std::array<double, 3> published = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm};
+  std::array<Truth, 3> truths = {
+      {{5e-3, 0, 2 * mm, 14 * minute}, {25e-3, 0, 9 * mm, 14 * minute}, {50e-3, 0, 16 * mm, 14 * minute}}};
+  const std::array<double, 3> noise = {6 * mm, 2.5 * mm, 1.5 * mm};  // of a pixel in a frame
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    // The mean of 1 - e^(-t/tau) over the recording, by its integral.
+    const double end = 8 * hour, tau = truths[k].time_constant;
+    truths[k].start = published[k] - truths[k].drift * (1 - tau / end * (1 - std::exp(-end / tau)));
+    names.push_back("t" + std::to_string(k) + ".h5");
+    record(names.back(), truths[k], end, 1 * minute, noise[k]);
+  }
+  campaign(names);
+  const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Calibrated mean = column("mean", "m"), drift = column("drift", "m"), tau = column("time_constant", "s"),
+                       settled = column("settled", "s");
+  ASSERT_EQ(mean.value.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::printf("%.0f ms: mean %.2f mm (table 3.1: %.1f), drift %.2f of %.0f mm, time constant %.1f +- %.1f of 840 s\n",
+                1e3 * truths[k].integration_time, 1e3 * mean.value[k], 1e3 * published[k], 1e3 * drift.value[k],
+                1e3 * truths[k].drift, tau.value[k], tau.sd[k]);
+    EXPECT_NEAR(mean.value[k], published[k], 0.2 * mm);
+    EXPECT_NEAR(drift.value[k], truths[k].drift, 4 * drift.sd[k]);
+    EXPECT_NEAR(tau.value[k], 840, 4 * tau.sd[k]);
+  }
+  for (std::size_t k = 1; k < 3; ++k)  // 2 mm are left of the drift; at 5 ms there is hardly more from the beginning
+    EXPECT_NEAR(settled.value[k] / (840 * std::log(truths[k].drift / (2 * mm))), 1, 0.06);
+  EXPECT_NEAR(tau.value[1], 840, 0.05 * 840);
+  EXPECT_NEAR(tau.value[2], 840, 0.05 * 840);
+  const std::string model = read_text(folder.path() / "w.model.yaml");
+  EXPECT_NE(model.find("effect: warm_up"), std::string::npos) << model;
+  EXPECT_EQ(run("check w.model.yaml").exit_code, 0);
+}
+
+TEST_F(WarmUp, TheModelTakesTheDriftOut) {
+  const Truth truth{10e-3, 3.02, 14 * mm, 12 * minute};
+  record("a.h5", truth, 2 * hour, 30, 4 * mm);
+  campaign({"a.h5"});
+  ASSERT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml").exit_code, 0);
+  record("new.h5", truth, 1 * hour, 5 * minute, 0);
+  const Outcome outcome = run(
+      "run \"capture_reader file=new.h5 ! model_correction model=w.model.yaml ! capture_writer path=out.h5\" --camera "
+      "camcube2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto after = raw_values<float>(folder.path() / "out.h5", "/frames/distance");
+  for (std::size_t f = 0; f * plain_pixels < after.size(); ++f)
+    EXPECT_NEAR(after[f * plain_pixels + 100 * plain_side + 100], truth.start, 0.4 * mm) << "frame " << f;
+}
+
+TEST_F(WarmUp, UncertaintiesAllowForErrorsThatHangTogether) {
+  int inside = 0, runs = 20;
+  for (int k = 0; k < runs; ++k) {
+    record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 3 * hour, 2 * minute, 3 * mm, 0.5 * mm);
+    campaign({"a.h5"});
+    const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml --force");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const io::Calibrated tau = column("time_constant", "s");
+    inside += std::abs(tau.value[0] - 900) < 2 * tau.sd[0] ? 1 : 0;
+  }
+  std::printf("true time constant within two standard deviations: %d of %d\n", inside, runs);
+  EXPECT_GE(inside, 16) << "19 are expected; 15 or fewer come by chance once in 400";
+}
+
+TEST_F(WarmUp, TooShortIsSaidWithTheLengthThatWouldDo) {
+  record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 8 * minute, 10, 3 * mm);
+  campaign({"a.h5"});
+  const Outcome shorter = run("calibrate warm-up campaign.yaml -o w.yaml");
+  EXPECT_EQ(shorter.exit_code, 2) << shorter.err;
+  EXPECT_NE(shorter.err.find("too short for a time constant"), std::string::npos) << shorter.err;
+  const auto at = shorter.err.find("record for ");
+  ASSERT_NE(at, std::string::npos) << shorter.err;
+  const double wanted = std::stod(shorter.err.substr(at + 11)) * minute;
+  EXPECT_GT(wanted, 12 * minute);
+  EXPECT_LT(wanted, 3 * hour);
+  // The length that would do does.
+  record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, std::max(wanted, 30 * minute), 10, 3 * mm);
+  EXPECT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml").exit_code, 0);
+  EXPECT_NEAR(column("time_constant", "s").value[0], 900, 0.3 * 900);
+
+  record("a.h5", {10e-3, 3.0, 0, 15 * minute}, 8 * minute, 10, 3 * mm);
+  const Outcome nothing = run("calibrate warm-up campaign.yaml -o v.yaml");
+  EXPECT_EQ(nothing.exit_code, 2) << nothing.err;
+  EXPECT_NE(nothing.err.find("they are too short to tell\n  record for 36.00 min"), std::string::npos) << nothing.err;
+}
+
+TEST_F(WarmUp, ATimeThatNobodyKnowsIsAnError) {
+  record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 30 * minute, minute, 3 * mm, 0, false);
+  campaign({"a.h5"});
+  const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("campaign.yaml:4:5: error: the time since power-on is unknown"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("time_since_power_on: 60 s"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
