@@ -164,8 +164,9 @@ std::array<std::string, 2> undistorted_preview(const Intrinsics& result) {
   const LensParameters& lens = result.solution.lens;
   Image straight{image.width, image.height, {}};
   for (std::size_t i = 0; i < image.values.size(); ++i) {
-    const double x = (static_cast<double>(i % image.width) - lens[lens::cx]) / lens[lens::fx];
-    const double y = (static_cast<double>(i / image.width) - lens[lens::cy]) / lens[lens::fy];
+    const std::size_t column = i % image.width, row = i / image.width;
+    const double x = (static_cast<double>(column) - lens[lens::cx]) / lens[lens::fx];
+    const double y = (static_cast<double>(row) - lens[lens::cy]) / lens[lens::fy];
     double pixel[2];
     project_plane<double>(lens.data(), x, y, pixel);
     straight.values.push_back(bilinear(image, pixel[0], pixel[1]));

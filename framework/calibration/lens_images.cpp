@@ -88,8 +88,9 @@ std::vector<std::size_t> board_pixels(const Image& image, const LensViews& views
   const double offset = r[2] * t[0] + r[5] * t[1] + r[8] * t[2];
   std::vector<std::size_t> pixels;
   for (std::size_t i = 0; i < image.values.size(); ++i) {
+    const std::size_t column = i % image.width, row = i / image.width;
     double xy[2];
-    if (!unproject(lens, static_cast<double>(i % image.width), static_cast<double>(i / image.width), xy)) continue;
+    if (!unproject(lens, static_cast<double>(column), static_cast<double>(row), xy)) continue;
     const double along = offset / (r[2] * xy[0] + r[5] * xy[1] + r[8]);
     const double dx = along * xy[0] - t[0], dy = along * xy[1] - t[1], dz = along - t[2];
     const double a = r[0] * dx + r[3] * dy + r[6] * dz, b = r[1] * dx + r[4] * dy + r[7] * dz;
