@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::calibration {
@@ -18,8 +19,10 @@ using config::format_quantity;
 std::string mm(double metres, int digits = 2) {
   return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * 1e3, digits) : "-";
 }
-std::string estimate(const Estimate& e, double scale, int digits) {
+/// With as many digits as its uncertainty has.
+std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
+  const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::max(e.sd * scale, 1e-9)))), 0, 5);
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
 }
 
@@ -91,9 +94,9 @@ class Report {
       for (const Board* b : s.points) measured.push_back(b->measured.mean);
       const Moments m = moments_of(measured);
       rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
-                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3, 2) : "not seen",
-                      d.seen ? estimate(d.time_constant, 1.0 / 60, 1) : "-", estimate(d.slow_drift, 1e3, 2),
-                      estimate(d.slow_time_constant, 1.0 / 60, 0), estimate(d.droop, 100, 2), mm(d.scatter)});
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : "not seen",
+                      d.seen ? estimate(d.time_constant, 1.0 / 60) : "-", estimate(d.slow_drift, 1e3),
+                      estimate(d.slow_time_constant, 1.0 / 60), estimate(d.droop, 100), mm(d.scatter)});
     }
     page_.table(Row{"series", "points", "over, min", "mean, mm", "sd over time, mm", "drift, mm", "time constant, min",
                     "slow drift, mm", "its time constant, min", "droop of the light, %", "scatter left, mm"},
@@ -147,8 +150,8 @@ class Report {
         "min. "
         "The drift of a single series differs by at most {} mm from it. model_correction undoes it where frames tell "
         "their time since power-on.",
-        estimate(m.drift, 1e3, 2), format_quantity(m.reference_time, "s"), m.exponent.value,
-        estimate(m.time_constant, 1.0 / 60, 1), mm(m.misfit)));
+        estimate(m.drift, 1e3), format_quantity(m.reference_time, "s"), m.exponent.value,
+        estimate(m.time_constant, 1.0 / 60), mm(m.misfit)));
   }
 
   const WarmUpData& data_;
