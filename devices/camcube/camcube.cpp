@@ -37,7 +37,7 @@ struct CamCube final : Source {
                         "backend",
                         {.default_value = "auto",
                          .choices = "auto pmdsdk usb replay simulated",
-                         .text = "auto: replay where there is a file, simulated where there is a scene, else the "
+                         .text = "auto: the one that a given parameter is of (file, scene, library, device), else the "
                                  "first of pmdsdk (the vendor's library) and usb that finds a camera; these two are "
                                  "not verified on hardware"}};
   Param<double> integration_time{
@@ -153,14 +153,14 @@ struct CamCube final : Source {
     const std::string wanted = chosen_backend();
     std::string used = wanted;
     camcube::Delivery delivery;
-    if (wanted == "auto") {
-      take_camera(setup);
-      delivery = first_that_finds_a_camera(used);
-    } else {
+    if (wanted == "replay" || wanted == "simulated") {
       camera_ = make(wanted);
       camera_->prepare(setup);
       take_camera(setup);
       delivery = camera_->open();
+    } else {
+      take_camera(setup);
+      delivery = wanted == "auto" ? first_that_finds_a_camera(used) : (camera_ = make(wanted))->open();
     }
     provide(setup, delivery);
     is_device_ = used == "usb" || used == "pmdsdk";
@@ -198,7 +198,9 @@ struct CamCube final : Source {
   std::string chosen_backend() const {
     if (*backend != "auto") return *backend;
     if (file.given() && scene.given()) throw ConfigError("scene", "there is a 'file' too: remove one of the two");
-    return file.given() ? "replay" : scene.given() ? "simulated" : "auto";
+    if (file.given() || scene.given()) return file.given() ? "replay" : "simulated";
+    if (library.given()) return "pmdsdk";
+    return device.given() || protocol.given() ? "usb" : "auto";
   }
 
   camcube::BackendPtr make(const std::string& name) const {
