@@ -83,7 +83,4 @@ BackendPtr make_simulated(const Stage& stage, const Settings& settings);
 /// Whole microseconds within the range of the profile. @throws SettingError that says the nearest valid time
 void check_integration_time(const Settings& settings);
 
-/// Now, in ns since 1970.
-std::int64_t now_ns();
-
 }  // namespace tofgraph::camcube

@@ -58,7 +58,7 @@ struct CamCube final : Source {
   Param<double> timeout{this,
                         "timeout",
                         {.unit = "s",
-                         .default_value = "1.5 s",
+                         .default_value = "1 s",
                          .min = 0.05,
                          .max = 3600,
                          .text = "without a frame for so long is a fault"}};
@@ -332,11 +332,6 @@ void check_integration_time(const Settings& settings) {
                     "nearest valid time is {}",
                     config::format_quantity(wanted, "s"), settings.camera, config::format_quantity(least, "s"),
                     config::format_quantity(most, "s"), config::format_quantity(nearest, "s")));
-}
-
-std::int64_t now_ns() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
 }  // namespace camcube

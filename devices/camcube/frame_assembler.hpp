@@ -7,6 +7,7 @@
 
 #include "devices/camcube/frame_exchange.hpp"
 #include "devices/camcube/protocol.hpp"
+#include "plugins/raw_source_data.hpp"
 
 namespace tofgraph::camcube {
 

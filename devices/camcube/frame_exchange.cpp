@@ -6,6 +6,11 @@
 
 namespace tofgraph::camcube {
 
+std::int64_t now_ns() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
 void FrameExchange::offer(RawFrame& frame) {
   {
     const std::scoped_lock lock(mutex_);

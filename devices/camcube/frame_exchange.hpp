@@ -3,15 +3,19 @@
 /// @file Between the thread of a device and that of the source: few frames, the newest are kept.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <optional>
 #include <vector>
 
-#include "devices/camcube/backend.hpp"
+#include "devices/camcube/errors.hpp"
 
 namespace tofgraph::camcube {
+
+/// Now, in ns since 1970.
+std::int64_t now_ns();
 
 /// Raw source data of one frame, or what stands for it.
 struct RawFrame {

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <memory>
 
+#include "devices/camcube/backend.hpp"
 #include "devices/camcube/frame_exchange.hpp"
 #include "devices/camcube/pmd_library.hpp"
 

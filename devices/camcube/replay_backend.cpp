@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "config/say.hpp"
+#include "devices/camcube/frame_exchange.hpp"
 #include "devices/camcube/raw_output.hpp"
 #include "io/captures/capture.hpp"
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "devices/camcube/backend.hpp"
+#include "devices/camcube/frame_exchange.hpp"
 #include "plugins/model_reader.hpp"
 #include "simulation/simulation.hpp"
 
