@@ -18,9 +18,13 @@ std::string error_text(int error) { return libusb_strerror(static_cast<libusb_er
 
 UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle, std::uint8_t endpoint,
                            std::size_t transfers, std::size_t bytes, TransportEvents events)
-    : context_(context), handle_(handle), endpoint_(endpoint), events_(std::move(events)), transfers_(transfers) {
+    : context_(context),
+      handle_(handle),
+      endpoint_(endpoint),
+      events_(std::move(events)),
+      transfers_(std::make_unique<std::vector<Transfer>>(transfers)) {
   const std::size_t room = (bytes + largest_packet - 1) / largest_packet * largest_packet;
-  for (Transfer& transfer : transfers_) {
+  for (Transfer& transfer : *transfers_) {
     transfer.owner = this;
     transfer.transfer = libusb_alloc_transfer(0);
     // Room for a little more than a message, so that one that is too long is seen; where it is a whole number of
@@ -32,7 +36,7 @@ UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle
 }
 
 void UsbTransport::submit() {
-  for (Transfer& transfer : transfers_) {
+  for (Transfer& transfer : *transfers_) {
     if (!submit(transfer)) throw Fault("the camera takes no transfers: " + error_text(LIBUSB_ERROR_IO), true);
   }
 }
@@ -72,12 +76,12 @@ void UsbTransport::stop() noexcept {
     thread_.join();
   else
     cancel_all();
-  for (Transfer& transfer : transfers_) {
+  for (Transfer& transfer : *transfers_) {
     // One that the system still has would be written into after its end: it is left to the process.
     if (!transfer.in_flight) libusb_free_transfer(transfer.transfer);
   }
-  if (in_flight_ != 0) new std::vector<Transfer>(std::move(transfers_));
-  transfers_.clear();
+  if (in_flight_ != 0) static_cast<void>(transfers_.release());
+  transfers_ = std::make_unique<std::vector<Transfer>>();
   in_flight_ = 0;
 }
 
@@ -131,14 +135,14 @@ void UsbTransport::recover_from_stall() {
                     : "the camera stalled, and the stall cannot be cleared: " + error_text(error),
          lost);
   gone_ = gone_ || lost;
-  for (Transfer& transfer : transfers_) {
+  for (Transfer& transfer : *transfers_) {
     if (!gone_) submit(transfer);
   }
 }
 
 bool UsbTransport::cancel_all() {
   cancelling_ = true;
-  for (Transfer& transfer : transfers_) {
+  for (Transfer& transfer : *transfers_) {
     if (transfer.in_flight) libusb_cancel_transfer(transfer.transfer);
   }
   const auto end = std::chrono::steady_clock::now() + cancel_patience;

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <span>
 #include <thread>
 #include <vector>
@@ -58,7 +59,7 @@ class UsbTransport {
   libusb_device_handle* handle_;
   const std::uint8_t endpoint_;
   const TransportEvents events_;
-  std::vector<Transfer> transfers_;
+  std::unique_ptr<std::vector<Transfer>> transfers_;
   std::size_t in_flight_ = 0, failures_ = 0;  // failures: since the last message
   bool stalled_ = false, gone_ = false, cancelling_ = false;
   std::atomic<bool> stopping_{false};
