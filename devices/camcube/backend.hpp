@@ -70,6 +70,8 @@ class Backend {
   /// Waits for a frame at most so long. It sets all metadata but `number`; device_number counts from open() on, or is
   /// the device's own. @throws Fault
   virtual Got read(Frame& frame, std::chrono::milliseconds patience) = 0;
+  /// Frames that came faster than they were read, so far.
+  virtual std::uint64_t overtaken() const { return 0; }
   /// Makes a running read() return soon. [any thread]
   virtual void stop() noexcept {}
 };

@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 #include <tofgraph/stage.hpp>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/quantity.hpp"
+#include "config/say.hpp"
 #include "devices/camcube/backend.hpp"
 #include "devices/camcube/frame_counter.hpp"
 
@@ -117,7 +119,7 @@ struct CamCube final : Source {
 
   bool process(Frame& frame) {
     if (!started_) begin();
-    while (!stopping()) {
+    while (!ending()) {
       try {
         switch (camera_->read(frame, patience)) {
           case Backend::Got::end:
@@ -138,8 +140,13 @@ struct CamCube final : Source {
     return false;
   }
 
-  void finish() { camera_->close(); }
+  void finish() {
+    camera_->close();
+    if (const std::uint64_t frames = camera_->overtaken(); frames != 0)
+      warn(config::counted(frames, "frame") + " came faster than they were taken, and made room for newer ones");
+  }
   void stop() {
+    stopped_ = true;
     if (camera_) camera_->stop();
   }
 
@@ -262,6 +269,9 @@ struct CamCube final : Source {
     setup.set_frames(delivery.frames, delivery.known);
   }
 
+  /// The user wants the end, or another node has failed.
+  bool ending() const { return stopped_.load() || stopping(); }
+
   void begin() {
     started_ = true;
     last_frame_ = waiting_since_ = Clock::now();
@@ -293,7 +303,7 @@ struct CamCube final : Source {
   void open_again() {
     camera_->close();
     std::string said;
-    while (!stopping()) {
+    while (!ending()) {
       try {
         camera_->open();
         warn("the camera is back");
@@ -313,28 +323,12 @@ struct CamCube final : Source {
   camcube::BackendPtr camera_;
   std::string description_;
   camcube::FrameCounter counter_;
+  std::atomic<bool> stopped_{false};
   bool started_ = false, is_device_ = false;  // device: one that has to answer
   int faults_ = 0;
   Clock::time_point last_frame_, waiting_since_;
 };
 
-namespace camcube {
-
-void check_integration_time(const Settings& settings) {
-  const double wanted = settings.integration_time;
-  const double least = std::isfinite(settings.integration_range[0]) ? settings.integration_range[0] : 1e-6;
-  const double most = std::isfinite(settings.integration_range[1]) ? settings.integration_range[1] : 1;
-  const double nearest = std::round(std::clamp(wanted, least, most) * 1e6) * 1e-6;
-  if (std::abs(nearest - wanted) > 1e-9)
-    throw ConfigError(
-        "integration_time",
-        fmt::format("{} is not valid for the camera '{}', which has whole microseconds from {} to {}; the "
-                    "nearest valid time is {}",
-                    config::format_quantity(wanted, "s"), settings.camera, config::format_quantity(least, "s"),
-                    config::format_quantity(most, "s"), config::format_quantity(nearest, "s")));
-}
-
-}  // namespace camcube
 }  // namespace tofgraph
 
 TOFGRAPH_STAGE(tofgraph::CamCube,

@@ -67,10 +67,15 @@ class PmdSdk final : public Backend {
   }
 
   void close() noexcept override {
-    if (session_) PmdSession::close(std::move(session_));
+    if (session_) {
+      overtaken_ += session_->frames().overtaken();
+      PmdSession::close(std::move(session_));
+    }
     session_.reset();
     started_ = false;
   }
+
+  std::uint64_t overtaken() const override { return overtaken_; }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {
     if (!started_) session_->start();
@@ -161,6 +166,7 @@ class PmdSdk final : public Backend {
   std::shared_ptr<const PmdLibrary> library_;
   std::shared_ptr<PmdSession> session_;
   RawFrame frame_;
+  std::uint64_t overtaken_ = 0;
   bool started_ = false, told_ = false;
 };
 

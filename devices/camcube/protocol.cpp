@@ -128,7 +128,7 @@ class ProtocolReader {
   }
 
   void read_fields(const Value& value, Protocol& protocol) {
-    config::Reader fields(value, diagnostics_, "the fields");
+    config::Reader fields(value, diagnostics_, "'fields'");
     if (const config::Entry* entry = fields.take("magic")) {
       config::Reader reader(entry->value, diagnostics_, "the field 'magic'");
       Magic magic;
@@ -146,7 +146,7 @@ class ProtocolReader {
   }
 
   void read_commands(const Value& value, Protocol& protocol) {
-    config::Reader commands(value, diagnostics_, "the commands");
+    config::Reader commands(value, diagnostics_, "'commands'");
     for (const std::string_view name : command_names) {
       const config::Entry* entry = commands.take(name);
       if (entry == nullptr) continue;

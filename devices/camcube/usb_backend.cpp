@@ -75,6 +75,7 @@ class Usb final : public Backend {
     return Got::frame;
   }
 
+  std::uint64_t overtaken() const override { return frames_.overtaken(); }
   void stop() noexcept override { frames_.wake(); }
 
  private:

@@ -172,6 +172,15 @@ TEST_F(UsbCamera, ThatStaysAwayIsWaitedForUntilAnInterrupt) {
   EXPECT_THAT(outcome.err, HasSubstr("interrupted: the frames up to here are complete"));
 }
 
+TEST_F(UsbCamera, EndsWhenAnotherNodeFails) {
+  const Outcome outcome =
+      run("",
+          "\"$TOFGRAPH\" run 'camcube:usb reconnect=true ! four_phase_decoder ! throws_in_process ! "
+          "null' --plugin-path '" TOFGRAPH_BINARY_DIR "/tests/broken'");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("node 'throws_in_process'"));
+}
+
 TEST_F(UsbCamera, DoesNotWaitForASlowSink) {
   const Outcome outcome =
       run("",
