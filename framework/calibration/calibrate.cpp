@@ -78,7 +78,10 @@ std::vector<std::filesystem::path> outputs_of(const Kind& kind, const std::files
 }
 
 void write(const Result& result, const Kind& kind, const std::filesystem::path& calibration) {
-  result.page.write(report_of(calibration));
+  report::Page page = result.page;
+  if (!result.notes.empty()) page.heading("Notes");
+  for (const std::string& note : result.notes) page.paragraph(note);
+  page.write(report_of(calibration));
   if (kind.writes_maps) {
     io::OutputFile file(maps_of(calibration));
     io::write_pixel_maps(file.temporary_path().string(), result.maps, result.map_rows, result.map_columns);

@@ -264,7 +264,7 @@ Result calibrate_intrinsics(const Request& request) {
   const bool doubtful = result.lens.found || (result.halves.done && !result.halves.agree()) || result.board.found;
   return {.file = writer.text(),
           .page = intrinsics_report(campaign.camera->view().name, result, sentence_of({lines[0], lines[1]}),
-                                    doubtful ? "warn" : "good", lines, notes),
+                                    doubtful ? "warn" : "good", lines),
           .summary = fmt::format("{}", fmt::join(lines, "\n")),
           .notes = notes};
 }

@@ -22,8 +22,7 @@ struct Intrinsics {
 
 /// @param verdict the sentence at the top @param lines the summary
 report::Page intrinsics_report(const std::string& camera, const Intrinsics& result, const std::string& verdict,
-                               const std::string& severity, const std::vector<std::string>& lines,
-                               const std::vector<std::string>& notes);
+                               const std::string& severity, const std::vector<std::string>& lines);
 
 /// Tilts of a board about x and y, rad, as boards are tilted in scenes: R_y R_x.
 std::array<double, 2> tilts_of(const Pose& pose);

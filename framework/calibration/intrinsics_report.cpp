@@ -23,14 +23,9 @@ class Report {
   Report(const std::string& camera, const Intrinsics& result)
       : result_(result), solution_(result.solution), page_("Lens of " + camera) {}
 
-  report::Page make(const std::string& verdict, const std::string& severity, const std::vector<std::string>& lines,
-                    const std::vector<std::string>& notes) {
+  report::Page make(const std::string& verdict, const std::string& severity, const std::vector<std::string>& lines) {
     page_.verdict(verdict, severity);
     for (std::size_t i = 2; i < lines.size(); ++i) page_.paragraph(sentence_of({lines[i]}));
-    if (!notes.empty()) {
-      page_.heading("Notes");
-      for (const std::string& note : notes) page_.paragraph(note);
-    }
     lens();
     uncertainty();
     judgement();
@@ -187,9 +182,8 @@ class Report {
 }  // namespace
 
 report::Page intrinsics_report(const std::string& camera, const Intrinsics& result, const std::string& verdict,
-                               const std::string& severity, const std::vector<std::string>& lines,
-                               const std::vector<std::string>& notes) {
-  return Report(camera, result).make(verdict, severity, lines, notes);
+                               const std::string& severity, const std::vector<std::string>& lines) {
+  return Report(camera, result).make(verdict, severity, lines);
 }
 
 }  // namespace tofgraph::calibration

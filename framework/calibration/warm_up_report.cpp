@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/integration_time.hpp"
+#include "calibration/report_text.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
@@ -16,9 +17,6 @@ namespace {
 using Row = std::vector<std::string>;
 using config::format_quantity;
 
-std::string mm(double metres, int digits = 2) {
-  return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * 1e3, digits) : "-";
-}
 /// With as many digits as its uncertainty has.
 std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
@@ -47,10 +45,6 @@ class Report {
         "Root mean square over the pixels of the offset-corrected against the modelled distance (3.1), (6.7), "
         "of a single frame.");
     add_model(model);
-    if (!data_.campaign.boards.notes.empty()) {
-      page_.heading("Notes");
-      for (const std::string& note : data_.campaign.boards.notes) page_.paragraph(note);
-    }
     return std::move(page_);
   }
 
@@ -112,16 +106,12 @@ class Report {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Drift& d = drifts_[i];
       if (std::isfinite(d.held_out_after.value))
-        rows.push_back({name(data_.series[i]), interval(d.held_out_before), interval(d.held_out_after)});
+        rows.push_back({name(data_.series[i]), interval_mm(d.held_out_before), interval_mm(d.held_out_after)});
     }
     if (rows.empty()) return;
     page_.table(Row{"left out: inner fifths of the time", "a constant distance, mm (95 %)", "the fit, mm (95 %)"},
                 rows);
     page_.paragraph("Root mean square of what was measured in the fifth that was left out minus what was predicted.");
-  }
-
-  static std::string interval(const Interval& i) {
-    return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
   }
 
   void settling(double tolerance) {
