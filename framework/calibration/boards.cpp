@@ -104,7 +104,7 @@ class Reader {
       const io::Recording recording(written.capture);
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
-      complete(condition, recording.reader());
+      complete(condition, recording.reader(), camera_);
       images = mean_of(recording, condition, window, camera_);
       result.wrapped = leave_out_wrapped(condition, images);
       if (images.noise > too_noisy * range_)
@@ -143,29 +143,6 @@ class Reader {
     const double share = 1 - static_cast<double>(kept.pixels.size()) / static_cast<double>(images.pixels.size());
     if (share > 0) images = std::move(kept);
     return share;
-  }
-
-  /// What the capture knows and the campaign does not say.
-  void complete(io::Condition& condition, const io::CaptureReader& capture) const {
-    const auto [first_frame, last_frame] =
-        condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
-    const tofgraph_metadata first = capture.metadata(first_frame);
-    for (std::uint64_t frame = first_frame; frame <= last_frame && frame < capture.frames(); ++frame) {
-      const double time = capture.metadata(frame).integration_time;
-      if (time != first.integration_time && !(std::isnan(time) && std::isnan(first.integration_time)))
-        throw std::runtime_error(fmt::format(
-            "was recorded with several integration times, {} and {}: give each a condition with its frames, e.g. "
-            "frames: [0, 19]",
-            format_quantity(first.integration_time, "s"), format_quantity(time, "s")));
-    }
-    if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
-    if (std::isnan(condition.integration_time))
-      throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
-    const double frequency = first.modulation_frequency;
-    if (std::isfinite(frequency) && std::abs(frequency / camera_.modulation_frequency - 1) > 1e-3)
-      throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
-                                           format_quantity(frequency, "Hz"), camera_.name,
-                                           format_quantity(camera_.modulation_frequency, "Hz")));
   }
 
   void check_distance(Read& result) const {

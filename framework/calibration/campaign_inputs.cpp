@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/campaign_inputs.hpp"
 
+#include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
 #include "io/sha256.hpp"
 
@@ -10,8 +11,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <set>
 
 namespace tofgraph::calibration {
@@ -68,6 +72,39 @@ io::CalibrationWriter writer_for(const Request& request, const io::Campaign& cam
   writer.input(request.campaign);
   for (std::size_t i = 0; i < files.size(); ++i) writer.input(files[i], hashes[i]);
   return writer;
+}
+
+std::string model_head(const Request& request, const io::Campaign& campaign, const std::string& serial) {
+  namespace fs = std::filesystem;
+  std::string camera = campaign.camera_name;
+  if (camera.find_first_of("/.") != std::string::npos && !campaign.camera->file.empty()) {  // a path from the campaign
+    const fs::path folder = fs::absolute(request.output).parent_path();
+    camera = fs::absolute(campaign.camera->file).lexically_normal().lexically_proximate(folder).string();
+  }
+  return fmt::format("model: 1{}\ncamera: {}\n",
+                     serial.empty() ? "" : fmt::format("  # of the device with the serial {}", serial),
+                     config::yaml_word(camera));
+}
+
+void refuse_duplicates(const io::Campaign& campaign) {
+  config::Diagnostics diagnostics;
+  std::map<std::filesystem::path, std::vector<const io::Condition*>> seen;
+  constexpr std::array<std::uint64_t, 2> all = {0, std::numeric_limits<std::uint64_t>::max()};
+  for (const io::Condition& c : campaign.conditions) {
+    if (c.capture.empty()) continue;
+    auto& others = seen[c.capture.lexically_normal()];
+    for (const io::Condition* other : others) {
+      const auto mine = c.frames.value_or(all), its = other->frames.value_or(all);
+      if (mine[0] > its[1] || its[0] > mine[1]) continue;
+      diagnostics.error(place_of(c),
+                        fmt::format("the frames of {} are those of the condition '{}', line {}, too",
+                                    c.capture.filename().string(), other->id, other->at.line),
+                        "leave one out: the same frames twice would seem twice as certain");
+      break;
+    }
+    others.push_back(&c);
+  }
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
 
 std::string described(const Boards& boards) {

@@ -26,6 +26,12 @@ io::CalibrationWriter writer_for(const Request& request, const io::Campaign& cam
                                  const std::string& kind);
 io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind);
 
+/// The first lines of a model of the campaign's camera for a file beside the calibration; the effects follow.
+std::string model_head(const Request& request, const io::Campaign& campaign, const std::string& serial);
+
+/// A capture whose frames are in two conditions would count twice. @throws config::ConfigurationError with both places
+void refuse_duplicates(const io::Campaign& campaign);
+
 /// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`
 std::string described(const Boards& boards);
 /// Lines as one sentence for the top of a report.

@@ -12,7 +12,9 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <set>
+#include <tuple>
 
 namespace tofgraph::calibration {
 namespace {
@@ -43,6 +45,7 @@ class Reader {
       : data_(data),
         models_(models),
         camera_(data.campaign.conditions.camera->view()),
+        half_(halves_of(data.campaign.conditions.conditions)),
         pattern_(std::size_t{camera_.width} * camera_.height) {}
 
   /// Called by several threads.
@@ -73,7 +76,7 @@ class Reader {
     result.protocol = against_protocol(board, centre.size());
     const double mean = moments_of(errors).mean;
     const std::scoped_lock lock(turn_);
-    const std::size_t half = index % 2;
+    const std::size_t half = half_[index];
     for (std::size_t k = 0; k < errors.size(); ++k) {
       pattern_.sum[half][images.pixels[k]] += errors[k] - mean;
       pattern_.count[half][images.pixels[k]] += 1;
@@ -93,10 +96,25 @@ class Reader {
       count += 1;
     }
     std::ranges::sort(data_.conditions, {}, &Characterised::condition);
-    return count > 0 ? std::max(product / count, 0.0) : 0;
+    return count > 0 ? std::max(product / count, 0.0) : unknown;
   }
 
  private:
+  /// Every second one of those that differ in their distance and roll alone: what is left out of a campaign, as
+  /// saturated ones are, then leaves both halves alike.
+  static std::vector<std::size_t> halves_of(const std::vector<io::Condition>& conditions) {
+    std::vector<std::size_t> order(conditions.size()), halves(conditions.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) {
+      const io::Condition& c = conditions[i];
+      const double time = std::isnan(c.integration_time) ? 0 : c.integration_time;
+      const double distance = c.has_board() ? c.board_distance : 0;
+      return std::tuple(time, c.target, c.sources, distance, c.roll, i);
+    });
+    for (std::size_t rank = 0; rank < order.size(); ++rank) halves[order[rank]] = rank % 2;
+    return halves;
+  }
+
   bool in_centre(std::size_t pixel) const {
     const auto inside = [](std::size_t at, std::size_t size) {
       const std::size_t side = std::min(protocol.side, size), first = (size - side) / 2;
@@ -125,6 +143,7 @@ class Reader {
   const BoardModels& models_;
   const tofgraph_camera& camera_;
   std::mutex turn_;
+  std::vector<std::size_t> half_;  ///< of each condition
   Pattern pattern_;
 };
 
@@ -167,6 +186,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
         "{}: error: a table holds statistics, a characterisation needs captures\n  tofgraph calibrate offset "
         "takes tables",
         file));
+  refuse_duplicates(campaign);
   const auto progress = [&](double share) {
     if (request.campaign.progress) request.campaign.progress(0.9 * share, "reading the campaign");
   };
@@ -221,7 +241,7 @@ std::string summary_of(const Characterisation& data) {
   std::string parts;
   for (const BudgetLine& line : data.budget) {
     constexpr double worth_telling = 0.05;
-    if (line.depth < worth_telling * data.total) continue;
+    if (!(line.depth >= worth_telling * data.total)) continue;
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", line.name, mm(line.depth));
   }
   std::string interval;

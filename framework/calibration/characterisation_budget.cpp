@@ -67,6 +67,7 @@ void set_budget(Characterisation& data, double pattern_square) {
   MeanErrors errors(data.conditions);
   std::vector<double> distance, time, target, sources;
   double spread = 0, noise = 0, square = 0;
+  bool noise_known = true;
   std::map<double, std::vector<double>> totals;
   const auto n = static_cast<double>(data.conditions.size());
   for (const Characterised& c : data.conditions) {
@@ -75,19 +76,21 @@ void set_budget(Characterisation& data, double pattern_square) {
     target.push_back(static_cast<double>(data.campaign.boards.target_of(c.board)));
     sources.push_back(
         static_cast<double>(std::hash<std::string>{}(fmt::format("{}", fmt::join(c.board.condition.sources, " ")))));
-    const double sd = c.board.corrected.sd, own = std::isfinite(c.noise) ? c.noise : 0;
-    const double averaged = own * own / static_cast<double>(c.board.frames);
-    spread += std::max(sd * sd - averaged, 0.0) / n;
+    const double sd = std::isfinite(c.board.corrected.sd) ? c.board.corrected.sd : 0;  // of a single pixel
+    noise_known = noise_known && std::isfinite(c.noise);
+    const double own = std::isfinite(c.noise) ? c.noise : 0;
+    const double shape = std::max(sd * sd - own * own / static_cast<double>(c.board.frames), 0.0);
+    spread += shape / n;
     noise += own * own / n;
-    const double all = c.board.error() * c.board.error() + sd * sd - averaged + own * own;
+    const double all = c.board.error() * c.board.error() + shape + own * own;
     square += all / n;
-    totals[c.board.distance].push_back(std::sqrt(std::max(all, 0.0)));
+    totals[c.board.distance].push_back(std::sqrt(all));
   }
   for (const auto* level : {&distance, &time, &target, &sources}) errors.add(*level);
   errors.solve();
   data.total = std::sqrt(square);
   data.total_by_distance = interval_of(totals);
-  data.budget = {{"noise", "of a frame, from frame to frame", std::sqrt(noise)},
+  data.budget = {{"noise", "of a frame, from frame to frame", noise_known ? std::sqrt(noise) : unknown},
                  {"mean error", "the same for all boards: a constant offset", std::abs(errors.mean())},
                  {"distance", "mean error by the board's distance: wiggling and the like", errors.part(0)},
                  {"integration time", "mean error by the integration time", errors.part(1)},
@@ -96,7 +99,10 @@ void set_budget(Characterisation& data, double pattern_square) {
                  {"both together", "mean errors that are no sum of these", errors.left()},
                  {"fixed pattern", "of the pixels, the same in all conditions", std::sqrt(pattern_square)},
                  {"other shape", "over the image, another one in each condition: lens, stray light, tilt",
-                  std::sqrt(std::max(spread - pattern_square, 0.0))}};
+                  std::sqrt(std::max(spread - (std::isfinite(pattern_square) ? pattern_square : 0), 0.0))}};
+  if (!noise_known)
+    data.campaign.boards.notes.emplace_back(
+        "single frames do not tell the noise: where it is not known it is counted as another shape");
 }
 
 namespace {
@@ -170,7 +176,8 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
     std::vector<double> squares(data.conditions.size());
     tbb::parallel_for(std::size_t{0}, squares.size(), [&](std::size_t i) {
       const Board& b = data.conditions[i].board;
-      const double reflectivity = b.reflectivity > 0 ? std::min(b.reflectivity, 1.0) : 0.85;
+      const double stated = b.condition.reflectivity, seen = b.reflectivity;
+      const double reflectivity = stated > 0 ? stated : seen > 0 ? std::min(seen, 1.0) : 0.85;
       squares[i] = mean_square(all.depths(b.condition, reflectivity), without.depths(b.condition, reflectivity), range);
     });
     double sum = 0;

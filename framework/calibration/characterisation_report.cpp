@@ -288,8 +288,8 @@ nlohmann::json characterisation_json(const Characterisation& data) {
                           {"centre_error", number(c.centre_error)},
                           {"against_protocol", c.protocol}});
   }
-  for (const BudgetLine& line : data.budget) budget.push_back({{"name", line.name}, {"depth", line.depth}});
-  for (const BudgetLine& line : data.effects) effects.push_back({{"name", line.name}, {"depth", line.depth}});
+  for (const BudgetLine& line : data.budget) budget.push_back({{"name", line.name}, {"depth", number(line.depth)}});
+  for (const BudgetLine& line : data.effects) effects.push_back({{"name", line.name}, {"depth", number(line.depth)}});
   return {{"format", "tofgraph-characterisation"},
           {"version", 1},
           {"camera", data.campaign.conditions.camera->view().name},

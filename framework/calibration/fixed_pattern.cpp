@@ -24,18 +24,30 @@ std::size_t unknown_pixels(const PatternFit& fit) {
   return static_cast<std::size_t>(std::ranges::count_if(fit.map_sd, [](double sd) { return std::isnan(sd); }));
 }
 
-/// Largest minus smallest height of the board over the part that was seen.
-double warp_of(const PatternFit& fit) {
+/// Largest minus smallest height of the board where it was seen.
+double warp_of(const PatternData& data, const PatternFit& fit) {
   double low = 0, high = 0;
-  constexpr int steps = 40;
-  for (int i = -steps; i <= steps; ++i) {
-    for (int j = -steps; j <= steps; ++j) {
-      const double x = static_cast<double>(i) / steps, y = static_cast<double>(j) / steps;
-      low = std::min(low, shape_at(fit.shape, x, y));
-      high = std::max(high, shape_at(fit.shape, x, y));
+  constexpr std::size_t step = 7;  // pixels: the shape is smooth
+  for (const PatternView& view : data.views) {
+    for (std::size_t i = 0; i < view.place.size(); i += step) {
+      if (!std::isfinite(view.residual[i])) continue;
+      const double height = shape_at(fit.shape, view.place[i][0] / data.extent, view.place[i][1] / data.extent);
+      low = std::min(low, height);
+      high = std::max(high, height);
     }
   }
   return high - low;
+}
+
+/// A pattern that does not help at distances that were left out is not undone.
+bool helps(const PatternFit& fit) { return !(fit.after.value >= fit.before.value); }
+
+bool is_flat(const PatternFit& fit) {
+  constexpr double significant = 4;  // of twelve coefficients
+  for (std::size_t k = 0; k < fit.shape.size(); ++k) {
+    if (std::abs(fit.shape[k]) > significant * fit.shape_sd[k]) return false;
+  }
+  return true;
 }
 
 std::string file_text(const Request& request, const PatternData& data, const PatternFit& fit) {
@@ -43,7 +55,7 @@ std::string file_text(const Request& request, const PatternData& data, const Pat
   writer.setting("maps", maps_of(request.output).filename().string());
   writer.number("pattern", rms_of(fit.map, fit.map_sd), unknown, "mm", 1e-3);
   writer.number("pattern_sd", rms_of(fit.map_sd, fit.map_sd), unknown, "mm", 1e-3);
-  writer.number("board_warp", warp_of(fit), unknown, "mm", 1e-3);
+  writer.number("board_warp", warp_of(data, fit), unknown, "mm", 1e-3);
   writer.column("board_shape", {fit.shape, fit.shape_sd}, "mm", 1e-3);
   writer.number("board_extent", data.extent, unknown, "mm", 1e-3);
   writer.number("misfit", fit.misfit, unknown, "", 1);
@@ -69,8 +81,9 @@ std::string file_text(const Request& request, const PatternData& data, const Pat
 
 std::string model_text(const Request& request, const PatternData& data, const PatternFit& fit) {
   const std::string file = maps_of(request.output).filename().string();
-  std::string text = fmt::format("model: 1\ncamera: {}\neffects:\n  - effect: fixed_pattern\n    scale: 1\n",
-                                 data.campaign.conditions.camera_name);
+  std::string text = model_head(request, data.campaign.conditions, data.campaign.boards.serial);
+  if (!helps(fit)) return text + "effects: []  # no pattern that helps at a distance that was left out\n";
+  text += "effects:\n  - effect: fixed_pattern\n    scale: 1\n";
   text += fmt::format("    map: {{file: {}, dataset: map}}\n", config::yaml_word(file));
   if (fit.has_slope) text += fmt::format("    slope_map: {{file: {}, dataset: slope_map}}\n", config::yaml_word(file));
   return text;
@@ -82,8 +95,10 @@ std::vector<std::string> summary_of(const PatternData& data, const PatternFit& f
                   rms_of(fit.map, fit.map_sd) * 1e3, rms_of(fit.map_sd, fit.map_sd) * 1e3),
       fit.has_slope ? fmt::format("it grows with the distance: {:.2f} mm/m rms, each pixel +- {:.2f} mm/m",
                                   rms_of(fit.slope, fit.slope_sd) * 1e3, rms_of(fit.slope_sd, fit.slope_sd) * 1e3)
-                    : "it does not grow with the distance, as far as these boards tell",
-      fmt::format("the board: {:.2f} mm between its highest and its lowest point", warp_of(fit) * 1e3)};
+      : std::isfinite(fit.slope_evidence) ? "it does not grow with the distance, as far as these boards tell"
+                                          : "whether it grows with the distance is not known",
+      fmt::format("the board: {}{:.2f} mm between its highest and its lowest point",
+                  is_flat(fit) ? "flat, as far as these views tell; " : "", warp_of(data, fit) * 1e3)};
   if (std::isfinite(fit.after.value))
     lines.push_back(
         fmt::format("one distance left out: {:.2f} mm rms remain of {:.2f} mm (95 %: {:.2f} to {:.2f} mm), of which "
@@ -98,6 +113,13 @@ std::vector<std::string> notes_of(const PatternData& data, const PatternFit& fit
   if (const std::size_t n = unknown_pixels(fit); n > 0)
     notes.push_back(fmt::format("{} pixel{} seen too seldom: in the maps 0, with a standard deviation of NaN", n,
                                 n == 1 ? " was" : "s were"));
+  if (!helps(fit))
+    notes.emplace_back(
+        "the pattern does not help at distances that were left out: the model has no effect, the maps are what was "
+        "found");
+  if (rms_of(fit.map_sd, fit.map_sd) > rms_of(fit.map, fit.map_sd) / 2)
+    notes.emplace_back(
+        "the pattern is hardly larger than its own uncertainty: record more frames, distances and rolls");
   constexpr double much = 1.2;
   if (data.noise_known && fit.misfit > much)
     notes.push_back(

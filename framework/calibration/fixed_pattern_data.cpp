@@ -81,6 +81,7 @@ PatternData read_pattern(const Request& request) {
   if (campaign.from_table)
     throw config::ConfigurationError(
         fmt::format("{}: error: a table has no images\n  give conditions with captures", request.campaign.string()));
+  refuse_duplicates(campaign);
   const tofgraph_camera& camera = campaign.camera->view();
   data.rows = camera.height;
   data.columns = camera.width;

@@ -50,10 +50,11 @@ double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   return std::sqrt(std::max(squares - noise * misfit * misfit, 0.0) / count);
 }
 
-Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit) {
+Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit,
+               ViewPose start = pattern::first_jitter) {
   Problem problem(data, use, slope_sd);
   problem.assemble();
-  problem.solve(fit);
+  problem.solve(fit, start);
   problem.back_substitute(fit);
   return problem;
 }
@@ -76,7 +77,7 @@ void hold_out(const PatternData& data, double slope_sd, PatternFit& result,
     ViewUse use(data.views.size(), 1);
     for (const std::size_t v : members) use[v] = 0;
     PatternFit fit;
-    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit);
+    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, result.jitter);
     for (const std::size_t v : members) {
       const auto [b, a, n] = problem.predict(v, fit);
       before[level].push_back(b);

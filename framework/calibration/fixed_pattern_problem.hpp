@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 namespace tofgraph::calibration::pattern {
 
@@ -67,15 +69,22 @@ class Problem {
   }
 
   /// Solves, and estimates the jitter of the poses.
-  void solve(PatternFit& fit) {
-    ViewPose jitter = first_jitter;
+  /// @throws std::runtime_error when the data tell nothing
+  void solve(PatternFit& fit, ViewPose jitter = first_jitter) {
     constexpr int rounds = 200;
+    constexpr double settled = 2e-3;  // relative
     for (int round = 0; round < rounds; ++round) {
       Matrix system = gram_;
       for (Eigen::Index k = 0; k < size_; ++k) system(k, k) += 1 / std::pow(prior(k, jitter), 2);
-      covariance_ = system.llt().solve(Matrix::Identity(size_, size_));
+      const Eigen::LLT<Matrix> factor(system);
+      if (factor.info() != Eigen::Success || !moment_.allFinite())
+        throw std::runtime_error(
+            "the boards do not determine a pattern: too few pixels were seen, or none of them twice");
+      covariance_ = factor.solve(Matrix::Identity(size_, size_));
       theta_ = covariance_ * moment_;
-      jitter = estimated(jitter);
+      const ViewPose before = std::exchange(jitter, estimated(jitter));
+      const auto same = [](double a, double b) { return std::abs(a - b) <= settled * a; };
+      if (same(before.z, jitter.z) && same(before.tilt_x, jitter.tilt_x) && same(before.bend, jitter.bend)) break;
     }
     fit.jitter = jitter;
     fit.poses.assign(use_.size(), {});

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/frame_mean.hpp"
 
+#include "config/quantity.hpp"
+
 #include <fmt/format.h>
 #include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/four_phase.hpp>
@@ -55,7 +57,7 @@ class Sums {
   void add_decoded(const std::vector<float>& distance, const std::vector<float>& amplitude) {
     for (std::size_t i = 0; i < window_.size(); ++i) {
       const double d = distance[window_[i]], a = amplitude.empty() ? 1 : amplitude[window_[i]];
-      if (!std::isfinite(d + a)) {
+      if (!std::isfinite(d + a) || !(a > 0)) {
         state_[i] = no_number;
         continue;
       }
@@ -127,6 +129,31 @@ void check_exposures(const io::CaptureReader& capture) {
 }
 
 }  // namespace
+
+void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
+  using config::format_quantity;
+  if (capture.frames() == 0) throw std::runtime_error("has no frames");
+  const auto [first_frame, last_frame] =
+      condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
+  const tofgraph_metadata first = capture.metadata(first_frame);
+  for (std::uint64_t frame = first_frame; frame <= last_frame && frame < capture.frames(); ++frame) {
+    const double time = capture.metadata(frame).integration_time;
+    if (time != first.integration_time && !(std::isnan(time) && std::isnan(first.integration_time)))
+      throw std::runtime_error(fmt::format(
+          "was recorded with several integration times, {} and {}: give each a condition with its frames, e.g. "
+          "frames: [0, 19]",
+          format_quantity(first.integration_time, "s"), format_quantity(time, "s")));
+  }
+  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+  if (std::isnan(condition.integration_time))
+    throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
+  const double frequency = first.modulation_frequency;
+  if (std::isfinite(frequency) && std::abs(frequency / camera.modulation_frequency - 1) > 1e-3)
+    throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
+                                         format_quantity(frequency, "Hz"), camera.name,
+                                         format_quantity(camera.modulation_frequency, "Hz")));
+}
 
 std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
                                      const tofgraph_camera& camera) {

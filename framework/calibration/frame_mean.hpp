@@ -10,6 +10,10 @@
 
 namespace tofgraph::calibration {
 
+/// What the capture knows and the condition does not say: integration time, time since power-on.
+/// @throws std::runtime_error several integration times, an unknown one, another modulation frequency than the camera's
+void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera);
+
 /// The first and the last frame of a condition in its recording. @param camera that it has to be of
 /// @throws std::runtime_error what is wrong with the capture: another size, no frames, other exposures than four of 90
 /// degrees

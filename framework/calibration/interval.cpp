@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/interval.hpp"
 
+#include <boost/math/distributions/students_t.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -14,6 +16,26 @@ double root_mean_square(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
+namespace {
+
+/// Student's interval of the levels' mean squares.
+Interval of_few(const std::vector<std::vector<double>>& levels) {
+  const auto n = static_cast<double>(levels.size());
+  double mean = 0, variance = 0, total = 0;
+  for (const std::vector<double>& level : levels) total += static_cast<double>(level.size());
+  std::vector<double> squares;  // each weighted as in the mean of all values
+  for (const std::vector<double>& level : levels) {
+    const double rms = root_mean_square(level);
+    squares.push_back(rms * rms * static_cast<double>(level.size()) * n / total);
+    mean += squares.back() / n;
+  }
+  for (const double s : squares) variance += (s - mean) * (s - mean) / (n - 1);
+  const double half = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * std::sqrt(variance / n);
+  return {std::sqrt(mean), std::sqrt(std::max(mean - half, 0.0)), std::sqrt(mean + half)};
+}
+
+}  // namespace
+
 Interval interval_of(const std::map<double, std::vector<double>>& by_level) {
   std::vector<std::vector<double>> levels;
   std::vector<double> all, resampled;
@@ -23,6 +45,8 @@ Interval interval_of(const std::map<double, std::vector<double>>& by_level) {
   }
   if (all.empty()) return {};
   if (levels.size() < 2) return {root_mean_square(all), unknown, unknown};
+  constexpr std::size_t few = 6;  // resampling so few would give little more than their range
+  if (levels.size() < few) return of_few(levels);
   constexpr std::size_t draws = 2000;
   std::mt19937_64 random(1);
   std::uniform_int_distribution<std::size_t> any(0, levels.size() - 1);

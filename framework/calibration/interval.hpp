@@ -17,7 +17,8 @@ struct Interval {
 
 double root_mean_square(const std::vector<double>& values);
 
-/// Root mean square with a 95 % interval by resampling whole levels, whose errors have common causes.
+/// Root mean square with a 95 % interval by resampling whole levels, whose errors have common causes; of fewer than six
+/// levels Student's of their mean squares.
 /// @param by_level the values of each level; of a single level the interval is not known
 Interval interval_of(const std::map<double, std::vector<double>>& by_level);
 

@@ -67,9 +67,8 @@ std::string summary_of(const NoiseData& data, const NoiseFit& fit) {
         std::isfinite(fit.held_out.low) ? fmt::format(" (95 %: {:.3f} to {:.3f})", fit.held_out.low, fit.held_out.high)
                                         : ""));
   const std::size_t bad = fit.bad.size() - static_cast<std::size_t>(std::ranges::count(fit.bad, std::uint8_t{0}));
-  lines.push_back(fmt::format("{} bad pixel{}: {} noisy, {} stuck, {} with another response, {} without data", bad,
-                              bad == 1 ? "" : "s", count(fit, bad_noisy), count(fit, bad_stuck),
-                              count(fit, bad_response), count(fit, bad_no_data)));
+  lines.push_back(fmt::format("{} bad pixel{}: {} noisy, {} stuck, {} with another response", bad, bad == 1 ? "" : "s",
+                              count(fit, bad_noisy), count(fit, bad_stuck), count(fit, bad_response)));
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
@@ -84,6 +83,17 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
     notes.push_back(fmt::format(
         "at {:.0f} counts the variance is {:.1f} % {} a straight line: the light flickers, or the converter bends",
         fit.max_level, 100 * std::abs(share), share > 0 ? "above" : "below"));
+  const auto unseen = std::ranges::count_if(fit.ratio, [](double r) { return std::isnan(r); });
+  if (unseen > 0)
+    notes.push_back(fmt::format("{} of {} pixels were never valid, lit and unsaturated: nothing is known of them",
+                                unseen, fit.ratio.size()));
+  if (std::ranges::count_if(data.conditions, &NoiseCondition::flat) < 3)
+    notes.emplace_back(
+        "pixels with another response than their neighbours show on flat boards only, in three conditions or more: "
+        "they "
+        "were not looked for");
+  if (!std::isfinite(fit.held_out.value))
+    notes.emplace_back("no condition could be left out and predicted by the others: sigma was not tried on other data");
   if (fit.noise.read_noise == 0)
     notes.emplace_back("the read noise cannot be seen beside the shot noise: it is taken as 0");
 }
@@ -98,6 +108,7 @@ Result calibrate_noise(const Request& request) {
     throw config::ConfigurationError(
         fmt::format("{}: error: a table holds statistics, the noise shows in frames\n  give conditions with captures",
                     request.campaign.string()));
+  refuse_duplicates(campaign);
   const NoiseData data = read_noise(campaign, [&](double share) {
     if (request.progress) request.progress(0.8 * share, "reading the campaign");
   });

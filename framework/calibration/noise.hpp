@@ -32,6 +32,7 @@ struct PixelNoise {
 struct NoiseCondition {
   std::size_t index = 0;  ///< in the campaign
   double integration_time = unknown;
+  bool flat = false;  ///< a board and nothing else stood before the camera
   std::size_t frames = 0;
   PixelNoise pixels;
 };
@@ -54,7 +55,7 @@ struct NoiseData {
 NoiseData read_noise(const io::Campaign& campaign, const std::function<void(double share)>& progress);
 
 /// What can be wrong with a pixel; the numbers are bits of the map `bad`.
-enum BadPixel : std::uint8_t { bad_noisy = 1, bad_stuck = 2, bad_response = 4, bad_no_data = 8 };
+enum BadPixel : std::uint8_t { bad_noisy = 1, bad_stuck = 2, bad_response = 4 };
 
 /// Measured against predicted standard deviation of the distance, of one condition or one range of amplitudes.
 struct SigmaRatio {

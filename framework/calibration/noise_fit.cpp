@@ -31,6 +31,12 @@ struct Line {
 
 Line operator-(const Line& a, const Line& b) { return {a.square - b.square, a.product - b.product}; }
 
+/// Whether both numbers follow from it.
+bool solvable(const Line& line) {
+  constexpr double singular = 1e-6;
+  return line.square(0, 0) > 0 && line.square.determinant() > singular * line.square(0, 0) * line.square(1, 1);
+}
+
 /// (read_noise^2, shot_noise); neither is negative.
 Eigen::Vector2d solve(const Line& line) {
   Eigen::Vector2d x = line.square.ldlt().solve(line.product);
@@ -92,6 +98,13 @@ void check_levels(const NoiseData& data, const std::vector<std::uint8_t>& bad, N
     std::ranges::nth_element(levels, place);
     return *place;
   };
+  bool changes = false;
+  for (const NoiseCondition& c : data.conditions)
+    changes = changes || std::ranges::any_of(c.pixels.variance, [](float v) { return v > 0; });
+  if (!changes)
+    throw config::ConfigurationError(
+        "nothing changes from frame to frame: these frames have no noise\n  record several frames with a camera, or "
+        "simulate them with noise");
   const double low = at(0.01), high = at(0.99);
   fit.max_level = high;
   if (high / low < min_level_ratio)
@@ -112,7 +125,8 @@ void set_deviations(const std::vector<Line>& lines, const Eigen::Vector2d& x, No
     const auto n = static_cast<double>(lines.size());
     sd = sd.cwiseMax(((n - 1) / n * squares).cwiseSqrt());
   }
-  fit.read_sd = sd[0] / (2 * std::max(fit.noise.read_noise, 1e-3));
+  // Of a read noise near 0 the square is what is known.
+  fit.read_sd = std::min(sd[0] / (2 * std::max(fit.noise.read_noise, 1e-9)), std::sqrt(sd[0]));
   fit.shot_sd = sd[1];
 }
 
@@ -154,9 +168,14 @@ struct Sum {
 /// Every condition predicted by a fit without its level.
 void predict(const NoiseData& data, const io::Campaign* campaign, const std::vector<Line>& lines, NoiseFit& fit) {
   std::map<double, std::vector<std::size_t>> levels;
-  for (std::size_t c = 0; c < data.conditions.size(); ++c) levels[data.conditions[c].integration_time].push_back(c);
-  fit.left_out = levels.size() >= 3 ? "integration_time" : "condition";
-  if (levels.size() < 3) {
+  bool known = true;
+  for (std::size_t c = 0; c < data.conditions.size(); ++c) {
+    known = known && std::isfinite(data.conditions[c].integration_time);
+    if (known) levels[data.conditions[c].integration_time].push_back(c);
+  }
+  const bool by_time = known && levels.size() >= 3;
+  fit.left_out = by_time ? "integration_time" : "condition";
+  if (!by_time) {
     levels.clear();
     for (std::size_t c = 0; c < data.conditions.size(); ++c) levels[static_cast<double>(c)].push_back(c);
   }
@@ -168,6 +187,7 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
     for (const auto& [level, members] : levels) {
       Line others = all;
       for (const std::size_t c : members) others = others - lines[c];
+      if (!solvable(others)) continue;
       const Eigen::Vector2d x = solve(others);
       for (const std::size_t c : members) {
         const PixelNoise& p = data.conditions[c].pixels;

@@ -43,9 +43,8 @@ void mark_response(const NoiseData& data, NoiseFit& fit) {
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
     std::vector<double> differences;
     for (const NoiseCondition& c : data.conditions) {
-      if (c.pixels.level[i] > 0) differences.push_back(against_neighbours(data, c.pixels.level, i));
+      if (c.flat && c.pixels.level[i] > 0) differences.push_back(against_neighbours(data, c.pixels.level, i));
     }
-    if (differences.empty()) fit.bad[i] |= bad_no_data;
     if (differences.size() < few) continue;
     response[i] = median(differences);
     if (std::isfinite(response[i])) sizes.push_back(std::abs(response[i]));

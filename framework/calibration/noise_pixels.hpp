@@ -7,7 +7,8 @@
 
 namespace tofgraph::calibration {
 
-/// Marks pixels without data, and those whose level differs from that of their neighbours in most conditions.
+/// Marks pixels whose level differs from that of their neighbours in most conditions that show a flat board alone: in
+/// other scenes what stands there differs.
 void mark_response(const NoiseData& data, NoiseFit& fit);
 /// Marks pixels with other noise than the fit's, and fills `ratio` in.
 void mark_noise(const NoiseData& data, NoiseFit& fit);

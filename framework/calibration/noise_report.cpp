@@ -89,7 +89,7 @@ report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, c
   std::vector<double> ratio = fit.ratio, bad(fit.bad.begin(), fit.bad.end());
   page.figures(std::vector<std::string>{map_of("noise over the fitted one", data, std::move(ratio), 2),
                                         map_of("bad pixels (sum of the reasons)", data, std::move(bad), 8)},
-               "Reasons: 1 noisier than the others, 2 stuck, 4 another response than its neighbours, 8 no data. The "
+               "Reasons: 1 noisier than the others, 2 stuck, 4 another response than its neighbours. The "
                "stage mask flags them (bad_pixels).");
   return page;
 }

@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tofgraph::calibration {
 namespace {
@@ -22,7 +23,8 @@ using Kind = io::Recording::Kind;
 /// Sums over the frames of one condition, pixel by pixel.
 class Sums {
  public:
-  explicit Sums(const tofgraph_camera& camera)
+  /// @param roi pixels outside it are not looked at
+  Sums(const tofgraph_camera& camera, const std::optional<io::Roi>& roi)
       : pixels_(std::size_t{camera.width} * camera.height),
         range_(physics::unambiguous_range(camera.modulation_frequency)),
         scale_(physics::metres_per_radian(camera.modulation_frequency)),
@@ -33,7 +35,13 @@ class Sums {
         squares_(pixels_),
         amplitude_(pixels_),
         distance_(pixels_),
-        last_distance_(pixels_) {}
+        last_distance_(pixels_) {
+    for (std::size_t i = 0; i < pixels_ && roi; ++i) {
+      const std::size_t u = i % camera.width, v = i / camera.width;
+      const bool inside = u >= roi->first_column && u <= roi->last_column && v >= roi->first_row && v <= roi->last_row;
+      if (!inside) good_[i] = 0;
+    }
+  }
 
   /// @param values `planes` images of samples @param taps of the taps rather than of their differences
   template <class T> void add_samples(const std::vector<T>& values, bool taps) {
@@ -156,9 +164,9 @@ NoiseSource source_of(Kind kind) {
   throw std::runtime_error("has distances without amplitudes: the noise follows the light, so both are needed");
 }
 
-void read_frames(const io::Recording& recording, std::array<std::size_t, 2> frames, const tofgraph_camera& camera,
-                 Read& result) {
-  Sums sums(camera);
+void read_frames(const io::Recording& recording, std::array<std::size_t, 2> frames, const std::optional<io::Roi>& roi,
+                 const tofgraph_camera& camera, Read& result) {
+  Sums sums(camera, roi);
   for (std::size_t f = frames[0]; f <= frames[1]; ++f) {
     if (result.source == NoiseSource::taps)
       sums.add_samples(recording.taps(f), true);
@@ -170,8 +178,9 @@ void read_frames(const io::Recording& recording, std::array<std::size_t, 2> fram
   result.condition.pixels = sums.result(result.source, camera.contrast);
 }
 
-Read read_condition(const io::Condition& condition, const tofgraph_camera& camera) {
+Read read_condition(const io::Condition& written, const tofgraph_camera& camera) {
   Read result;
+  io::Condition condition = written;
   result.left_out = other_purpose(condition);
   if (!result.left_out.empty()) return result;
   try {
@@ -181,15 +190,15 @@ Read read_condition(const io::Condition& condition, const tofgraph_camera& camer
     if (result.source != NoiseSource::taps && !(camera.contrast > 0))
       throw std::runtime_error(
           "has no taps, and the camera's profile no contrast: how much light there was is unknown");
+    complete(condition, recording.reader(), camera);
     const auto frames = frames_of(recording, condition, camera);
     result.condition.frames = frames[1] - frames[0] + 1;
-    result.condition.integration_time = std::isfinite(condition.integration_time)
-                                            ? condition.integration_time
-                                            : recording.reader().metadata(frames[0]).integration_time;
+    result.condition.integration_time = condition.integration_time;
+    result.condition.flat = condition.has_board() && condition.scene.empty() && condition.lens != "capped";
     if (result.condition.frames < 2)
       result.left_out = "it has a single frame: noise shows between frames";
     else
-      read_frames(recording, frames, camera, result);
+      read_frames(recording, frames, condition.roi, camera, result);
   } catch (const std::runtime_error& error) {
     result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
   }

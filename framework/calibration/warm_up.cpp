@@ -36,13 +36,14 @@ Estimate weighted(const std::vector<Estimate>& all) {
 
 /// Whether the recordings can tell a time constant. @throws config::ConfigurationError with the length that would do
 void check_long_enough(const Request& request, const WarmUpData& data, const std::vector<Drift>& drifts) {
-  double longest = 0;
+  double longest = 0, earliest = data.series.front().time(0);
   bool determined = false, seen = false;
   std::size_t clearest = 0;
   for (std::size_t i = 0; i < drifts.size(); ++i) {
     const Series& s = data.series[i];
     const Drift& d = drifts[i];
     longest = std::max(longest, s.span());
+    earliest = std::min(earliest, s.time(0));
     seen = seen || d.seen;
     determined = determined || (d.seen && d.time_constant.sd < max_relative_sd * d.time_constant.value &&
                                 d.time_constant.value < s.span());
@@ -56,6 +57,10 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
                                                  request.campaign.string(), what,
                                                  minutes(std::ceil(length / 60) * 60)));
   };
+  if (!seen && earliest > usual_time_constant)
+    refuse(fmt::format("the recording begins {} after power-on and shows no drift: the camera was warm already",
+                       minutes(earliest)),
+           3 * usual_time_constant);
   if (!seen) {
     if (longest >= 3 * usual_time_constant) return;  // long enough to say that there is no drift
     refuse(fmt::format("{} since power-on show no drift, which takes 5 to 20 min: they are too short to tell",
@@ -82,8 +87,10 @@ Drift fit(const Series& s) {
     if (std::isfinite(b->amplitude)) amplitude.push_back(b->amplitude);
   }
   Drift drift = fit_drift(times_of(s), distance);
-  if (amplitude.size() == distance.size())
+  if (amplitude.size() == distance.size()) {
     drift.droop = fit_droop(times_of(s), amplitude, drift.seen ? drift.time_constant.value : usual_time_constant);
+    drift.droop.sd *= std::sqrt(drift.redundancy);
+  }
   return drift;
 }
 
@@ -134,8 +141,8 @@ void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, cons
   }
 }
 
-std::string model_text(const WarmUpData& data, const WarmUpModel& m) {
-  std::string text = fmt::format("model: 1\ncamera: {}\n", data.campaign.conditions.camera_name);
+std::string model_text(const Request& request, const WarmUpData& data, const WarmUpModel& m) {
+  std::string text = model_head(request, data.campaign.conditions, data.campaign.boards.serial);
   if (!std::isfinite(m.drift.value)) return text + "effects: []  # no drift that one effect can tell\n";
   text += fmt::format("effects:\n  - {{effect: warm_up, drift: {}, time_constant: {}",
                       format_quantity(m.drift.value, "m"), format_quantity(m.time_constant.value, "s"));
@@ -212,16 +219,13 @@ void fit_power(const std::vector<Series>& series, const std::vector<Drift>& drif
 WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>& drifts) {
   WarmUpModel model;
   std::vector<std::size_t> seen;
-  std::vector<Estimate> taus, droops, slow, slow_taus;
+  std::vector<Estimate> taus, droops, slow_taus;
   for (std::size_t i = 0; i < drifts.size(); ++i) {
     if (!drifts[i].seen || !(drifts[i].time_constant.sd < max_relative_sd * drifts[i].time_constant.value)) continue;
     seen.push_back(i);
     taus.push_back(drifts[i].time_constant);
     if (std::isfinite(drifts[i].droop.value)) droops.push_back(drifts[i].droop);
-    if (drifts[i].has_slow()) {
-      slow.push_back(drifts[i].slow_drift);
-      slow_taus.push_back(drifts[i].slow_time_constant);
-    }
+    if (drifts[i].has_slow()) slow_taus.push_back(drifts[i].slow_time_constant);
   }
   if (seen.empty()) return model;
   const bool positive = drifts[seen.front()].drift.value > 0;
@@ -239,9 +243,18 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
                     "has their mean",
                     spread));
   fit_power(series, drifts, seen, model);
-  if (slow.size() == seen.size()) {
-    model.slow_drift = weighted(slow);
+  if (slow_taus.size() == seen.size()) {
     model.slow_time_constant = weighted(slow_taus);
+    std::vector<Estimate> slow;
+    for (const std::size_t i : seen) {  // at the reference time, as the other drift
+      const double power = std::pow(series[i].integration_time / model.reference_time, model.exponent.value);
+      slow.push_back({drifts[i].slow_drift.value / power, drifts[i].slow_drift.sd / power});
+    }
+    model.slow_drift = weighted(slow);
+  } else if (!slow_taus.empty()) {
+    model.notes.push_back(
+        fmt::format("{} of {} series show a second, slow drift: the model leaves it out, as the others do not",
+                    slow_taus.size(), seen.size()));
   }
   return model;
 }
@@ -260,7 +273,7 @@ Result calibrate_warm_up(const Request& request) {
                 .page = warm_up_report(data, drifts, model, tolerance, sentence_of(lines)),
                 .summary = fmt::format("{}", fmt::join(lines, "\n")),
                 .notes = data.campaign.boards.notes,
-                .model = model_text(data, model)};
+                .model = model_text(request, data, model)};
   result.notes.insert(result.notes.end(), model.notes.begin(), model.notes.end());
   return result;
 }

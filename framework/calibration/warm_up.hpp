@@ -52,7 +52,7 @@ Drift fit_drift(const std::vector<double>& times, const std::vector<double>& dis
 Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
 /// How long one has to record, at the same pace and noise, until the time constant is known to a tenth; s.
 double sufficient_span(const Drift& drift, double interval);
-/// From when on the fit stays within a tolerance of where it ends; s. @param end s, of the recording
+/// From when on the fit stays within a tolerance of the distance that it comes to; s. @param end s, of the recording
 double settled_after(const Drift& drift, double tolerance, double end);
 
 /// All series as one effect: drift (t_int / reference_time)^exponent, one time constant.

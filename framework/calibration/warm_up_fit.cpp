@@ -154,10 +154,10 @@ void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& 
     drift.slow_drift = estimate(2, x[2]);
     drift.slow_time_constant = estimate(a.cols() + 1, taus[1]);
   }
-  drift.seen =
-      std::abs(drift.drift.value) > significant * drift.drift.sd ||
-      (t.size() > 4 && bic(squares, static_cast<std::size_t>(t.size()), 3) + min_bic_gain <
-                           bic((y.array() - y.mean()).matrix().squaredNorm(), static_cast<std::size_t>(t.size()), 1));
+  const auto points = static_cast<std::size_t>(t.size());
+  const double constant = bic((y.array() - y.mean()).matrix().squaredNorm(), points, 1);
+  drift.seen = std::abs(drift.drift.value) > significant * drift.drift.sd ||
+               (points > 4 && (constant - bic(squares, points, 3)) / drift.redundancy > min_bic_gain);
 }
 
 Vector as_vector(const std::vector<double>& values) {
@@ -241,10 +241,13 @@ double sufficient_span(const Drift& drift, double interval) {
 
 double settled_after(const Drift& drift, double tolerance, double end) {
   constexpr int steps = 20000;
-  const double last = drift.at(end);
+  const double slow = drift.has_slow() ? drift.slow_drift.value : 0;
+  const double last = drift.start.value + drift.drift.value + slow;
+  const double longest =
+      std::max({end, 10 * drift.time_constant.value, drift.has_slow() ? 10 * drift.slow_time_constant.value : 0});
   for (int i = steps; i >= 0; --i) {
-    const double time = end * i / steps;
-    if (std::abs(drift.at(time) - last) > tolerance) return end * std::min(i + 1, steps) / steps;
+    const double time = longest * i / steps;
+    if (std::abs(drift.at(time) - last) > tolerance) return longest * std::min(i + 1, steps) / steps;
   }
   return 0;
 }

@@ -128,7 +128,9 @@ class Report {
       rows.push_back(row);
     }
     page_.table(header, rows);
-    page_.paragraph("From when on the fitted distance stays that close to where it is at the end of the recording.");
+    page_.paragraph(
+        "From when on the fitted distance stays that close to what it comes to in the end, which may be after the "
+        "recording.");
   }
 
   void add_model(const WarmUpModel& m) {

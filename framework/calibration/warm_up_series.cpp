@@ -17,11 +17,14 @@ namespace {
 
 constexpr std::uint64_t max_points = 400;  ///< of one recording: more say nothing more of a drift over minutes
 
-/// The time since power-on of a frame: its own, or the condition's and what passed since its first frame.
+/// The time since power-on of a frame: what the condition says of its first one and what passed since, or the frame's
+/// own.
 double time_of(const io::Condition& c, const io::CaptureReader& capture, std::uint64_t first, std::uint64_t frame) {
   const tofgraph_metadata m = capture.metadata(frame), begin = capture.metadata(first);
-  if (std::isfinite(m.time_since_power_on)) return m.time_since_power_on;
-  return c.time_since_power_on + static_cast<double>(m.timestamp_ns - begin.timestamp_ns) * 1e-9;
+  if (std::isnan(c.time_since_power_on)) return m.time_since_power_on;
+  const double passed = m.time_since_power_on - begin.time_since_power_on;
+  return c.time_since_power_on +
+         (std::isfinite(passed) ? passed : static_cast<double>(m.timestamp_ns - begin.timestamp_ns) * 1e-9);
 }
 
 /// A recording as points in time.
@@ -87,6 +90,7 @@ WarmUpData read_warm_up(const Request& request) {
   if (written.from_table)
     throw config::ConfigurationError(fmt::format(
         "{}: error: a table has no times since power-on\n  give conditions with captures", request.campaign.string()));
+  refuse_duplicates(written);
   config::Diagnostics diagnostics;
   WarmUpData data{.campaign = {.conditions = written, .boards = {}}, .series = {}};
   std::vector<io::Condition>& points = data.campaign.conditions.conditions;
@@ -103,8 +107,12 @@ WarmUpData read_warm_up(const Request& request) {
   const auto progress = [&](double share) {
     if (request.progress) request.progress(0.9 * share, "reading the campaign");
   };
-  data.campaign.boards =
-      read_boards(data.campaign.conditions, request.variant, {.progress = progress, .repeats = Repeats::kept});
+  try {
+    data.campaign.boards =
+        read_boards(data.campaign.conditions, request.variant, {.progress = progress, .repeats = Repeats::kept});
+  } catch (const std::invalid_argument& problem) {
+    throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
+  }
   std::map<std::tuple<std::size_t, double, double>, Series> series;
   for (const Board& b : data.campaign.boards.boards) {
     const std::tuple key(data.campaign.boards.target_of(b), b.distance, b.condition.integration_time);
