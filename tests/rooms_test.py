@@ -56,6 +56,11 @@ class Rooms(unittest.TestCase):
     def expect(self, *breaches):
         self.assertEqual(self.said(), (1, "".join(breach + "\n" for breach in breaches)))
 
+    def test_devices_use_what_plugins_may(self):
+        self.write("devices/a/good.cpp", '#include "config/paths.hpp"\n#include "cli/devices.hpp"\n')
+        self.write("devices/a/bad.cpp", '#include "graph/graph.hpp"\n')
+        self.expect("devices/a/bad.cpp:1: devices uses graph")
+
     def test_a_tree_without_breaches(self):
         self.assertEqual(self.said(), (0, ""))
 

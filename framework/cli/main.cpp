@@ -99,6 +99,7 @@ int main(int argc, char** argv) {
   cli::add_simulate(app, common);
   cli::add_gallery(app, common);
   cli::add_info(app, common);
+  cli::add_devices(app, common);
   cli::add_calibrate(app, common);
   cli::add_report(app, common);
   cli::add_diagnose(app, common);

@@ -20,6 +20,14 @@ namespace tofgraph::graph {
 
 namespace {
 
+/// A live device does not wait: what comes too late makes room for what is newer.
+Queue default_queue(const Stream& stream) {
+  const auto source = nlohmann::json::parse(stream.source);
+  Queue queue;
+  if (source.contains("live") && source["live"] == true) queue.policy = QueuePolicy::drop_oldest;
+  return queue;
+}
+
 std::vector<const config::Entry*> pointers(const std::vector<config::Entry>& entries) {
   std::vector<const config::Entry*> result;
   for (const config::Entry& entry : entries) result.push_back(&entry);
@@ -91,7 +99,7 @@ void Graph::make_nodes(const ResolvedPipeline& written, config::Diagnostics& dia
     usable_.push_back(diagnostics.errors() == errors);
     nodes_.push_back(std::make_unique<Node>(index, spec.name, spec.at, *written.stage(i), std::move(values), host_));
     nodes_.back()->set_overwrite(overwrite);
-    if (nodes_.back()->is_source() && spec.queue) queue_ = *spec.queue;
+    if (nodes_.back()->is_source()) written_queue_ = spec.queue;
     auto& inputs = inputs_.emplace_back();
     for (const InputSpec& input : written.inputs(i)) inputs.push_back(made.at(input.node));
     input_specs_.push_back(written.inputs(i));
@@ -220,6 +228,7 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
     }
     names.resize(std::max(names.size(), streams.size()), "");
     good[i] = right && node.prepare(streams, names, diagnostics);
+    if (node.is_source() && good[i]) queue_ = written_queue_.value_or(default_queue(node.output()));
     for (const UsedFile& file : node.files()) host_.inputs.emplace_back(file.path);
   }
   for (std::size_t i = 0; i < nodes_.size(); ++i) {

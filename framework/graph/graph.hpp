@@ -8,6 +8,7 @@
 #include "graph/plugin.hpp"
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -62,6 +63,7 @@ class Graph {
   std::vector<std::vector<InputSpec>> input_specs_;
   std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
   std::vector<bool> usable_;                                                            ///< whose parameters were right
+  std::optional<Queue> written_queue_;                                                  ///< of the source
   Queue queue_;
 };
 

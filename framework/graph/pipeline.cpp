@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/pipeline.hpp"
 
+#include "graph/camera_spec.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -145,6 +147,16 @@ config::Value scalar(std::string text, const config::Position& at) {
   return value;
 }
 
+/// A node that begins with its stage, or with a camera as `replay:FILE`.
+config::Value stage_node(const std::string& stage, const config::Position& at) {
+  if (is_camera_spec(stage)) return camera_node(stage, at);
+  config::Value node;
+  node.kind = config::Value::Kind::map;
+  node.at = at;
+  node.entries.push_back({"stage", at, scalar(stage, at)});
+  return node;
+}
+
 /// The option --camera as an entry of a document.
 config::Entry camera_entry(const std::string& camera) {
   const auto option =
@@ -214,11 +226,7 @@ config::Value pipeline_from_line(const std::string& line, const std::string& cam
       continue;
     }
     if (!open) {
-      config::Value node;
-      node.kind = config::Value::Kind::map;
-      node.at = at;
-      node.entries.push_back({"stage", at, scalar(word.text, at)});
-      nodes.items.push_back(std::move(node));
+      nodes.items.push_back(stage_node(word.text, at));
       open = true;
       continue;
     }

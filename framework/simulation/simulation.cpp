@@ -67,6 +67,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   SceneFile scene = read_scene(file, diagnostics);
   if (changes.seed) scene.seed = static_cast<std::int64_t>(*changes.seed);
   if (changes.frames) scene.frames = *changes.frames;
+  if (!changes.output.empty()) scene.output = changes.output;
   const config::Value& document = scene.document;
   config::Diagnostics of_model;  // of its own, so that a mistake in the scene hides none in the model
   Model model = changes.model.empty() ? model_of_scene(scene.model, registry, of_model)
@@ -85,7 +86,10 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   load_assets(scene, diagnostics);
   if (!diagnostics.ok()) return nullptr;
   try {
-    return std::unique_ptr<Simulation>(new Simulation(std::move(scene), std::move(model), std::move(effects)));
+    std::unique_ptr<Simulation> result(new Simulation(std::move(scene), std::move(model), std::move(effects)));
+    if (changes.integration_time)
+      for (SceneCondition& condition : result->conditions_) condition.integration_time = *changes.integration_time;
+    return result;
   } catch (const std::invalid_argument& problem) {
     diagnostics.error(document.at, problem.what());
     return nullptr;

@@ -17,6 +17,8 @@ struct SimulationChanges {
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> frames;
   std::shared_ptr<graph::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
+  std::optional<double> integration_time = {};  ///< s, of every condition
+  std::vector<std::string> output = {};         ///< of phases, taps, distance
 };
 
 /// One condition, ready to give frames; frames of different numbers may be made at the same time.

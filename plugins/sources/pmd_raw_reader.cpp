@@ -2,16 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tofgraph/stage.hpp>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <vector>
 
 #include "config/say.hpp"
+#include "plugins/raw_source_data.hpp"
 
 namespace tofgraph {
 
@@ -39,15 +37,12 @@ struct PmdRawReader final : Source {
 
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
-    rows_ = camera.height;
-    columns_ = camera.width;
+    layout_.rows = camera.height;
+    layout_.columns = camera.width;
     frequency_ = modulation_frequency.given() ? *modulation_frequency : camera.modulation_frequency;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto& order = *phase_order;
-      const bool each_once = order.size() == 4 && std::ranges::count(order, static_cast<double>(i)) == 1;
-      if (!each_once) throw ConfigError("phase_order", "must hold each of 0, 1, 2, 3 once, e.g. [3, 2, 1, 0]");
-      order_[i] = static_cast<std::size_t>(order[i]);
-    }
+    const auto order = RawSourceData::order_of(*phase_order);
+    if (!order) throw ConfigError("phase_order", RawSourceData::order_expected);
+    layout_.phase_order = *order;
     in_.open(*file, std::ios::binary);
     std::error_code error;
     const auto size = std::filesystem::file_size(file->c_str(), error);
@@ -55,8 +50,8 @@ struct PmdRawReader final : Source {
     const std::size_t whole = size / frame_bytes(), rest = size % frame_bytes();
     if (whole == 0) {
       throw ConfigError("file", *file + " has " + std::to_string(size) + " bytes, less than one frame of " +
-                                    std::to_string(frame_bytes()) + " (" + std::to_string(columns_) + " x " +
-                                    std::to_string(rows_) + " px)");
+                                    std::to_string(frame_bytes()) + " (" + std::to_string(layout_.columns) + " x " +
+                                    std::to_string(layout_.rows) + " px)");
     }
     if (rest != 0) {
       warn(*file + " is not a whole number of frames: " + config::counted(whole, "frame") + " of " +
@@ -66,7 +61,7 @@ struct PmdRawReader final : Source {
     frames_ = whole;
     setup.set_frames(frames_, (integration_time.given() ? TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U : 0U) |
                                   (std::isnan(frequency_) ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U));
-    buffer_.resize(image_bytes());
+    buffer_.resize(layout_.frame_bytes());
   }
 
   bool process(Frame& frame) {
@@ -75,48 +70,20 @@ struct PmdRawReader final : Source {
     frame.metadata().modulation_frequency = frequency_;
     if (integration_time.given()) frame.metadata().integration_time = *integration_time;
     in_.ignore(*frame_header);
-    const Array<std::uint16_t> all = taps_of(frame);
-    const Array<std::uint8_t> head = headers(frame, 4, header_bytes);
-    for (std::size_t i = 0; i < 4; ++i) read_image(head.slice(order_[i]), all.slice(order_[i]));
+    const Array<std::uint16_t> all(frame.write(layout_.taps_channel()));
+    const Array<std::uint8_t> head = headers(frame, RawSourceData::images, RawSourceData::header_bytes);
+    in_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
+    if (!in_) throw std::runtime_error("cannot read " + *file + " to its end: did it shrink?");
+    layout_.unpack_frame(buffer_, {all.data(), all.size()}, {head.data(), head.size()});
     return true;
   }
 
  private:
-  static constexpr std::size_t header_bytes = 512;
+  std::size_t frame_bytes() const { return static_cast<std::size_t>(*frame_header) + layout_.frame_bytes(); }
 
-  std::size_t image_bytes() const { return rows_ * columns_ * 2 * sizeof(std::uint16_t); }
-  std::size_t frame_bytes() const {
-    return static_cast<std::size_t>(*frame_header) + 4 * (header_bytes + image_bytes());
-  }
-
-  Array<std::uint16_t> taps_of(Frame& frame) const {
-    tofgraph_channel channel{};
-    channel.name = "taps";
-    channel.type = TOFGRAPH_TYPE_U16;
-    channel.rank = 4;
-    channel.unit = "counts";
-    const std::array<std::uint64_t, 4> extent = {4, 2, rows_, columns_};
-    std::ranges::copy(extent, channel.extent);
-    return Array<std::uint16_t>(frame.write(channel));
-  }
-
-  /// A pixel's two taps stand together in the file; here each tap is an image.
-  void read_image(std::span<std::uint8_t> head, std::span<std::uint16_t> image) {
-    in_.read(reinterpret_cast<char*>(head.data()), header_bytes);
-    in_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
-    if (!in_) throw std::runtime_error("cannot read " + *file + " to its end: did it shrink?");
-    const std::size_t pixels = rows_ * columns_;
-    for (std::size_t p = 0; p < pixels; ++p) {
-      for (std::size_t tap = 0; tap < 2; ++tap) {
-        const std::uint8_t* bytes = &buffer_[2 * (2 * p + tap)];
-        image[tap * pixels + p] = static_cast<std::uint16_t>(bytes[0] << 8U | bytes[1]);
-      }
-    }
-  }
-
-  std::size_t rows_ = 0, columns_ = 0, frames_ = 0, next_ = 0;
+  RawSourceData layout_;
+  std::size_t frames_ = 0, next_ = 0;
   double frequency_ = std::numeric_limits<double>::quiet_NaN();
-  std::array<std::size_t, 4> order_{};
   std::ifstream in_;
   std::vector<std::uint8_t> buffer_;
 };

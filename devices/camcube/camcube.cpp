@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// A live camera: found, opened, read, and opened again when it comes back.
+#include <fmt/format.h>
+#include <tofgraph/stage.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "config/quantity.hpp"
+#include "config/say.hpp"
+#include "devices/camcube/backend.hpp"
+#include "devices/camcube/frame_counter.hpp"
+
+namespace tofgraph {
+
+using camcube::Backend;
+using camcube::Fault;
+
+/// All backends give the same frames for the same raw data. A fault ends the run, or, with `reconnect`, costs the
+/// frames that it spoils: the counter of the frames then has a gap.
+struct CamCube final : Source {
+  Out<std::uint16_t> taps{this, "taps", {.optional = true}};
+  Out<std::uint8_t> headers{this,
+                            "raw_headers",
+                            {.shape = "4 512",
+                             .unit = "",
+                             .optional = true,
+                             .text = "the 512 bytes before each phase image, as they are: not interpreted"}};
+  Out<float> distance{this, "distance", {.optional = true, .text = "deliver: images: as the vendor computes it"}};
+  Out<float> amplitude{this, "amplitude", {.optional = true}};
+  Out<float> intensity{this, "intensity", {.optional = true}};
+  Out<std::uint16_t> flags{this, "flags", {.optional = true}};
+
+  Param<Choice> backend{this,
+                        "backend",
+                        {.default_value = "auto",
+                         .choices = "auto pmdsdk usb replay simulated",
+                         .text = "auto: the one that a given parameter is of (file, scene, library, device), else the "
+                                 "first of pmdsdk (the vendor's library) and usb that finds a camera; these two are "
+                                 "not verified on hardware"}};
+  Param<double> integration_time{
+      this, "integration_time", {.unit = "s", .min = 0, .text = "of each phase image; default: the camera's own"}};
+  Param<double> modulation_frequency{
+      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "default: the camera's own"}};
+  Param<double> frame_rate{this,
+                           "frame_rate",
+                           {.unit = "Hz",
+                            .min = 1e-3,
+                            .max = 1e6,
+                            .text = "of simulations and of recordings without time stamps, and for the gap in the "
+                                    "frame counter after an interruption; default: the profile's"}};
+  Param<bool> reconnect{this,
+                        "reconnect",
+                        {.default_value = "false",
+                         .text = "goes on after a fault and when the camera comes back; frame_number has a gap"}};
+  Param<double> timeout{this,
+                        "timeout",
+                        {.unit = "s",
+                         .default_value = "1 s",
+                         .min = 0.05,
+                         .max = 3600,
+                         .text = "without a frame for so long is a fault"}};
+  Param<std::vector<double>> phase_order{
+      this,
+      "phase_order",
+      {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "the k of each image of the raw data"}};
+  Param<std::string> device{this, "device", {.text = "usb: which camera, by serial number or port, e.g. 1-2"}};
+  Param<InputFile> protocol{
+      this,
+      "protocol",
+      {.text = "usb: how the camera speaks; default: the project's software camera, no real CamCube"}};
+  Param<std::string> library{
+      this, "library", {.text = "pmdsdk: path of libpmdaccess2.so; default: below $PMDDIR, /usr/local/pmd"}};
+  Param<std::string> source_plugin{
+      this,
+      "source_plugin",
+      {.default_value = "camcube3", .text = "pmdsdk: of the camera; camcube3 for a CamCube 2.0 or 3.0, camcube for 2"}};
+  Param<std::string> source_parameter{
+      this, "source_parameter", {.text = "pmdsdk: what the source plugin is given, e.g. a serial number"}};
+  Param<std::string> processing_plugin{
+      this, "processing_plugin", {.default_value = "camcubeproc", .text = "pmdsdk: of the camera"}};
+  Param<std::string> processing_parameter{
+      this, "processing_parameter", {.text = "pmdsdk: what the processing plugin is given"}};
+  Param<Choice> deliver{this,
+                        "deliver",
+                        {.default_value = "raw",
+                         .choices = "raw images",
+                         .text = "pmdsdk: raw source data, or distance, amplitude, intensity and flags as the "
+                                 "vendor's library computes them"}};
+  Param<bool> vendor_calibration{
+      this,
+      "vendor_calibration",
+      {.default_value = "false", .text = "pmdsdk: false switches the FPN, FPPN, linearity and lens calibrations off"}};
+  Param<std::vector<double>> roi{
+      this, "roi", {.min = 0, .text = "pmdsdk: region of interest, px: [x, y, width, height]; the profile's size"}};
+  Param<std::string> exposure_mode{
+      this, "exposure_mode", {.text = "pmdsdk: Normal, SMB or DoubleExposure, as the camera knows"}};
+  Param<std::string> commands{this,
+                              "commands",
+                              {.text = "pmdsdk: further commands, separated by ;, those to the processing plugin "
+                                       "begin with 'processing ', e.g. 'SetSoftOffset 0; processing SetFOV 40'"}};
+  Param<InputFile> file{this, "file", {.text = "replay: a capture (.h5) with taps or phases, or a raw dump"}};
+  Param<Choice> pace{
+      this, "pace", {.default_value = "recorded", .choices = "recorded fast", .text = "replay: how fast"}};
+  Param<bool> loop{this, "loop", {.default_value = "false", .text = "replay: again and again"}};
+  Param<InputFile> scene{this, "scene", {.text = "simulated: what the camera looks at"}};
+
+  void prepare(Setup& setup) {
+    try {
+      find_camera(setup);
+    } catch (const camcube::SettingError& error) {
+      throw ConfigError(error.parameter, error.what());
+    }
+  }
+
+  bool process(Frame& frame) {
+    if (!started_) begin();
+    while (!ending()) {
+      try {
+        switch (camera_->read(frame, patience)) {
+          case Backend::Got::end:
+            return false;
+          case Backend::Got::frame:
+            arrived(frame);
+            return true;
+          case Backend::Got::nothing:
+            check_that_it_answers();
+        }
+      } catch (const Fault& fault) {
+        if (!*reconnect)
+          throw std::runtime_error(
+              fmt::format("{}\n         reconnect: true goes on after such a fault", fault.what()));
+        recover(fault);
+      }
+    }
+    return false;
+  }
+
+  void finish() {
+    camera_->close();
+    if (const std::uint64_t frames = camera_->overtaken(); frames != 0)
+      warn(config::counted(frames, "frame") + " came faster than they were taken, and made room for newer ones");
+  }
+  void stop() {
+    stopped_ = true;
+    if (camera_) camera_->stop();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds patience{50}, retry{100};
+  static constexpr int max_faults = 8;  ///< in a row, without a frame: then the device is opened again
+
+  void find_camera(Setup& setup) {
+    read_parameters();
+    const std::string wanted = chosen_backend();
+    std::string used = wanted;
+    camcube::Delivery delivery;
+    if (wanted == "replay" || wanted == "simulated") {
+      camera_ = make(wanted);
+      camera_->prepare(setup);
+      take_camera(setup);
+      delivery = camera_->open();
+    } else {
+      take_camera(setup);
+      delivery = wanted == "auto" ? first_that_finds_a_camera(used) : (camera_ = make(wanted))->open();
+    }
+    provide(setup, delivery);
+    is_device_ = used == "usb" || used == "pmdsdk";
+    description_ = delivery.text;
+    note(description_);
+    nlohmann::json source = {{"backend", used}, {"live", delivery.live}};
+    if (!delivery.serial.empty()) source["serial"] = delivery.serial;
+    host->set_source(context, source.dump().c_str());
+  }
+
+  void read_parameters() {
+    const auto order = RawSourceData::order_of(*phase_order);
+    if (!order) throw ConfigError("phase_order", RawSourceData::order_expected);
+    settings_.layout.phase_order = *order;
+    settings_.integration_time = *integration_time;
+    settings_.modulation_frequency = *modulation_frequency;
+    settings_.frame_rate = *frame_rate;
+    settings_.device = *device;
+    settings_.protocol = *protocol;
+    settings_.library = *library;
+    settings_.source_plugin = *source_plugin;
+    settings_.source_parameter = *source_parameter;
+    settings_.processing_plugin = *processing_plugin;
+    settings_.processing_parameter = *processing_parameter;
+    settings_.exposure_mode = *exposure_mode;
+    settings_.commands = *commands;
+    settings_.vendor_images = *deliver == "images";
+    settings_.vendor_calibration = *vendor_calibration;
+    settings_.file = *file;
+    settings_.scene = *scene;
+    settings_.loop = *loop;
+    settings_.at_recorded_pace = *pace == "recorded";
+  }
+
+  std::string chosen_backend() const {
+    if (*backend != "auto") return *backend;
+    if (file.given() && scene.given()) throw ConfigError("scene", "there is a 'file' too: remove one of the two");
+    if (file.given() || scene.given()) return file.given() ? "replay" : "simulated";
+    if (library.given()) return "pmdsdk";
+    return device.given() || protocol.given() ? "usb" : "auto";
+  }
+
+  camcube::BackendPtr make(const std::string& name) const {
+    if (name == "pmdsdk") return camcube::make_pmdsdk(*this, settings_);
+    if (name == "usb") return camcube::make_usb(*this, settings_);
+    if (name == "replay") return camcube::make_replay(*this, settings_);
+    return camcube::make_simulated(*this, settings_);
+  }
+
+  void take_camera(const Setup& setup) {
+    if (setup.stream().camera == nullptr) {
+      if (!setup.use_profile("camcube2"))
+        throw std::runtime_error("there is no profile camcube2: is tofgraph installed?");
+      note("no camera is given: the profile camcube2 is used");
+    }
+    const tofgraph_camera& camera = setup.camera();
+    settings_.camera = camera.name;
+    settings_.layout.rows = camera.height;
+    settings_.layout.columns = camera.width;
+    settings_.nominal_frequency = camera.modulation_frequency;
+    settings_.nominal_frame_rate = camera.frame_rate;
+    std::copy(camera.integration_time, camera.integration_time + 2, settings_.integration_range);
+    if (!roi.given()) return;
+    const bool whole = roi->size() == 4 && std::ranges::all_of(*roi, [](double v) { return v == std::floor(v); });
+    if (!whole || (*roi)[2] != camera.width || (*roi)[3] != camera.height)
+      throw ConfigError("roi", fmt::format("expected [x, y, width, height] in whole px with the size of the camera's "
+                                           "profile, {} x {} px, e.g. [0, 0, {}, {}]",
+                                           camera.width, camera.height, camera.width, camera.height));
+    settings_.roi = fmt::format("{} {} {} {}", (*roi)[0], (*roi)[1], (*roi)[2], (*roi)[3]);
+  }
+
+  camcube::Delivery first_that_finds_a_camera(std::string& used) {
+    std::string tried;
+    for (const char* name : {"pmdsdk", "usb"}) {
+      camera_ = make(name);
+      try {
+        camcube::Delivery delivery = camera_->open();
+        used = name;
+        if (!tried.empty()) note("tried before:" + tried);
+        return delivery;
+      } catch (const camcube::NotFound& reason) {
+        tried += fmt::format("\n         {}: {}", name, reason.what());
+      }
+    }
+    throw ConfigError("backend", "no camera was found; tried:" + tried +
+                                     "\n         without a camera: file: RECORDING or scene: SCENE.yaml; 'tofgraph "
+                                     "devices' shows what is plugged in");
+  }
+
+  void provide(Setup& setup, const camcube::Delivery& delivery) {
+    const auto has = [&](const char* name) { return std::ranges::count(delivery.channels, name) > 0; };
+    if (has("taps")) taps.provide(setup);
+    if (has("raw_headers")) headers.provide(setup);
+    if (has("distance")) distance.provide(setup);
+    if (has("amplitude")) amplitude.provide(setup);
+    if (has("intensity")) intensity.provide(setup);
+    if (has("flags")) flags.provide(setup);
+    for (const tofgraph_channel& channel : delivery.recorded) setup.provide(channel);
+    setup.set_frames(delivery.frames, delivery.known);
+  }
+
+  /// The user wants the end, or another node has failed.
+  bool ending() const { return stopped_.load() || stopping(); }
+
+  void begin() {
+    started_ = true;
+    last_frame_ = waiting_since_ = Clock::now();
+    note(description_);
+  }
+
+  void arrived(Frame& frame) {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_frame_).count();
+    const double rate = std::isfinite(settings_.frame_rate) ? settings_.frame_rate : settings_.nominal_frame_rate;
+    frame.metadata().device_number = counter_.number(frame.metadata().device_number, seconds, rate);
+    last_frame_ = waiting_since_ = now;
+    faults_ = 0;
+  }
+
+  void check_that_it_answers() const {
+    if (!is_device_ || Clock::now() - waiting_since_ < std::chrono::duration<double>(*timeout)) return;
+    throw Fault(fmt::format("no frame came for {}: the camera does not answer", config::format_quantity(*timeout, "s")),
+                true);
+  }
+
+  void recover(const Fault& fault) {
+    warn(fault.what());
+    counter_.interrupted();
+    if (fault.lost || ++faults_ > max_faults) open_again();
+  }
+
+  /// Until the camera is back or the run ends.
+  void open_again() {
+    camera_->close();
+    std::string said;
+    while (!ending()) {
+      try {
+        camera_->open();
+        warn("the camera is back");
+        break;
+      } catch (const std::exception& reason) {
+        if (said != reason.what()) warn(fmt::format("waiting for the camera: {}", reason.what()));
+        said = reason.what();
+        camera_->close();
+      }
+      std::this_thread::sleep_for(retry);
+    }
+    faults_ = 0;
+    waiting_since_ = Clock::now();
+  }
+
+  camcube::Settings settings_;
+  camcube::BackendPtr camera_;
+  std::string description_;
+  camcube::FrameCounter counter_;
+  std::atomic<bool> stopped_{false};
+  bool started_ = false, is_device_ = false;  // device: one that has to answer
+  int faults_ = 0;
+  Clock::time_point last_frame_, waiting_since_;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::CamCube,
+               "A live camera: a PMD CamCube (not verified on hardware), a recording or a simulation in its place")

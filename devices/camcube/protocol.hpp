@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file How a USB camera speaks, as a file describes it: ids, endpoints, commands, what its headers hold. Keys:
+/// docs/formats/protocol.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::camcube {
+
+/// A whole number in a header or a command.
+struct NumberType {
+  std::size_t bytes = 4;
+  bool big_endian = false;
+};
+std::uint64_t read_number(NumberType type, std::span<const std::uint8_t> at);
+
+/// A number in the header before each image.
+struct Field {
+  std::size_t offset = 0;
+  NumberType type;
+  std::uint64_t read(std::span<const std::uint8_t> header) const {
+    return read_number(type, header.subspan(offset, type.bytes));
+  }
+};
+
+/// Bytes that every header has.
+struct Magic {
+  std::size_t offset = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
+/// What commands send beside fixed bytes.
+struct CommandValues {
+  std::uint64_t integration_time_us = 0, modulation_frequency_hz = 0;
+};
+
+/// One transfer of a command: over the control pipe, or to a bulk endpoint.
+struct Step {
+  /// Fixed bytes, or a number in their place.
+  struct Part {
+    std::vector<std::uint8_t> bytes;
+    std::uint64_t CommandValues::*value = nullptr;
+    NumberType type;
+  };
+  std::optional<std::array<std::uint16_t, 4>> control;  ///< request type, request, value, index
+  std::uint8_t bulk = 0;                                ///< endpoint, where it is not control
+  std::vector<Part> data;
+  std::vector<std::uint8_t> answer;  ///< of a control transfer to the host: how it has to begin
+
+  /// @throws std::out_of_range where a number has no room
+  std::vector<std::uint8_t> bytes(const CommandValues& values) const;
+};
+
+struct Protocol {
+  std::filesystem::path file;
+  std::string name;
+  std::uint16_t vendor = 0, product = 0;
+  int interface = 0;
+  std::uint8_t endpoint = 0;  ///< bulk IN
+  std::size_t transfers = 8;  ///< in flight
+  bool whole_frames = false;  ///< one transfer brings a frame; otherwise an image
+  std::optional<Magic> magic;
+  std::optional<Field> image, number, integration_time, modulation_frequency;
+  std::map<std::string, std::vector<Step>> commands;  ///< by name; missing: the camera needs none
+
+  bool has(const std::string& command) const { return commands.contains(command); }
+};
+
+/// @throws config::ConfigurationError with every mistake and its place
+Protocol read_protocol(const std::filesystem::path& file);
+
+}  // namespace tofgraph::camcube

@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/quantity.hpp"
+#include "devices/camcube/backend.hpp"
+
+namespace tofgraph::camcube {
+
+void check_integration_time(const Settings& settings) {
+  const double wanted = settings.integration_time;
+  const double least = std::isfinite(settings.integration_range[0]) ? settings.integration_range[0] : 1e-6;
+  const double most = std::isfinite(settings.integration_range[1]) ? settings.integration_range[1] : 1;
+  const double nearest = std::round(std::clamp(wanted, least, most) * 1e6) * 1e-6;
+  if (std::abs(nearest - wanted) > 1e-9)
+    throw SettingError(
+        "integration_time",
+        fmt::format("{} is not valid for the camera '{}', which has whole microseconds from {} to {}; the "
+                    "nearest valid time is {}",
+                    config::format_quantity(wanted, "s"), settings.camera, config::format_quantity(least, "s"),
+                    config::format_quantity(most, "s"), config::format_quantity(nearest, "s")));
+}
+
+}  // namespace tofgraph::camcube

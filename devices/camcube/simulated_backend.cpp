@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <cmath>
+#include <thread>
+
+#include "devices/camcube/backend.hpp"
+#include "devices/camcube/frame_exchange.hpp"
+#include "plugins/model_reader.hpp"
+#include "simulation/simulation.hpp"
+
+namespace tofgraph::camcube {
+namespace {
+
+/// The digital twin: the conditions of a scene one after the other, each for its frames, again and again. The noise is
+/// never the same twice.
+class Simulated final : public Backend {
+ public:
+  Simulated(const Stage& stage, const Settings& settings) : stage_(stage), settings_(settings) {}
+
+  void prepare(Setup& setup) override {
+    if (settings_.scene.empty())
+      throw SettingError("scene", "a simulated camera needs a scene, e.g. scene: pipelines/scenes/board.yaml");
+    const ModelReader reader(stage_);
+    simulation::SimulationChanges changes;
+    changes.host = reader.host();
+    changes.output = {"taps"};
+    if (std::isfinite(settings_.integration_time)) changes.integration_time = settings_.integration_time;
+    config::Diagnostics diagnostics;
+    try {
+      simulation_ = simulation::Simulation::read(settings_.scene, reader.registry(), changes, diagnostics);
+    } catch (const config::ConfigurationError& error) {
+      throw SettingError("scene", error.what());
+    }
+    if (!simulation_) throw SettingError("scene", diagnostics.text());
+    reader.pass_on(diagnostics);
+    ModelReader::use_files(setup, simulation_->model(), simulation_->effects());
+    if (std::isfinite(settings_.modulation_frequency))
+      throw SettingError("modulation_frequency", "is that of the scene's camera: it cannot be set");
+    const tofgraph_camera& own = simulation_->camera();
+    const tofgraph_camera* given = setup.stream().camera;
+    if (given == nullptr)
+      setup.use_profile(own.name, own.profile);
+    else if (given->width != own.width || given->height != own.height || std::string(given->name) != own.name)
+      throw SettingError("scene", fmt::format("is for the camera '{}', the pipeline has '{}': remove one of the two",
+                                              own.name, given->name));
+  }
+
+  Delivery open() override {
+    if (std::isfinite(settings_.integration_time)) check_integration_time(settings_);
+    period_ = 1 / (std::isfinite(settings_.frame_rate) ? settings_.frame_rate : settings_.nominal_frame_rate);
+    if (!std::isfinite(period_))
+      throw SettingError("frame_rate", "the camera's profile has none, so it has to be given, e.g. frame_rate: 80 Hz");
+    load(0);
+    next_ = 0;
+    Delivery delivery;
+    delivery.channels = {"taps"};
+    delivery.known = TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_MODULATION_FREQUENCY;
+    delivery.text = fmt::format("simulated camera before {}, {:.6g} frames/s", settings_.scene, 1 / period_);
+    return delivery;
+  }
+
+  void close() noexcept override {}
+
+  Got read(Frame& frame, std::chrono::milliseconds patience) override {
+    if (!start_) {
+      start_ = Clock::now();
+      start_ns_ = now_ns();
+    }
+    // A frame is there when its exposure has ended.
+    const auto since_start = [&](std::uint64_t n) { return std::llround(static_cast<double>(n) * period_ * 1e9); };
+    const auto due = *start_ + std::chrono::nanoseconds(since_start(next_ + 1));
+    std::this_thread::sleep_until(std::min(due, Clock::now() + Clock::duration(patience)));
+    if (Clock::now() < due) return Got::nothing;
+    const std::uint64_t frames = std::max<std::uint64_t>(simulation_->frames(), 1), shown = next_ / frames;
+    const std::uint64_t conditions = simulation_->conditions().size();
+    if (shown % conditions != condition_) load(shown % conditions);
+    const std::uint64_t index = shown / conditions * frames + next_ % frames;
+    const std::uint64_t number = frame.metadata().number;
+    frame.metadata() = simulation_->metadata(prepared_->condition, index);
+    frame.metadata().number = number;
+    frame.metadata().device_number = next_;
+    frame.metadata().timestamp_ns = start_ns_ + since_start(next_);
+    write_taps(frame, index);
+    ++next_;
+    return Got::frame;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void load(std::size_t condition) {
+    condition_ = condition;
+    prepared_ = simulation_->prepare(condition);
+  }
+
+  void write_taps(const Frame& frame, std::uint64_t index) const {
+    tofgraph_channel channel{};
+    channel.size = sizeof channel;
+    channel.name = "taps";
+    channel.type = TOFGRAPH_TYPE_U16;
+    channel.rank = 4;
+    channel.unit = "counts";
+    const std::uint64_t extent[] = {prepared_->frames.exposures(), 2, settings_.layout.rows, settings_.layout.columns};
+    std::ranges::copy(extent, channel.extent);
+    prepared_->frames.taps(index, static_cast<std::uint16_t*>(frame.write(channel).data));
+  }
+
+  const Stage& stage_;
+  const Settings& settings_;
+  std::unique_ptr<const simulation::Simulation> simulation_;
+  std::unique_ptr<const simulation::ConditionFrames> prepared_;
+  std::size_t condition_ = 0;
+  double period_ = 0;  // s
+  std::uint64_t next_ = 0;
+  std::optional<Clock::time_point> start_;
+  std::int64_t start_ns_ = 0;
+};
+
+}  // namespace
+
+BackendPtr make_simulated(const Stage& stage, const Settings& settings) {
+  return std::make_unique<Simulated>(stage, settings);
+}
+
+}  // namespace tofgraph::camcube

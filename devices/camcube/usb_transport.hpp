@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Asynchronous bulk transfers: several in flight, so that a camera never waits for the host.
+#pragma once
+
+#include <libusb-1.0/libusb.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "devices/camcube/errors.hpp"
+
+namespace tofgraph::camcube {
+
+/// What comes out of a transport; called from one thread at a time.
+struct TransportEvents {
+  std::function<void(std::span<const std::uint8_t>)> message;  ///< what one transfer brought
+  std::function<void()> interrupted;                           ///< some of the stream is missing
+  std::function<void(const Fault&)> fault;
+};
+
+class UsbTransport {
+ public:
+  /// @param bytes of a message: a transfer ends with it, or with a short packet
+  UsbTransport(libusb_context* context, libusb_device_handle* handle, std::uint8_t endpoint, std::size_t transfers,
+               std::size_t bytes, TransportEvents events);
+  ~UsbTransport() { stop(); }
+  UsbTransport(const UsbTransport&) = delete;
+  UsbTransport& operator=(const UsbTransport&) = delete;
+
+  /// Hands all transfers to the system. @throws Fault
+  void submit();
+  /// From now on a thread of its own waits for them: until stop(), nobody else may make synchronous transfers.
+  void run();
+  /// Cancels what is in flight and waits until it is given back.
+  void stop() noexcept;
+
+ private:
+  struct Transfer {
+    UsbTransport* owner;
+    libusb_transfer* transfer;
+    std::vector<std::uint8_t> buffer;
+    bool in_flight = false;
+  };
+
+  static void LIBUSB_CALL completed(libusb_transfer* transfer);
+  void complete(Transfer& transfer);
+  bool submit(Transfer& transfer);
+  void wait_for_events();
+  void recover_from_stall();
+  bool cancel_all();
+  void report(const std::string& text, bool lost);
+
+  libusb_context* context_;
+  libusb_device_handle* handle_;
+  const std::uint8_t endpoint_;
+  const TransportEvents events_;
+  std::unique_ptr<std::vector<Transfer>> transfers_;
+  std::size_t in_flight_ = 0, failures_ = 0;  // failures: since the last message
+  bool stalled_ = false, gone_ = false, cancelling_ = false;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace tofgraph::camcube

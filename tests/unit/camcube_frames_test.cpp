@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// From single transfers to frames, their counter, and the exchange between two threads.
+#include "devices/camcube/frame_assembler.hpp"
+#include "devices/camcube/frame_counter.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <thread>
+
+namespace tofgraph::camcube {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+constexpr std::size_t pixels = 6, image_bytes = 512 + 4 * pixels;
+
+/// Images with a magic byte, their index, a counter of one byte, and a time in us.
+class Assembling : public testing::Test {
+ protected:
+  Assembling() {
+    protocol_.magic = Magic{0, {0x7f}};
+    protocol_.image = Field{1, {1, false}};
+    protocol_.number = Field{2, {1, false}};
+    protocol_.integration_time = Field{4, {2, false}};
+    layout_.rows = 2;
+    layout_.columns = 3;
+    frame_.bytes.resize(layout_.frame_bytes());
+  }
+  FrameAssembler& assembler() {
+    if (!assembler_)
+      assembler_ = std::make_unique<FrameAssembler>(protocol_, layout_, FrameDefaults{NAN, 20e6}, frames_);
+    return *assembler_;
+  }
+  static std::vector<std::uint8_t> image(unsigned number, unsigned index) {
+    std::vector<std::uint8_t> bytes(image_bytes, static_cast<std::uint8_t>(16 * number + index));
+    bytes[0] = 0x7f;
+    bytes[1] = static_cast<std::uint8_t>(index);
+    bytes[2] = static_cast<std::uint8_t>(number);
+    bytes[4] = 0xe8;
+    bytes[5] = 0x03;
+    return bytes;
+  }
+  void send(unsigned number, unsigned first = 0, unsigned last = 3) {
+    for (unsigned i = first; i <= last; ++i) assembler().message(image(number, i));
+  }
+  /// The number of the next frame, "nothing", or what went wrong.
+  std::string next() {
+    try {
+      if (!frames_.take(frame_, 0ms)) return "nothing";
+      for (std::size_t i = 0; i < 4; ++i) {
+        const std::uint8_t last = frame_.bytes[(i + 1) * image_bytes - 1];
+        EXPECT_EQ(last % 16, i);
+        EXPECT_EQ(last / 16, frame_.bytes[2] % 16);
+      }
+      return std::to_string(frame_.number);
+    } catch (const Fault& fault) {
+      EXPECT_FALSE(fault.lost);
+      return fault.what();
+    }
+  }
+
+  Protocol protocol_;
+  RawSourceData layout_;
+  FrameExchange frames_{8, 4 * image_bytes};
+  std::unique_ptr<FrameAssembler> assembler_;
+  RawFrame frame_;
+};
+
+TEST_F(Assembling, FramesComeWithTheirNumberAndTimes) {
+  const std::int64_t before = now_ns();
+  send(3);
+  send(4);
+  EXPECT_EQ(next(), "3");
+  EXPECT_DOUBLE_EQ(frame_.integration_time, 1e-3);
+  EXPECT_DOUBLE_EQ(frame_.modulation_frequency, 20e6);
+  EXPECT_GE(frame_.timestamp_ns, before - 4'000'000);  // four exposures ago
+  EXPECT_LE(frame_.timestamp_ns, now_ns() - 4'000'000);
+  EXPECT_EQ(next(), "4");
+  EXPECT_EQ(next(), "nothing");
+}
+
+TEST_F(Assembling, AMissingImageSpoilsItsFrameAndNoOther) {
+  for (unsigned missing = 0; missing < 4; ++missing) {
+    assembler_.reset();
+    send(1);
+    for (unsigned i = 0; i < 4; ++i)
+      if (i != missing) send(2, i, i);
+    send(3);
+    EXPECT_EQ(next(), "1");
+    EXPECT_EQ(next(), "3") << missing;
+    EXPECT_EQ(next(), "half a frame: its image " + std::to_string(missing) + " is missing");
+    EXPECT_EQ(next(), "nothing") << missing;
+  }
+}
+
+TEST_F(Assembling, WhatIsNoImageSpoilsItsFrame) {
+  for (unsigned bad = 0; bad < 4; ++bad) {
+    assembler_.reset();
+    for (unsigned i = 0; i < 4; ++i) {
+      auto bytes = image(2, i);
+      if (i == bad) bytes[0] = 0x55;
+      assembler().message(bytes);
+    }
+    send(3);
+    EXPECT_EQ(next(), "3") << bad;
+    EXPECT_EQ(next(), "the header of an image has 55 at byte 0, expected 7f");
+    assembler_.reset();
+    for (unsigned i = 0; i < 4; ++i) {
+      const auto bytes = image(2, i);
+      assembler().message(std::span(bytes).first(i == bad ? 100 : bytes.size()));
+    }
+    send(3);
+    EXPECT_EQ(next(), "3") << bad;
+    EXPECT_EQ(next(), "a transfer brought 100 bytes, an image of this camera has 536");
+    EXPECT_EQ(next(), "nothing");
+  }
+}
+
+TEST_F(Assembling, TheCounterWrapsAroundAndIsNotFooled) {
+  send(254);
+  send(255);
+  send(0);
+  send(2);  // frame 1 is lost
+  EXPECT_EQ(next(), "254");
+  EXPECT_EQ(next(), "255");
+  EXPECT_EQ(next(), "256");
+  EXPECT_EQ(next(), "258");
+  send(2);
+  EXPECT_EQ(next(), "frame 2 came twice");
+  send(3, 0, 1);
+  send(4, 2, 3);
+  send(5);
+  EXPECT_EQ(next(), "261");
+  EXPECT_EQ(next(), "image 2 is of frame 4, those before it of frame 3");
+}
+
+TEST_F(Assembling, WithoutHeadersImagesAreCounted) {
+  protocol_.magic.reset();
+  protocol_.image.reset();
+  protocol_.number.reset();
+  protocol_.integration_time.reset();
+  send(1);
+  const auto half = image(2, 0);
+  assembler().message(std::span(half).first(9));
+  send(2, 1, 3);
+  send(3);
+  EXPECT_EQ(next(), "0");
+  EXPECT_EQ(next(), "2");  // the spoiled one counts
+  EXPECT_TRUE(std::isnan(frame_.integration_time));
+  EXPECT_THAT(next(), HasSubstr("a transfer brought 9 bytes"));
+}
+
+TEST_F(Assembling, AWholeFrameMayComeAtOnce) {
+  protocol_.whole_frames = true;
+  std::vector<std::uint8_t> all;
+  for (unsigned i = 0; i < 4; ++i)
+    for (const std::uint8_t byte : image(7, i)) all.push_back(byte);
+  EXPECT_EQ(assembler().message_bytes(), all.size());
+  assembler().message(all);
+  EXPECT_EQ(next(), "7");
+  assembler().message(std::span(all).first(image_bytes));
+  EXPECT_THAT(next(), HasSubstr("a frame of this camera has 2144"));
+}
+
+TEST(FrameCounter, GoesOnBehindAGap) {
+  FrameCounter counter;
+  EXPECT_EQ(counter.number(5, 1, 80), 5U);
+  EXPECT_EQ(counter.number(7, 1, 80), 7U);  // the device lost one
+  counter.interrupted();
+  EXPECT_EQ(counter.number(9, 1, 80), 9U);  // it counted on
+  counter.interrupted();
+  EXPECT_EQ(counter.number(0, 0.5, 80), 49U);  // it began anew: 0.5 s are 40 frames, of which the last is here
+  EXPECT_EQ(counter.number(1, 0.01, 80), 50U);
+  counter.interrupted();
+  EXPECT_EQ(counter.number(0, 5, NAN), 52U);  // at least one is missing
+}
+
+TEST(FrameExchange, KeepsTheNewestInOrder) {
+  FrameExchange exchange(3, 4);
+  RawFrame frame;
+  frame.bytes.resize(4);
+  for (std::uint64_t n = 0; n < 10; ++n) {
+    frame.number = n;
+    exchange.offer(frame);
+  }
+  exchange.fail(Fault("first", true));
+  exchange.fail(Fault("second", false));
+  for (const std::uint64_t n : {7U, 8U, 9U}) {
+    ASSERT_TRUE(exchange.take(frame, 0ms));
+    EXPECT_EQ(frame.number, n);
+  }
+  EXPECT_EQ(exchange.overtaken(), 7U);
+  EXPECT_THROW(exchange.take(frame, 0ms), Fault);
+  EXPECT_FALSE(exchange.take(frame, 0ms));
+  exchange.wake();
+  EXPECT_FALSE(exchange.take(frame, 1h));
+}
+
+TEST(FrameExchange, LosesNothingBetweenTwoThreadsThatKeepUp) {
+  FrameExchange exchange(64, 8);
+  std::atomic<std::uint64_t> read{0};
+  std::jthread writer([&] {
+    RawFrame frame;
+    frame.bytes.resize(8);
+    for (std::uint64_t n = 0; n < 20'000; ++n) {
+      while (n > read.load() + 32) std::this_thread::yield();
+      frame.number = n;
+      frame.bytes[0] = static_cast<std::uint8_t>(n);
+      exchange.offer(frame);
+    }
+  });
+  RawFrame frame;
+  frame.bytes.resize(8);
+  for (std::uint64_t n = 0; n < 20'000; ++n) {
+    ASSERT_TRUE(exchange.take(frame, 10s));
+    ASSERT_EQ(frame.number, n);
+    ASSERT_EQ(frame.bytes[0], static_cast<std::uint8_t>(n));
+    read.store(n);
+  }
+}
+
+}  // namespace
+}  // namespace tofgraph::camcube
