@@ -152,8 +152,8 @@ std::string CaptureWriter::problem(const fs::path& file, bool overwrite) {
   return fmt::format(
       "{} already exists: a recording that is still running, or the frames of one that was cut off; it is never "
       "replaced: "
-      "read it (capture_reader file={}), or move it away",
-      part.string(), part.string());
+      "read it (capture_reader file={}), make a capture of it (tofgraph repair {}), or move it away",
+      part.string(), part.string(), part.string());
 }
 
 CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::vector<CaptureChannel> channels,
@@ -164,8 +164,9 @@ CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::ve
   self.file = std::move(file);
   self.channels = std::move(channels);
   self.options = options;
-  if (const std::string why_not = problem(self.file, options.overwrite); !why_not.empty())
-    throw std::runtime_error(why_not);
+  const std::string why_not =
+      options.part.empty() ? problem(self.file, options.overwrite) : output_problem(self.file, options.overwrite);
+  if (!why_not.empty()) throw std::runtime_error(why_not);
   std::error_code error;
   if (self.file.has_parent_path()) fs::create_directories(self.file.parent_path(), error);
   if (error) self.fail("the folder cannot be created: " + error.message());
