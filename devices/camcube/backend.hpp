@@ -38,6 +38,7 @@ struct Settings {
   bool vendor_images = false, vendor_calibration = false;          ///< pmdsdk
   std::string file, scene;                                         ///< replay, simulated
   bool loop = false, at_recorded_pace = true;                      ///< replay
+  std::int64_t condition = -1;                                     ///< simulated: the only one; -1: all
 };
 
 /// What every frame will have.

@@ -125,6 +125,10 @@ struct CamCube final : CamCubeParameters {
   /// Between two frames: the next ones may have another time.
   void adjust(const Frame& frame) {
     const Array<const std::uint16_t> image(frame.find("taps"));
+    if (image.extent(0) != RawSourceData::images)
+      throw std::runtime_error(
+          fmt::format("auto_integration_time needs frames of {} phase images, there are {}; remove it",
+                      RawSourceData::images, image.extent(0)));
     const auto time = control_->next(image.span(), frame.metadata().integration_time);
     if (!time) return;
     settings_.integration_time = *time;
@@ -151,6 +155,7 @@ struct CamCube final : CamCubeParameters {
     settings_.vendor_calibration = *vendor_calibration;
     settings_.file = *file;
     settings_.scene = *scene;
+    settings_.condition = *condition;
     settings_.loop = *loop;
     settings_.at_recorded_pace = *pace == "recorded";
   }

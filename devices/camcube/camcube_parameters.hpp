@@ -112,6 +112,13 @@ struct CamCubeParameters : Source {
       this, "pace", {.default_value = "recorded", .choices = "recorded fast", .text = "replay: how fast"}};
   Param<bool> loop{this, "loop", {.default_value = "false", .text = "replay: again and again"}};
   Param<InputFile> scene{this, "scene", {.text = "simulated: what the camera looks at"}};
+  Param<std::int64_t> condition{this,
+                                "condition",
+                                {.default_value = "-1",
+                                 .min = -1,
+                                 .max = 1000000,
+                                 .text = "simulated: the only condition of the scene that is played, counted from 0; "
+                                         "-1: all of them, one after the other"}};
 };
 
 }  // namespace tofgraph

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "io/calibration.hpp"
 
@@ -33,8 +34,15 @@ double use_calibration(const std::string& file, const std::string& camera, Contr
   const io::Calibrated longest = reader.column("longest", "s", shortest.value.size(), "[2 ms, 4 ms]");
   const double recommended = reader.has("recommended") ? reader.need("recommended", "s", 1, "2 ms").value.front()
                                                        : std::numeric_limits<double>::quiet_NaN();
-  for (const char* key : {"target", "distance", "integration_time", "rmse"})
-    if (reader.has(key)) static_cast<void>(reader.column(key, "", 0, "[0, 0]"));
+  // The others are for people.
+  for (const auto& [key, unit] : {std::pair{"target", ""},
+                                  {"distance", "m"},
+                                  {"integration_time", "s"},
+                                  {"rmse", "m"},
+                                  {"recommended_error", "m"},
+                                  {"several", "s"},
+                                  {"held_out_excess", ""}})
+    if (reader.has(key)) static_cast<void>(reader.column(key, unit, 0, "[0, 0]"));
   reader.finish();
   const auto finite = [](double value) { return std::isfinite(value); };
   if (std::ranges::any_of(shortest.value, finite) && std::ranges::any_of(longest.value, finite)) {

@@ -13,10 +13,10 @@
 namespace tofgraph::camcube {
 
 struct ControlLimits {
-  double low = 0, high = 0;         ///< counts, of the amplitude's percentile
-  double percentile = 0;            ///< 0..1, of the pixels
-  double full_well = 0;             ///< counts of a tap; NaN: not known
-  std::array<double, 2> times = {}; ///< s, shortest and longest
+  double low = 0, high = 0;          ///< counts, of the amplitude's percentile
+  double percentile = 0;             ///< 0..1, of the pixels
+  double full_well = 0;              ///< counts of a tap; NaN: not known
+  std::array<double, 2> times = {};  ///< s, shortest and longest
 };
 
 /// Narrows the times to those that a calibration of the kind integration-time found good.

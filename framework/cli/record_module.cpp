@@ -6,10 +6,13 @@
 #include "config/quantity.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/repair.hpp"
-#include "recording/pipelines.hpp"
+#include "io/output_file.hpp"
+#include "recording/guide.hpp"
 
 #include <fmt/format.h>
 
+#include <poll.h>
+#include <unistd.h>
 #include <optional>
 
 namespace tofgraph::cli {
@@ -120,9 +123,86 @@ int record_capture(const RecordArguments& arguments) {
   return written ? 0 : 1;
 }
 
+/// Lines from standard input; an interrupt ends the waiting.
+class Answers {
+ public:
+  std::optional<std::string> line() {
+    for (;;) {
+      if (const auto end = text_.find('\n'); end != std::string::npos) {
+        std::string line = text_.substr(0, end);
+        text_.erase(0, end + 1);
+        return line;
+      }
+      pollfd input{STDIN_FILENO, POLLIN, 0};
+      const int ready = poll(&input, 1, 100);
+      if (signals != 0) throw recording::Interrupted();
+      if (ready <= 0) continue;
+      char part[256];
+      const ssize_t size = read(STDIN_FILENO, part, sizeof part);
+      if (size == 0 || (size < 0 && errno != EINTR)) return std::nullopt;
+      if (size > 0) text_.append(part, static_cast<std::size_t>(size));
+    }
+  }
+
+ private:
+  std::string text_;
+};
+
+recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers) {
+  recording::GuideOptions options;
+  options.camera = arguments.camera;
+  if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube")) {
+    const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
+    std::error_code error;
+    options.camera.profile = fs::is_regular_file(beside, error) ? beside.string() : plan.campaign.camera_name;
+  }
+  options.graph = graph_options(arguments);
+  options.frames = arguments.frames;
+  options.still = arguments.still;
+  if (!arguments.tolerance.empty()) options.tolerance = positive("--tolerance", arguments.tolerance, "m", "250 mm");
+  options.run = [](graph::Runner& runner) {
+    const Watch watch(runner, true);
+    graph::RunResult result = runner.run();
+    if (signals != 0) throw recording::Interrupted();
+    return result;
+  };
+  options.read_line = [&answers] { return answers.line(); };
+  options.say = [](const std::string& text) { say(text); };
+  options.wait = [] {
+    for (int i = 0; i < 10 && signals == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (signals != 0) throw recording::Interrupted();
+  };
+  return options;
+}
+
+int record_plan(const RecordArguments& arguments) {
+  if (!arguments.duration.empty())
+    throw config::ConfigurationError("--for: error: a plan is recorded by frames\n         example: --frames 20");
+  const recording::Plan plan = recording::read_plan(arguments.plan);
+  if (const std::string problem = io::write_error(arguments.out / "campaign.yaml"); !problem.empty())
+    throw config::ConfigurationError("--out: error: " + problem);
+  Answers answers;
+  const recording::GuideOptions options = guide_options(arguments, plan, answers);
+  recording::CampaignFolder folder(plan, arguments.out);
+  handle_signals();
+  recording::Outcome outcome = recording::Outcome::stopped;
+  try {
+    outcome = recording::Guide(plan, folder, options).run();
+  } catch (const recording::Interrupted&) {
+  }
+  const std::size_t all = plan.campaign.conditions.size();
+  say(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
+                  folder.campaign_file().string()));
+  if (outcome == recording::Outcome::complete) return 0;
+  say("the same command goes on with those that are not recorded");
+  return outcome == recording::Outcome::stopped ? 130 : 1;
+}
+
 }  // namespace
 
-int record(const RecordArguments& arguments) { return record_capture(arguments); }
+int record(const RecordArguments& arguments) {
+  return arguments.plan.empty() ? record_capture(arguments) : record_plan(arguments);
+}
 
 }  // namespace tofgraph::cli
 
