@@ -19,7 +19,7 @@ namespace {
 
 constexpr int attempts = 3;            // at a recording in which frames are missing
 constexpr double still_limit = 0.004;  // m, between two looks at a board that stands
-constexpr double told_saturation = 0.01;
+constexpr double mostly = 0.5;         // share of saturated pixels
 
 constexpr const char* answers =
     "Enter looks and records; 'look' only looks, 'record' records whatever is seen, 'skip' leaves it out for now, "
@@ -123,15 +123,23 @@ Guide::Answer Guide::wait_until_still(std::size_t index) {
   }
 }
 
+/// Where the planned time saturates the image, as some plans want it, the distance is seen with a shorter one.
 Seen Guide::look_at(std::size_t index) const {
   graph::GraphOptions quiet = options_.graph;
   quiet.message = nullptr;
-  return look(camera_for(index), quiet, options_.run);
+  CameraRequest camera = camera_for(index);
+  Seen seen = look(camera, quiet, options_.run);
+  const double shortest = std::max(plan_.campaign.camera->view().integration_time[0], 1e-6);
+  while (std::isnan(seen.distance) && seen.saturated > mostly && camera.integration_time > shortest) {
+    camera.integration_time = std::max(shortest, std::round(camera.integration_time / 4 * 1e6) * 1e-6);
+    const Seen shorter = look(camera, quiet, options_.run);
+    seen.distance = shorter.distance;
+    if (shorter.saturated <= mostly) break;
+  }
+  return seen;
 }
 
 std::string Guide::wrong_with(const Seen& seen, std::size_t index) const {
-  if (seen.saturated > told_saturation)
-    options_.say(fmt::format("  {:.1f} % of the pixels are saturated", seen.saturated * 100));
   return contradiction(seen, plan_.campaign.conditions[index].board_distance, before_, options_.tolerance,
                        unambiguous_range_);
 }

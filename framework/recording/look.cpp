@@ -101,9 +101,7 @@ Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const
 std::string contradiction(const Seen& seen, double planned, const std::optional<Reference>& before, double tolerance,
                           double unambiguous_range) {
   if (std::isnan(planned)) return {};
-  if (std::isnan(seen.distance))
-    return seen.saturated > 0.5 ? std::string("the image is saturated, so that no distance can be seen")
-                                : std::string("no distance can be seen in the middle of the image");
+  if (std::isnan(seen.distance)) return "no distance can be seen in the middle of the image";
   const auto wrapped = [&](double difference) {
     return std::isnan(unambiguous_range) ? difference : std::remainder(difference, unambiguous_range);
   };
