@@ -77,7 +77,7 @@ struct CamCubeParameters : Source {
       this,
       "protocol",
       {.text = "usb: how the camera speaks; default: the project's software camera, no real CamCube"}};
-  Param<std::string> library{
+  Param<InputFile> library{
       this, "library", {.text = "pmdsdk: path of libpmdaccess2.so; default: below $PMDDIR, /usr/local/pmd"}};
   Param<std::string> source_plugin{
       this,

@@ -28,7 +28,7 @@ void FrameExchange::offer(RawFrame& frame) {
 void FrameExchange::fail(const Fault& fault) {
   {
     const std::scoped_lock lock(mutex_);
-    if (!fault_) fault_.emplace(fault);
+    if (!fault_) fault_.emplace(fault.what(), fault.lost);
   }
   changed_.notify_one();
 }
@@ -43,8 +43,9 @@ bool FrameExchange::take(RawFrame& frame, std::chrono::milliseconds patience) {
     --count_;
     return true;
   }
-  if (fault_) throw *std::exchange(fault_, std::nullopt);
-  return false;
+  if (!fault_) return false;
+  const auto [text, lost] = *std::exchange(fault_, std::nullopt);
+  throw Fault(text, lost);
 }
 
 void FrameExchange::wake() {

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "devices/camcube/errors.hpp"
@@ -51,7 +53,7 @@ class FrameExchange {
   std::condition_variable changed_;
   std::vector<RawFrame> waiting_;  // a ring
   std::size_t first_ = 0, count_ = 0;
-  std::optional<Fault> fault_;
+  std::optional<std::pair<std::string, bool>> fault_;  // text, device lost: an exception belongs to one thread
   std::uint64_t overtaken_ = 0;
   bool woken_ = false;
 };

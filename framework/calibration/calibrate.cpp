@@ -14,10 +14,13 @@ Result calibrate_integration_time(const Request& request);  // integration_time.
 Result calibrate_noise(const Request& request);             // noise.cpp
 Result calibrate_warm_up(const Request& request);           // warm_up.cpp
 Result calibrate_fixed_pattern(const Request& request);     // fixed_pattern.cpp
+Result calibrate_intrinsics(const Request& request);        // intrinsics.cpp
 
 namespace {
 
 constexpr Kind all[] = {
+    {"intrinsics", "the lens, from views of a chessboard or another pattern: for the stage intrinsics",
+     calibrate_intrinsics, "free without"},
     {"offset", "the offset by integration time and reflectivity: for the stage offset_correction", calibrate_offset,
      "variant"},
     {"integration-time", "the best integration time for each target and distance", calibrate_integration_time,
@@ -75,7 +78,10 @@ std::vector<std::filesystem::path> outputs_of(const Kind& kind, const std::files
 }
 
 void write(const Result& result, const Kind& kind, const std::filesystem::path& calibration) {
-  result.page.write(report_of(calibration));
+  report::Page page = result.page;
+  if (!result.notes.empty()) page.heading("Notes");
+  for (const std::string& note : result.notes) page.paragraph(note);
+  page.write(report_of(calibration));
   if (kind.writes_maps) {
     io::OutputFile file(maps_of(calibration));
     io::write_pixel_maps(file.temporary_path().string(), result.maps, result.map_rows, result.map_columns);

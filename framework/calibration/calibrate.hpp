@@ -23,6 +23,8 @@ struct Request {
   io::OffsetVariant variant = io::OffsetVariant::geometric;
   std::optional<std::array<double, 2>> range;  ///< m, the distances that matter
   std::optional<double> accuracy;              ///< m, that is wanted
+  std::vector<std::string> free;               ///< k3, skew, rational: what is fitted beyond the usual
+  std::vector<std::string> without;            ///< distances, warp: what is not used or fitted
   std::function<void(double share, const std::string& what)> progress;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/characterisation.hpp"
+#include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
@@ -17,10 +18,6 @@ namespace {
 using Row = std::vector<std::string>;
 using config::format_quantity;
 using Value = double (*)(const Characterised&);
-
-std::string mm(double metres, int digits = 2) {
-  return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * 1e3, digits) : "-";
-}
 
 std::string sources_of(const io::Condition& c) {
   return c.sources.empty() ? "all" : fmt::format("{}", fmt::join(c.sources, ", "));

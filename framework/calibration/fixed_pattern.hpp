@@ -22,6 +22,7 @@ struct PatternView {
   std::vector<float> weight;                ///< 1/m^2, of the mean of its frames
   std::vector<float> distance;              ///< m, D(T)
   std::vector<float> along_z;               ///< dD/dT of a flat board
+  double board_distance = 0;                ///< m
   std::vector<std::array<float, 2>> place;  ///< m, where the pixel looks on the board, in the board's own axes
 };
 
@@ -35,11 +36,13 @@ struct PatternData {
 /// @throws config::ConfigurationError with every mistake
 PatternData read_pattern(const Request& request);
 
-/// Where a board stood beside where it is said to stand, and an offset of all pixels.
+/// Where a board stood beside where it is said to stand, and what an error that follows the distance does to a view: an
+/// offset of all pixels, a displacement as well, and a bending.
 struct ViewPose {
   double offset = 0;              ///< m of the half path: wiggling, integration time and the like
   double z = 0;                   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad about the board's own axes, small
+  double bend = 0;                ///< 1/m: m for each squared m of the half path beyond the board's distance
 };
 
 struct PatternFit {

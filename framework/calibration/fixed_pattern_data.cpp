@@ -20,7 +20,7 @@ constexpr float none = std::numeric_limits<float>::quiet_NaN();
 PatternView view_of(std::size_t index, const Board& board, const MeanImages& images, const BoardModel& model,
                     std::size_t pixels) {
   constexpr double step = 1e-3;  // m
-  PatternView view{.condition = index};
+  PatternView view{.condition = index, .board_distance = board.condition.board_distance};
   view.residual.assign(pixels, none);
   view.weight.assign(pixels, 0);
   view.distance.assign(pixels, none);

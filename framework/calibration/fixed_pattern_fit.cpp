@@ -13,36 +13,45 @@ namespace {
 using pattern::Problem;
 using pattern::ViewUse;
 
+constexpr double loose_slope = 50e-3;      ///< m/m, before anything was seen
 constexpr double evidence_deviations = 5;  ///< for a slope: chance alone reaches it once in 2e6
 
-double mean_of(const std::vector<double>& values, const std::vector<double>& sd) {
+/// The mean of the map belongs to the offsets of whole views.
+void take_mean_out(PatternFit& fit) {
   double sum = 0, count = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!std::isfinite(sd[i])) continue;
-    sum += values[i];
-    count += 1;
-  }
-  return sum / std::max(count, 1.0);
-}
-
-/// The means belong to the offsets of whole views: slopes in proportion to Z / D are k Z for all pixels alike.
-void take_means_out(const PatternData& data, PatternFit& fit) {
-  const std::vector<double> spread = pattern::inverse_spread(data);
-  const double growth = mean_of(fit.slope, fit.map_sd) / mean_of(spread, fit.map_sd);
   for (std::size_t i = 0; i < fit.map.size(); ++i) {
     if (!std::isfinite(fit.map_sd[i])) continue;
-    fit.slope[i] -= growth * spread[i];
-    fit.map[i] -= slope_origin * growth * spread[i];
+    sum += fit.map[i];
+    count += 1;
   }
-  const double offset = mean_of(fit.map, fit.map_sd);
-  for (std::size_t i = 0; i < fit.map.size(); ++i) fit.map[i] -= std::isfinite(fit.map_sd[i]) ? offset : 0;
-  for (std::size_t v = 0; v < fit.poses.size(); ++v)
-    fit.poses[v].offset +=
-        offset + growth * data.campaign.conditions.conditions[data.views[v].condition].board_distance;
+  const double mean = sum / std::max(count, 1.0);
+  for (std::size_t i = 0; i < fit.map.size(); ++i) fit.map[i] -= std::isfinite(fit.map_sd[i]) ? mean : 0;
+  for (ViewPose& pose : fit.poses) pose.offset += mean;
 }
 
-Problem fitted(const PatternData& data, const ViewUse& use, bool slope, PatternFit& fit) {
-  Problem problem(data, use, slope);
+/// How much slopes differ from one pixel to its neighbour beyond their noise: what is smooth over the image may as well
+/// be wiggling, or the board. @returns standard deviation, m/m; 0 where noise alone may have made it
+double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
+  double squares = 0, noise = 0, ratio = 0, count = 0;
+  for (std::size_t i = 0; i + 1 < fit.slope.size(); ++i) {
+    if ((i + 1) % data.columns == 0 || !(fit.slope_sd[i] > 0) || !(fit.slope_sd[i + 1] > 0)) continue;
+    const double square = std::pow(fit.slope[i] - fit.slope[i + 1], 2);
+    const double expected = std::pow(fit.slope_sd[i], 2) + std::pow(fit.slope_sd[i + 1], 2);
+    squares += square / 2;
+    noise += expected / 2;
+    ratio += square / expected;
+    count += 1;
+  }
+  if (count == 0) return 0;
+  const double misfit = data.noise_known ? std::max(fit.misfit, 1.0) : fit.misfit;
+  fit.slope_evidence = ratio / count / (misfit * misfit);
+  // Neighbouring differences share a pixel: their squares scatter by half as much again as independent ones.
+  if (fit.slope_evidence < 1 + evidence_deviations * std::sqrt(3 / count)) return 0;
+  return std::sqrt(std::max(squares - noise * misfit * misfit, 0.0) / count);
+}
+
+Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit) {
+  Problem problem(data, use, slope_sd);
   problem.assemble();
   problem.solve(fit);
   problem.back_substitute(fit);
@@ -57,7 +66,8 @@ std::size_t distances_of(const PatternData& data, std::map<double, std::vector<s
   return levels.size();
 }
 
-void hold_out(const PatternData& data, bool slope, PatternFit& result, const std::function<void(double)>& progress) {
+void hold_out(const PatternData& data, double slope_sd, PatternFit& result,
+              const std::function<void(double)>& progress) {
   std::map<double, std::vector<std::size_t>> levels;
   if (distances_of(data, levels) < 3) return;
   std::map<double, std::vector<double>> before, after;
@@ -66,7 +76,7 @@ void hold_out(const PatternData& data, bool slope, PatternFit& result, const std
     ViewUse use(data.views.size(), 1);
     for (const std::size_t v : members) use[v] = 0;
     PatternFit fit;
-    const Problem problem = fitted(data, use, slope && levels.size() > 3, fit);
+    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit);
     for (const std::size_t v : members) {
       const auto [b, a, n] = problem.predict(v, fit);
       before[level].push_back(b);
@@ -104,22 +114,14 @@ PatternFit fit_pattern(const PatternData& data, const std::function<void(double 
   PatternFit fit;
   const ViewUse all(data.views.size(), 1);
   std::map<double, std::vector<std::size_t>> levels;
-  fit.has_slope = distances_of(data, levels) >= 3;
-  fitted(data, all, fit.has_slope, fit);
-  if (fit.has_slope) {
-    double squares = 0, count = 0;
-    take_means_out(data, fit);
-    for (std::size_t i = 0; i < fit.slope.size(); ++i) {
-      if (!(fit.slope_sd[i] > 0)) continue;
-      squares += std::pow(fit.slope[i] / fit.slope_sd[i], 2);
-      count += 1;
-    }
-    const double misfit = data.noise_known ? std::max(fit.misfit, 1.0) : fit.misfit;
-    fit.slope_evidence = squares / std::max(count, 1.0) / (misfit * misfit);
-    fit.has_slope = fit.slope_evidence > 1 + evidence_deviations * std::sqrt(2 / std::max(count, 1.0));
-    if (!fit.has_slope) fitted(data, all, false, fit);
+  double slope_sd = 0;
+  if (distances_of(data, levels) >= 3) {
+    fitted(data, all, loose_slope, fit);
+    slope_sd = roughness_of_slopes(data, fit);
   }
-  if (!fit.has_slope) take_means_out(data, fit);
+  fit.has_slope = slope_sd > 0;
+  fitted(data, all, slope_sd, fit);
+  take_mean_out(fit);
   if (progress) progress(0.3);
   // Where the noise is not known, or something else is left beside it, the scatter says how uncertain all is.
   const double scale = data.noise_known ? std::max(fit.misfit, 1.0) : fit.misfit;
@@ -127,7 +129,7 @@ PatternFit fit_pattern(const PatternData& data, const std::function<void(double 
     for (double& sd : *sds) sd *= scale;
   }
   if (!data.noise_known) fit.noise *= fit.misfit;
-  hold_out(data, fit.has_slope, fit, progress);
+  hold_out(data, slope_sd, fit, progress);
   if (!data.noise_known) fit.noise_floor *= fit.misfit;
   return fit;
 }

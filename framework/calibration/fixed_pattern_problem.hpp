@@ -20,12 +20,12 @@ namespace tofgraph::calibration::pattern {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-inline constexpr Eigen::Index per_view = 4, shapes = shape_terms.size();
-inline constexpr double loose_shape = 0.05;  ///< m, a board's shape before anything was seen
-inline constexpr ViewPose first_jitter{0, 2e-3, 2e-3, 2e-3};
-inline constexpr double min_z = 1e-6, min_tilt = 1e-6;  ///< m, rad: as good as exact
-inline constexpr double loose_offset = 1;               ///< m
-inline constexpr double no_offset = 1e-7;               ///< m, of the views that the others are counted from
+inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size();
+inline constexpr double loose_shape = 5e-3;  ///< m, of a board before anything was seen
+inline constexpr ViewPose first_jitter{0, 30e-3, 5e-3, 5e-3, 50e-3};
+inline constexpr double min_z = 1e-6, min_tilt = 1e-6, min_bend = 1e-6;  ///< m, rad, 1/m: as good as none
+inline constexpr double loose_offset = 1;                                ///< m
+inline constexpr double no_offset = 1e-7;  ///< m, of the first view: all others and the map are counted from it
 
 /// What a pixel says: its rows of the problem.
 struct Rows {
@@ -36,46 +36,18 @@ struct Rows {
   std::vector<Eigen::Matrix<double, shapes, 1>> shape;
 };
 
-/// Z / D of each pixel: slopes in proportion to it are an offset of whole views, k (Z - ..). NaN: never seen.
-inline std::vector<double> inverse_spread(const PatternData& data) {
-  std::vector<double> result(data.rows * data.columns, unknown);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    double sum = 0, count = 0;
-    for (const PatternView& view : data.views) {
-      if (!std::isfinite(view.residual[i])) continue;
-      sum += view.distance[i] / data.campaign.conditions.conditions[view.condition].board_distance;
-      count += 1;
-    }
-    if (count > 0) result[i] = count / sum;
-  }
-  return result;
-}
-
 using ViewUse = std::vector<char>;  ///< which views are fitted
 
 class Problem {
  public:
-  Problem(const PatternData& data, ViewUse use, bool slope)
+  /// @param slope_sd how much slopes differ from pixel to pixel, beforehand; 0: there are none
+  Problem(const PatternData& data, ViewUse use, double slope_sd)
       : data_(data),
         use_(std::move(use)),
-        slope_(slope),
+        slope_sd_(slope_sd),
+        slope_(slope_sd > 0),
         size_(per_view * static_cast<Eigen::Index>(use_.size()) + shapes),
-        fixed_offset_(use_.size()),
-        inverse_spread_(inverse_spread(data)) {
-    // An offset of all views is the mean of the map, and one that grows with the distance that of the slopes: they are
-    // counted from the first view and from the one that stood farthest from it.
-    const auto distance = [&](std::size_t v) {
-      return data.campaign.conditions.conditions[data.views[v].condition].board_distance;
-    };
-    const auto first = static_cast<std::size_t>(std::ranges::find(use_, 1) - use_.begin());
-    std::size_t other = first;
-    for (std::size_t v = first; v < use_.size(); ++v) {
-      if (use_[v] != 0 && std::abs(distance(v) - distance(first)) > std::abs(distance(other) - distance(first)))
-        other = v;
-    }
-    fixed_offset_[first] = 1;
-    if (slope) fixed_offset_[other] = 1;
-  }
+        first_(std::ranges::find(use_, 1) - use_.begin()) {}
 
   void assemble() {
     const std::size_t pixels = data_.rows * data_.columns;
@@ -97,7 +69,7 @@ class Problem {
   /// Solves, and estimates the jitter of the poses.
   void solve(PatternFit& fit) {
     ViewPose jitter = first_jitter;
-    constexpr int rounds = 20;
+    constexpr int rounds = 200;
     for (int round = 0; round < rounds; ++round) {
       Matrix system = gram_;
       for (Eigen::Index k = 0; k < size_; ++k) system(k, k) += 1 / std::pow(prior(k, jitter), 2);
@@ -109,7 +81,7 @@ class Problem {
     fit.poses.assign(use_.size(), {});
     for (std::size_t v = 0; v < use_.size(); ++v) {
       const Eigen::Index at = per_view * static_cast<Eigen::Index>(v);
-      fit.poses[v] = {theta_[at], theta_[at + 1], theta_[at + 2], theta_[at + 3]};
+      fit.poses[v] = {theta_[at], theta_[at + 1], theta_[at + 2], theta_[at + 3], theta_[at + 4]};
     }
     fit.shape.assign(theta_.data() + size_ - shapes, theta_.data() + size_);
     fit.shape_sd.clear();
@@ -122,14 +94,15 @@ class Problem {
     for (std::vector<double>* values : {&fit.map, &fit.slope}) values->assign(pixels, 0);
     for (std::vector<double>* values : {&fit.map_sd, &fit.slope_sd}) values->assign(pixels, unknown);
     double square = 0, freedom = 0, noise = 0, count = 0;
-    const Gauge gauge = mean_gain();
+    const Eigen::RowVectorXd mean = mean_gain();
     for (std::size_t i = 0; i < pixels; ++i) {
       const Rows rows = rows_of(i);
       if (rows.view.size() < static_cast<std::size_t>(rows.own + 1)) continue;
       const Own own = own_of(rows);
       const Matrix inverse = own.local.inverse();
       const Vector x = inverse * (own.moment - own.cross * theta_);
-      const Matrix gain = without_means(inverse * own.cross, gauge, i);
+      Matrix gain = inverse * own.cross;
+      gain.row(0) -= mean;  // of the map without its mean, which nobody knows
       const Matrix covariance = inverse + gain * covariance_ * gain.transpose();
       fit.map[i] = x[0];
       fit.map_sd[i] = std::sqrt(covariance(0, 0));
@@ -196,7 +169,8 @@ class Problem {
 
   static Eigen::Matrix<double, per_view, 1> pose_of(const PatternView& view, std::size_t i) {
     const double z = view.along_z[i], x = view.place[i][0], y = view.place[i][1];
-    return {1, z, z * y, -z * x};  // R_x turns y towards z, R_y turns x away from it
+    const double beyond = view.distance[i] - view.board_distance;
+    return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from it
   }
 
   Rows rows_of(std::size_t i) const {
@@ -228,6 +202,7 @@ class Problem {
       own.cross.middleCols(per_view * rows.view[r], per_view) += weighted * rows.pose[r].transpose();
       own.cross.rightCols(shapes) += weighted * rows.shape[r].transpose();
     }
+    if (rows.own > 1) own.local(1, 1) += 1 / (slope_sd_ * slope_sd_);
     return own;
   }
 
@@ -251,57 +226,42 @@ class Problem {
     sums.moment -= own.cross.transpose() * own.local.llt().solve(own.moment);
   }
 
-  /// How the means of the pixels' unknowns go with the few common ones.
-  struct Gauge {
-    Matrix gain;
-    double spread = 0;  ///< mean of Z / D
-  };
-  Gauge mean_gain() const {
-    Gauge gauge{Matrix::Zero(slope_ ? 2 : 1, size_)};
+  /// How the mean of the map goes with the few common ones.
+  Eigen::RowVectorXd mean_gain() const {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(size_);
     double count = 0;
     for (std::size_t i = 0; i < data_.rows * data_.columns; ++i) {
       const Rows rows = rows_of(i);
       if (rows.view.size() < static_cast<std::size_t>(rows.own + 1)) continue;
       const Own own = own_of(rows);
-      gauge.gain += own.local.inverse() * own.cross;
-      gauge.spread += inverse_spread_[i];
+      sum += own.local.inverse().row(0) * own.cross;
       count += 1;
     }
-    gauge.gain /= std::max(count, 1.0);
-    gauge.spread /= std::max(count, 1.0);
-    return gauge;
-  }
-  /// Of the map and the slopes without their means, which nobody knows; see take_means_out.
-  Matrix without_means(Matrix gain, const Gauge& gauge, std::size_t i) const {
-    gain.row(0) -= gauge.gain.row(0);
-    if (!slope_) return gain;
-    const Matrix growth = gauge.gain.row(1) / gauge.spread;
-    gain.row(0) -= slope_origin * (inverse_spread_[i] - gauge.spread) * growth;
-    gain.row(1) -= inverse_spread_[i] * growth;
-    return gain;
+    return sum / std::max(count, 1.0);
   }
 
   double prior(Eigen::Index k, const ViewPose& jitter) const {
     if (k >= size_ - shapes) return loose_shape;
-    const bool fixed = fixed_offset_[static_cast<std::size_t>(k / per_view)] != 0;
-    const double sd[] = {fixed ? no_offset : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y};
+    const double sd[] = {k == per_view * first_ ? no_offset : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
+                         jitter.bend};
     return sd[k % per_view];
   }
 
   /// Mean square of what was found and of what is not known of it.
   ViewPose estimated(const ViewPose& before) const {
-    double z = 0, tilt = 0, count = 0;
+    double z = 0, tilt = 0, bend = 0, count = 0;
     for (std::size_t v = 0; v < use_.size(); ++v) {
       if (use_[v] == 0) continue;
       const Eigen::Index at = per_view * static_cast<Eigen::Index>(v);
       const auto square = [&](Eigen::Index k) { return theta_[k] * theta_[k] + covariance_(k, k); };
       z += square(at + 1);
       tilt += square(at + 2) + square(at + 3);
+      bend += square(at + 4);
       count += 1;
     }
     if (count == 0) return before;
     const double sd = std::max(std::sqrt(tilt / (2 * count)), min_tilt);
-    return {0, std::max(std::sqrt(z / count), min_z), sd, sd};
+    return {0, std::max(std::sqrt(z / count), min_z), sd, sd, std::max(std::sqrt(bend / count), min_bend)};
   }
 
   double told(const Rows& rows, std::size_t r) const {
@@ -311,10 +271,10 @@ class Problem {
 
   const PatternData& data_;
   ViewUse use_;
+  double slope_sd_;
   bool slope_;
   Eigen::Index size_;
-  ViewUse fixed_offset_;
-  std::vector<double> inverse_spread_;
+  Eigen::Index first_;
   Matrix gram_, covariance_;
   Vector moment_, theta_;
 };

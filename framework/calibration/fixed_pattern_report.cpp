@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/fixed_pattern.hpp"
+#include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
@@ -12,8 +13,6 @@ namespace tofgraph::calibration {
 namespace {
 
 using Row = std::vector<std::string>;
-
-std::string mm(double metres) { return std::isfinite(metres) ? fmt::format("{:.3f}", metres * 1e3) : "-"; }
 
 std::vector<double> in_mm(const std::vector<double>& values, const std::vector<double>& sd) {
   std::vector<double> result;
@@ -40,10 +39,6 @@ class Report {
     parts();
     left_out();
     boards();
-    if (!data_.campaign.boards.notes.empty()) {
-      page_.heading("Notes");
-      for (const std::string& note : data_.campaign.boards.notes) page_.paragraph(note);
-    }
     return std::move(page_);
   }
 
@@ -91,13 +86,10 @@ class Report {
     page_.heading("Boards that were left out");
     if (!std::isfinite(fit_.after.value))
       return page_.paragraph("With fewer than three distances none can be left out and predicted.");
-    const auto interval = [](const Interval& i) {
-      return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
-    };
     page_.table(
         Row{"one distance left out", "before, mm (95 % interval)", "after, mm (95 % interval)", "noise alone, mm"},
-        std::vector<Row>{
-            {"root mean square over the pixels", interval(fit_.before), interval(fit_.after), mm(fit_.noise_floor)}});
+        std::vector<Row>{{"root mean square over the pixels", interval_mm(fit_.before), interval_mm(fit_.after),
+                          mm(fit_.noise_floor)}});
     page_.paragraph(
         "Measured distance minus the model of the board, its own offset, place and tilt taken out, before and after "
         "the "

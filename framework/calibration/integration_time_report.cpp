@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/integration_time.hpp"
 
+#include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
@@ -18,7 +19,6 @@ using Row = std::vector<std::string>;
 using config::format_quantity;
 
 std::string ms(double seconds) { return std::isfinite(seconds) ? fmt::format("{:.3g}", seconds * 1e3) : "-"; }
-std::string mm(double metres) { return std::isfinite(metres) ? fmt::format("{:.2f}", metres * 1e3) : "-"; }
 
 /// Best times of each target over the distance.
 std::string best_times(const Boards& boards, const IntegrationTimes& times) {
@@ -134,10 +134,6 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   }
   page.heading("Each target and distance");
   add_places(page, boards, times, request);
-  if (!boards.notes.empty()) {
-    page.heading("Notes");
-    for (const std::string& note : boards.notes) page.paragraph(note);
-  }
   return page;
 }
 

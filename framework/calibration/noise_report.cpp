@@ -91,10 +91,6 @@ report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, c
                                         map_of("bad pixels (sum of the reasons)", data, std::move(bad), 8)},
                "Reasons: 1 noisier than the others, 2 stuck, 4 another response than its neighbours, 8 no data. The "
                "stage mask flags them (bad_pixels).");
-  if (!data.notes.empty()) {
-    page.heading("Notes");
-    for (const std::string& note : data.notes) page.paragraph(note);
-  }
   return page;
 }
 

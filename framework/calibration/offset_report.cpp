@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/offset_report.hpp"
 
+#include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
@@ -19,10 +20,6 @@ using Row = std::vector<std::string>;
 using config::format_quantity;
 
 constexpr double per_mm = 1e3;
-
-std::string mm(double metres, int digits = 2) {
-  return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * per_mm, digits) : "-";
-}
 
 std::string shape_text(physics::OffsetTable::Shape shape) {
   switch (shape) {
@@ -53,10 +50,6 @@ class Report {
     errors();
     reflectivities();
     conditions();
-    if (!boards_.notes.empty()) {
-      page_.heading("Notes");
-      for (const std::string& note : boards_.notes) page_.paragraph(note);
-    }
     return std::move(page_);
   }
 
@@ -70,7 +63,7 @@ class Report {
       std::string name = axis.axis;
       std::ranges::replace(name, '_', ' ');
       rows.push_back({name, fmt::format("{}", axis.levels), fmt::format("{}", axis.predictions.size()),
-                      interval(axis.before), interval(axis.after)});
+                      interval_mm(axis.before), interval_mm(axis.after)});
       plots.push_back(left_out_plot(axis, name));
     }
     page_.table(Row{"left out, one at a time", "levels", "conditions", "before, mm (95 % interval)",
@@ -81,10 +74,6 @@ class Report {
         "was made without its level; the first and the last level are not predicted, as that would be extrapolation. "
         "Intervals: whole levels resampled.");
     page_.figures(plots, "Measured minus true depth before and after the correction, level by level left out.");
-  }
-
-  static std::string interval(const Interval& i) {
-    return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
   }
 
   std::string left_out_plot(const HeldOut& axis, const std::string& name) const {

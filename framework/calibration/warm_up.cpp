@@ -173,6 +173,40 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
   return lines;
 }
 
+/// Drift, exponent and reference time of the integration times, of drifts of one sign.
+void fit_power(const std::vector<Series>& series, const std::vector<Drift>& drifts,
+               const std::vector<std::size_t>& seen, WarmUpModel& model) {
+  // ln drift = ln w + q ln(t / t_ref), t_ref where w is known best: at the weighted mean.
+  double weights = 0, x_mean = 0, y_mean = 0, xx = 0, xy = 0;
+  const auto each = [&](auto&& use) {
+    for (const std::size_t i : seen) {
+      const double sd = drifts[i].drift.sd / drifts[i].drift.value;
+      use(1 / (sd * sd), std::log(series[i].integration_time), std::log(std::abs(drifts[i].drift.value)));
+    }
+  };
+  each([&](double w, double x, double y) {
+    weights += w;
+    x_mean += w * x;
+    y_mean += w * y;
+  });
+  x_mean /= weights;
+  y_mean /= weights;
+  each([&](double w, double x, double y) {
+    xx += w * (x - x_mean) * (x - x_mean);
+    xy += w * (x - x_mean) * (y - y_mean);
+  });
+  model.exponent = xx > 0 ? Estimate{xy / xx, 1 / std::sqrt(xx)} : Estimate{0, unknown};
+  if (!(std::abs(model.exponent.value) > 2 * model.exponent.sd)) model.exponent.value = 0;
+  model.reference_time = std::exp(x_mean);
+  model.drift = {(drifts[seen.front()].drift.value > 0 ? 1 : -1) * std::exp(y_mean),
+                 std::exp(y_mean) / std::sqrt(weights)};
+  for (const std::size_t i : seen) {
+    const double told =
+        model.drift.value * std::pow(series[i].integration_time / model.reference_time, model.exponent.value);
+    model.misfit = std::max(model.misfit, std::abs(told - drifts[i].drift.value));
+  }
+}
+
 }  // namespace
 
 WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>& drifts) {
@@ -204,34 +238,7 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
         fmt::format("the time constants differ by more than their uncertainty ({:.1f} standard deviations): the model "
                     "has their mean",
                     spread));
-  // ln drift = ln w + q ln(t / t_ref), t_ref where w is known best: at the weighted mean.
-  double weights = 0, x_mean = 0, y_mean = 0, xx = 0, xy = 0;
-  const auto each = [&](auto&& use) {
-    for (const std::size_t i : seen) {
-      const double sd = drifts[i].drift.sd / drifts[i].drift.value;
-      use(1 / (sd * sd), std::log(series[i].integration_time), std::log(std::abs(drifts[i].drift.value)));
-    }
-  };
-  each([&](double w, double x, double y) {
-    weights += w;
-    x_mean += w * x;
-    y_mean += w * y;
-  });
-  x_mean /= weights;
-  y_mean /= weights;
-  each([&](double w, double x, double y) {
-    xx += w * (x - x_mean) * (x - x_mean);
-    xy += w * (x - x_mean) * (y - y_mean);
-  });
-  model.exponent = xx > 0 ? Estimate{xy / xx, 1 / std::sqrt(xx)} : Estimate{0, unknown};
-  if (!(std::abs(model.exponent.value) > 2 * model.exponent.sd)) model.exponent.value = 0;
-  model.reference_time = std::exp(x_mean);
-  model.drift = {(positive ? 1 : -1) * std::exp(y_mean), std::exp(y_mean) / std::sqrt(weights)};
-  for (const std::size_t i : seen) {
-    const double told =
-        model.drift.value * std::pow(series[i].integration_time / model.reference_time, model.exponent.value);
-    model.misfit = std::max(model.misfit, std::abs(told - drifts[i].drift.value));
-  }
+  fit_power(series, drifts, seen, model);
   if (slow.size() == seen.size()) {
     model.slow_drift = weighted(slow);
     model.slow_time_constant = weighted(slow_taus);

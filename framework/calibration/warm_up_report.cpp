@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/integration_time.hpp"
+#include "calibration/report_text.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::calibration {
@@ -15,11 +17,10 @@ namespace {
 using Row = std::vector<std::string>;
 using config::format_quantity;
 
-std::string mm(double metres, int digits = 2) {
-  return std::isfinite(metres) ? fmt::format("{:.{}f}", metres * 1e3, digits) : "-";
-}
-std::string estimate(const Estimate& e, double scale, int digits) {
+/// With as many digits as its uncertainty has.
+std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
+  const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::max(e.sd * scale, 1e-9)))), 0, 5);
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
 }
 
@@ -44,10 +45,6 @@ class Report {
         "Root mean square over the pixels of the offset-corrected against the modelled distance (3.1), (6.7), "
         "of a single frame.");
     add_model(model);
-    if (!data_.campaign.boards.notes.empty()) {
-      page_.heading("Notes");
-      for (const std::string& note : data_.campaign.boards.notes) page_.paragraph(note);
-    }
     return std::move(page_);
   }
 
@@ -91,9 +88,9 @@ class Report {
       for (const Board* b : s.points) measured.push_back(b->measured.mean);
       const Moments m = moments_of(measured);
       rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
-                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3, 2) : "not seen",
-                      d.seen ? estimate(d.time_constant, 1.0 / 60, 1) : "-", estimate(d.slow_drift, 1e3, 2),
-                      estimate(d.slow_time_constant, 1.0 / 60, 0), estimate(d.droop, 100, 2), mm(d.scatter)});
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : "not seen",
+                      d.seen ? estimate(d.time_constant, 1.0 / 60) : "-", estimate(d.slow_drift, 1e3),
+                      estimate(d.slow_time_constant, 1.0 / 60), estimate(d.droop, 100), mm(d.scatter)});
     }
     page_.table(Row{"series", "points", "over, min", "mean, mm", "sd over time, mm", "drift, mm", "time constant, min",
                     "slow drift, mm", "its time constant, min", "droop of the light, %", "scatter left, mm"},
@@ -109,16 +106,12 @@ class Report {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Drift& d = drifts_[i];
       if (std::isfinite(d.held_out_after.value))
-        rows.push_back({name(data_.series[i]), interval(d.held_out_before), interval(d.held_out_after)});
+        rows.push_back({name(data_.series[i]), interval_mm(d.held_out_before), interval_mm(d.held_out_after)});
     }
     if (rows.empty()) return;
     page_.table(Row{"left out: inner fifths of the time", "a constant distance, mm (95 %)", "the fit, mm (95 %)"},
                 rows);
     page_.paragraph("Root mean square of what was measured in the fifth that was left out minus what was predicted.");
-  }
-
-  static std::string interval(const Interval& i) {
-    return std::isfinite(i.low) ? fmt::format("{} ({} to {})", mm(i.value), mm(i.low), mm(i.high)) : mm(i.value);
   }
 
   void settling(double tolerance) {
@@ -147,8 +140,8 @@ class Report {
         "min. "
         "The drift of a single series differs by at most {} mm from it. model_correction undoes it where frames tell "
         "their time since power-on.",
-        estimate(m.drift, 1e3, 2), format_quantity(m.reference_time, "s"), m.exponent.value,
-        estimate(m.time_constant, 1.0 / 60, 1), mm(m.misfit)));
+        estimate(m.drift, 1e3), format_quantity(m.reference_time, "s"), m.exponent.value,
+        estimate(m.time_constant, 1.0 / 60), mm(m.misfit)));
   }
 
   const WarmUpData& data_;

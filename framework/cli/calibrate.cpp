@@ -13,7 +13,7 @@ void add_calibrate(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("calibrate", "Make a calibration file from a campaign, with a report");
   command
       ->add_option("WHAT", arguments->what,
-                   "What to calibrate: offset, integration-time, noise, warm-up, fixed-pattern")
+                   "What to calibrate: intrinsics, offset, integration-time, noise, warm-up, fixed-pattern")
       ->required();
   command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: what was recorded, and of what")->required();
   command
@@ -33,6 +33,18 @@ void add_calibrate(CLI::App& app, Common& common) {
       ->add_option("--accuracy", arguments->accuracy,
                    "integration-time: accuracy that is wanted there; warm-up: drift that is tolerated; e.g. 5mm")
       ->option_text("LENGTH");
+  command
+      ->add_option("--free", arguments->free,
+                   "intrinsics: fitted beyond fx fy cx cy k1 k2 p1 p2: k3, skew, rational (k4 k5 k6); e.g. k3,skew")
+      ->option_text("WORDS")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"k3", "skew", "rational"}));
+  command
+      ->add_option("--without", arguments->without,
+                   "intrinsics: distances: the board's measured distances are not used; warp: the board is flat")
+      ->option_text("WORDS")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"distances", "warp"}));
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));

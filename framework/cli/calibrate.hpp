@@ -4,13 +4,15 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace tofgraph::cli {
 
 struct CalibrateArguments {
   std::string what, campaign, out;
   std::string variant, range, accuracy;  ///< as written; empty: not given
-  unsigned threads = 0;                  ///< 0: one a core
+  std::vector<std::string> free, without;
+  unsigned threads = 0;  ///< 0: one a core
   bool force = false, quiet = false;
 };
 

@@ -46,7 +46,9 @@ void check_options(const CalibrateArguments& arguments, const calibration::Kind&
   };
   for (const auto& [option, given] : {std::pair{std::string("range"), !arguments.range.empty()},
                                       std::pair{std::string("accuracy"), !arguments.accuracy.empty()},
-                                      std::pair{std::string("variant"), !arguments.variant.empty()}}) {
+                                      std::pair{std::string("variant"), !arguments.variant.empty()},
+                                      std::pair{std::string("free"), !arguments.free.empty()},
+                                      std::pair{std::string("without"), !arguments.without.empty()}}) {
     if (!given || has(kind, option)) continue;
     std::vector<std::string> others;
     for (const calibration::Kind& other : calibration::kinds()) {
@@ -85,6 +87,8 @@ int calibrate(const CalibrateArguments& arguments) {
   if (arguments.variant == "printed") request.variant = io::OffsetVariant::printed;
   if (!arguments.range.empty()) request.range = range_of(arguments.range);
   if (!arguments.accuracy.empty()) request.accuracy = length("--accuracy", arguments.accuracy, "5mm");
+  request.free = arguments.free;
+  request.without = arguments.without;
   request.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   const calibration::Result result = kind.calibrate(request);
   bar.finish();

@@ -79,6 +79,8 @@ class CalibrationWriter {
   void setting(const std::string& key, const std::string& yaml);
   /// One number, SI. @param unit SI @param shown the unit to write, e.g. `mm` of `m`; @param scale its size
   void number(const std::string& key, double value, double sd, std::string_view shown, double scale);
+  /// Some numbers, SI, each with its unit; standard deviations that are NaN are left out.
+  void numbers(const std::string& key, const Calibrated& values, std::string_view shown, double scale);
   /// A column of a table, SI; standard deviations that are NaN are left out.
   void column(const std::string& key, const Calibrated& values, std::string_view shown, double scale);
 

@@ -54,6 +54,18 @@ void CalibrationWriter::number(const std::string& key, double value, double sd, 
                          std::isfinite(sd) ? fmt::format(", sd: {}", quantity(sd)) : "");
 }
 
+void CalibrationWriter::numbers(const std::string& key, const Calibrated& values, std::string_view shown,
+                                double scale) {
+  const auto list = [&](const std::vector<double>& numbers) {
+    std::string text;
+    for (const double number : numbers)
+      text += fmt::format("{}{:.7g}{}{}", text.empty() ? "" : ", ", number / scale, shown.empty() ? "" : " ", shown);
+    return "[" + text + "]";
+  };
+  const bool known = !values.sd.empty() && std::ranges::all_of(values.sd, [](double sd) { return std::isfinite(sd); });
+  values_ += fmt::format("  {}: {{value: {}{}}}\n", key, list(values.value), known ? ", sd: " + list(values.sd) : "");
+}
+
 void CalibrationWriter::column(const std::string& key, const Calibrated& values, std::string_view shown, double scale) {
   values_ += fmt::format("  {}:\n", key);
   if (!shown.empty()) values_ += fmt::format("    unit: {}\n", shown);

@@ -133,19 +133,56 @@ void read_conditions(const config::Value& list, Campaign& campaign, Captures cap
   }
 }
 
+void read_charuco(config::Reader& reader, const config::Value& value, Pattern& pattern,
+                  config::Diagnostics& diagnostics) {
+  pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
+  pattern.marker = reader.number_within("marker", "m", "22 mm", std::nullopt, 1e-6, 1e3);
+  pattern.dictionary = reader.choice("dictionary", marker_dictionaries());
+  if (pattern.marker >= pattern.square && value.is_map() && value.find("marker") != nullptr)
+    diagnostics.error(value.find("marker")->value.at, "'marker' must be smaller than the square around it",
+                      "example: square: 30 mm, marker: 22 mm");
+}
+
+void read_circles(config::Reader& reader, const config::Value& value, Pattern& pattern,
+                  config::Diagnostics& diagnostics) {
+  pattern.square = reader.number_within("spacing", "m", "30 mm", std::nullopt, 1e-6, 1e3);
+  pattern.diameter = reader.number_within("diameter", "m", "20 mm", std::nullopt, 1e-6, 1e3);
+  const double limit = pattern.square * (pattern.type == Pattern::Type::circles ? 1 : std::numbers::sqrt2);
+  if (pattern.diameter >= limit && value.is_map() && value.find("diameter") != nullptr)
+    diagnostics.error(value.find("diameter")->value.at, "'diameter' is so large that the circles touch",
+                      "example: spacing: 30 mm, diameter: 20 mm");
+}
+
 Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostics) {
-  static const std::vector<std::string> types = {"chessboard"};
+  static const std::vector<std::string> types = {"chessboard", "charuco", "circles", "asymmetric_circles"};
   config::Reader reader(value, diagnostics, "the pattern");
-  Pattern pattern;
-  reader.choice("type", types);
+  Pattern pattern{.at = value.at};
+  const std::string type = reader.choice("type", types);
+  const auto at = std::ranges::find(types, type);
+  if (at != types.end()) pattern.type = static_cast<Pattern::Type>(at - types.begin());
   pattern.columns = reader.whole_number("columns", "8", std::nullopt, 2, 1000);
   pattern.rows = reader.whole_number("rows", "6", std::nullopt, 2, 1000);
-  pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
+  if (pattern.type == Pattern::Type::chessboard)
+    pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
+  else if (pattern.type == Pattern::Type::charuco)
+    read_charuco(reader, value, pattern, diagnostics);
+  else
+    read_circles(reader, value, pattern, diagnostics);
   reader.finish();
   return pattern;
 }
 
 }  // namespace
+
+const std::vector<std::string>& marker_dictionaries() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const char* size : {"4x4", "5x5", "6x6", "7x7"})
+      for (const char* count : {"50", "100", "250", "1000"}) list.push_back(fmt::format("{}_{}", size, count));
+    return list;
+  }();
+  return names;
+}
 
 std::string detail::distance_problem(double distance, const io::Camera* camera) {
   const double lens = camera != nullptr && camera->view().focal_length > 0 ? camera->view().focal_length : 0;

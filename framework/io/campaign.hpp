@@ -14,9 +14,20 @@ namespace tofgraph::io {
 
 /// What was looked at for the calibration of a lens.
 struct Pattern {
-  std::int64_t columns = 0, rows = 0;  ///< inner corners of the chessboard
-  double square = 0;                   ///< m
+  /// charuco: a chessboard with markers of OpenCV in its bright squares; circles: in a grid; asymmetric_circles: every
+  /// other row shifted by half the distance between columns, as OpenCV numbers them.
+  enum class Type { chessboard, charuco, circles, asymmetric_circles };
+  std::int64_t columns = 0, rows = 0;  ///< inner corners of the chessboard, circles
+  double square = 0;                   ///< m, of circles their spacing
+  Type type = Type::chessboard;
+  double marker = 0;       ///< m, side of a charuco's marker
+  std::string dictionary;  ///< of a charuco: 4x4_50, ...
+  double diameter = 0;     ///< m, of circles
+  config::Position at;     ///< where it is written
 };
+
+/// The dictionaries of markers that a charuco may have, as OpenCV has them.
+const std::vector<std::string>& marker_dictionaries();
 
 struct Campaign {
   std::string name;

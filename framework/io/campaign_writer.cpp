@@ -114,6 +114,18 @@ class ConditionText {
   std::string text_;
 };
 
+std::string pattern_text(const Pattern& p) {
+  static constexpr std::array<const char*, 4> types = {"chessboard", "charuco", "circles", "asymmetric_circles"};
+  const bool circles = p.type == Pattern::Type::circles || p.type == Pattern::Type::asymmetric_circles;
+  std::string text =
+      fmt::format("pattern: {{type: {}, columns: {}, rows: {}, {}: {}", types[static_cast<std::size_t>(p.type)],
+                  p.columns, p.rows, circles ? "spacing" : "square", quantity(p.square, lengths));
+  if (circles) text += ", diameter: " + quantity(p.diameter, lengths);
+  if (p.type == Pattern::Type::charuco)
+    text += fmt::format(", marker: {}, dictionary: {}", quantity(p.marker, lengths), p.dictionary);
+  return text + "}\n";
+}
+
 }  // namespace
 
 void write_campaign(const Campaign& campaign, const std::filesystem::path& file) {
@@ -122,9 +134,7 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
   std::string text = "campaign: 1\n";
   if (!campaign.name.empty()) text += fmt::format("name: {}\n", config::yaml_word(campaign.name));
   text += fmt::format("camera: {}\n", config::yaml_word(campaign.camera_name));
-  if (campaign.pattern)
-    text += fmt::format("pattern: {{type: chessboard, columns: {}, rows: {}, square: {}}}\n", campaign.pattern->columns,
-                        campaign.pattern->rows, quantity(campaign.pattern->square, lengths));
+  if (campaign.pattern) text += pattern_text(*campaign.pattern);
   text += "conditions:\n";
   ConditionText condition_text(std::filesystem::absolute(file).lexically_normal().parent_path());
   for (const Condition& condition : campaign.conditions) text += condition_text.of(condition);

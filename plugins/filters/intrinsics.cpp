@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "io/calibration.hpp"
+#include "io/intrinsics_calibration.hpp"
 #include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {
@@ -77,14 +77,7 @@ struct Intrinsics final : Filter {
  private:
   void use_calibration(tofgraph_camera& camera) const {
     try {
-      io::CalibrationReader file(std::string(*calibration), "intrinsics", camera.name);
-      const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
-        std::ranges::copy(file.need(key, unit, to.size(), example).value, to.begin());
-      };
-      set("focal_length", "px", "{value: [318.2 px, 318.4 px], sd: [0.3 px, 0.3 px]}", camera.focal_px);
-      set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
-      set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
-      file.finish();
+      io::read_intrinsics_calibration(std::string(*calibration), camera);
     } catch (const config::ConfigurationError& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }

@@ -157,7 +157,7 @@ TEST(Describe, OfACameraSaysWhatWasMeasured) {
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_NE(shown.out.find("camera camcube2"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("20 MHz"), std::string::npos) << shown.out;
-  const Outcome unknown = shell("\"$TOFGRAPH\" describe camcube", folder.path());
+  const Outcome unknown = shell("\"$TOFGRAPH\" describe camcbe2", folder.path());
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.err.find("did you mean 'camcube2'?"), std::string::npos) << unknown.err;
 }

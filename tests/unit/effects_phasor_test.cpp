@@ -256,6 +256,12 @@ TEST(PhaseEffects, TurnByTheirFormulas) {
     EXPECT_NEAR(turn("{effect: warm_up, drift: 10 mm, time_constant: 700 s}", i),
                 10e-3 * (1 - std::exp(-500.0 / 700)) / metres_per_radian, 1e-9);
   }
+  EXPECT_NEAR(turn("{effect: warm_up, drift: 10 mm, time_constant: 700 s, slow_drift: -4 mm, slow_time_constant: 1 h, "
+                   "exponent: 0.5, reference_time: 8 ms}",
+                   9),
+              (10e-3 * (1 - std::exp(-500.0 / 700)) - 4e-3 * (1 - std::exp(-500.0 / 3600))) * 0.5 / metres_per_radian,
+              1e-9)
+      << "a quarter of the reference time, to the power of a half";
   const auto drooped = seen("{effect: warm_up, droop: 3 %, time_constant: 700 s}", view);
   EXPECT_NEAR(drooped[9].amplitude() / ideal[9].amplitude(), 1 - 0.03 * (1 - std::exp(-500.0 / 700)), 1e-9);
   view.acquisition.condition.time_since_power_on = std::nan("");

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the bundle begins: Zhang's closed form and the poses by OpenCV.
+#include "calibration/bundle_problem.hpp"
+
+#include <opencv2/calib3d.hpp>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace tofgraph::calibration {
+namespace {
+
+struct Points {
+  std::vector<cv::Point3f> board;
+  std::vector<cv::Point2f> image;
+};
+
+Points points_of(const Observations& observations, const View& view) {
+  Points points;
+  for (const Corner& corner : view.corners) {
+    const BoardPoint& at = observations.points[corner.point];
+    points.board.emplace_back(static_cast<float>(at.x), static_cast<float>(at.y), 0.0F);
+    points.image.emplace_back(static_cast<float>(corner.u), static_cast<float>(corner.v));
+  }
+  return points;
+}
+
+cv::Mat matrix_of(const LensParameters& p) {
+  return (cv::Mat_<double>(3, 3) << p[lens::fx], p[lens::fx] * p[lens::skew], p[lens::cx], 0, p[lens::fy], p[lens::cy],
+          0, 0, 1);
+}
+
+/// Mean squared reprojection error over all views with their best poses.
+double error_of(const Observations& observations, const LensParameters& lens) {
+  double squares = 0, count = 0;
+  for (const View& view : observations.views) {
+    Pose pose;
+    if (!initial_pose(observations, view, lens, pose)) return std::numeric_limits<double>::infinity();
+    for (const Corner& corner : view.corners) {
+      const BoardPoint& at = observations.points[corner.point];
+      double camera[3], pixel[2];
+      for (std::size_t i = 0; i < 3; ++i)
+        camera[i] = pose.rotation[3 * i] * at.x + pose.rotation[3 * i + 1] * at.y + pose.translation[i];
+      if (!(camera[2] > 0)) return std::numeric_limits<double>::infinity();
+      project<double>(lens.data(), camera, pixel);
+      squares += std::pow(corner.u - pixel[0], 2) + std::pow(corner.v - pixel[1], 2);
+      count += 1;
+    }
+  }
+  return squares / count;
+}
+
+}  // namespace
+
+bool initial_pose(const Observations& observations, const View& view, const LensParameters& p, Pose& pose) {
+  const Points points = points_of(observations, view);
+  const std::vector<double> distortion = {p[lens::k1], p[lens::k2], p[lens::p1], p[lens::p2],
+                                          p[lens::k3], p[lens::k4], p[lens::k5], p[lens::k6]};
+  cv::Mat turn, shift, rotation;
+  try {
+    if (!cv::solvePnP(points.board, points.image, matrix_of(p), distortion, turn, shift)) return false;
+  } catch (const cv::Exception&) {
+    return false;
+  }
+  cv::Rodrigues(turn, rotation);
+  for (int i = 0; i < 9; ++i) pose.rotation[static_cast<std::size_t>(i)] = rotation.at<double>(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) pose.translation[static_cast<std::size_t>(i)] = shift.at<double>(i);
+  return std::isfinite(shift.at<double>(2)) && shift.at<double>(2) > 0;
+}
+
+LensParameters initial_lens(const Observations& observations) {
+  std::vector<LensParameters> candidates;
+  if (observations.expected) candidates.push_back(*observations.expected);
+  std::vector<std::vector<cv::Point3f>> board;
+  std::vector<std::vector<cv::Point2f>> image;
+  for (const View& view : observations.views) {
+    const Points points = points_of(observations, view);
+    board.push_back(points.board);
+    image.push_back(points.image);
+  }
+  const auto width = static_cast<double>(observations.width), height = static_cast<double>(observations.height);
+  const auto pinhole = [&](double focal) {
+    LensParameters lens{};
+    lens[lens::fx] = lens[lens::fy] = focal;
+    lens[lens::cx] = (width - 1) / 2;
+    lens[lens::cy] = (height - 1) / 2;
+    return lens;
+  };
+  const cv::Mat zhang =
+      cv::initCameraMatrix2D(board, image, cv::Size(static_cast<int>(width), static_cast<int>(height)), 1);
+  const double focal = zhang.at<double>(0, 0);
+  if (std::isfinite(focal) && focal > 0.2 * width && focal < 50 * width) candidates.push_back(pinhole(focal));
+  if (candidates.empty())
+    for (const double factor : {0.7, 1.2, 2.0, 4.0}) candidates.push_back(pinhole(factor * width));
+  const LensParameters* best = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const LensParameters& candidate : candidates) {
+    const double error = error_of(observations, candidate);
+    if (error < least) {
+      least = error;
+      best = &candidate;
+    }
+  }
+  if (best == nullptr)
+    throw std::runtime_error("no lens fits the corners that were found: is the pattern the right one?");
+  return *best;
+}
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/corner_images.hpp"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::calibration {
+
+int scale_for(const Image& image) {
+  constexpr double wanted = 800;  // px: detectors look at neighbourhoods of some px
+  const auto side = static_cast<double>(std::min(image.width, image.height));
+  return std::clamp(static_cast<int>(std::lround(wanted / std::max(side, 1.0))), 1, 8);
+}
+
+cv::Mat enlarged(const Image& image, int scale, Tones tones) {
+  cv::Mat counts(static_cast<int>(image.height), static_cast<int>(image.width), CV_32F);
+  std::vector<double> sorted;
+  for (const double value : image.values)
+    if (std::isfinite(value)) sorted.push_back(value);
+  if (sorted.empty()) return cv::Mat::zeros(counts.size() * scale, CV_8U);
+  std::ranges::sort(sorted);
+  double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    const double value = std::isfinite(image.values[i]) ? image.values[i] : low;
+    counts.at<float>(static_cast<int>(i / image.width), static_cast<int>(i % image.width)) =
+        static_cast<float>(std::clamp(value, low, high) - low);
+  }
+  high = std::max(high - low, 1e-12);
+  if (tones == Tones::root) {
+    cv::sqrt(counts, counts);
+    high = std::sqrt(high);
+  }
+  if (tones == Tones::local) {
+    cv::Mat mean, square, deviation;
+    const double width = static_cast<double>(std::min(image.width, image.height)) / 10;
+    cv::GaussianBlur(counts, mean, cv::Size(), width);
+    counts -= mean;
+    cv::GaussianBlur(counts.mul(counts), square, cv::Size(), width);
+    cv::sqrt(square + 1e-4 * high * high, deviation);
+    counts = counts / deviation + 2;
+    high = 4;
+  }
+  cv::Mat large, grey;
+  cv::resize(counts, large, cv::Size(), scale, scale, cv::INTER_CUBIC);
+  large.convertTo(grey, CV_8U, 255 / high);
+  return grey;
+}
+
+cv::Point2d to_image(const cv::Point2f& p, int scale) { return {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5}; }
+
+}  // namespace tofgraph::calibration

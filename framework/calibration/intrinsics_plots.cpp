@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/intrinsics_plots.hpp"
+
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::calibration {
+namespace {
+
+constexpr int side = 370;  ///< px, of a square picture
+
+/// The frame of an image: v downwards.
+std::string image_axes(const Intrinsics& result, const std::string& title) {
+  return fmt::format(
+      "set title {}\nset xlabel 'u / px'\nset ylabel 'v / px'\nset xrange [-0.5:{}]\nset yrange [{}:-0.5]\nset size "
+      "ratio "
+      "{:.4f}\nunset key\n",
+      report::quoted(title), static_cast<double>(result.views.observations.width) - 0.5,
+      static_cast<double>(result.views.observations.height) - 0.5,
+      static_cast<double>(result.views.observations.height) / static_cast<double>(result.views.observations.width));
+}
+
+/// 98 % of the residuals are shorter, px.
+double residual_limit(const Intrinsics& result) {
+  std::vector<double> lengths;
+  for (const SolvedView& view : result.solution.views)
+    for (std::size_t i = 0; i < view.residuals.size(); ++i)
+      if (view.used[i]) lengths.push_back(std::hypot(view.residuals[i][0], view.residuals[i][1]));
+  return report::percentile_98(lengths);
+}
+
+/// A number of one, two or five.
+double round_number(double value) {
+  const double power = std::pow(10, std::floor(std::log10(value))), digit = value / power;
+  return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
+}
+
+double bilinear(const Image& image, double u, double v) {
+  const auto x = static_cast<long>(std::floor(u)), y = static_cast<long>(std::floor(v));
+  if (x < 0 || y < 0 || x + 1 >= static_cast<long>(image.width) || y + 1 >= static_cast<long>(image.height))
+    return std::numeric_limits<double>::quiet_NaN();
+  const double a = u - static_cast<double>(x), b = v - static_cast<double>(y);
+  return (1 - b) * ((1 - a) * image.at(x, y) + a * image.at(x + 1, y)) +
+         b * ((1 - a) * image.at(x, y + 1) + a * image.at(x + 1, y + 1));
+}
+
+}  // namespace
+
+std::string uncertainty_map(const Intrinsics& result, double range) {
+  constexpr std::size_t places = 31;
+  report::HeatMap map{.title = "uncertainty of projection", .unit = "sd / px", .rows = places, .columns = places};
+  const ProjectionUncertainty uncertainty(result.solution);
+  const auto width = static_cast<double>(result.views.observations.width);
+  const auto height = static_cast<double>(result.views.observations.height);
+  for (std::size_t i = 0; i < places; ++i)
+    for (std::size_t k = 0; k < places; ++k)
+      map.values.push_back(uncertainty.at((width - 1) * static_cast<double>(k) / (places - 1),
+                                          (height - 1) * static_cast<double>(i) / (places - 1), range));
+  map.signed_values = false;
+  return report::heat_map(map, side, side - 50);
+}
+
+std::string residual_vectors(const Intrinsics& result) {
+  const double limit = residual_limit(result);
+  const double length = 0.05 * static_cast<double>(result.views.observations.width);
+  const double scale = round_number(length / limit);
+  std::string data = "$arrows << END\n";
+  for (const SolvedView& view : result.solution.views) {
+    const View& seen = result.views.observations.views[view.view];
+    for (std::size_t i = 0; i < view.residuals.size(); ++i)
+      if (view.used[i])
+        data += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f}\n", seen.corners[i].u, seen.corners[i].v,
+                            scale * view.residuals[i][0], scale * view.residuals[i][1]);
+  }
+  return report::gnuplot_svg(
+      image_axes(result, fmt::format("residuals, {:g} times", scale)) + data +
+          "END\nplot $arrows using 1:2:3:4 with vectors head size 1.5,20 lc rgb '#1f4e9c' lw 0.7",
+      side, side);
+}
+
+std::string residual_cloud(const Intrinsics& result) {
+  const double limit = 1.3 * residual_limit(result);
+  std::string script = fmt::format(
+      "set title 'residuals'\nset xlabel 'u, seen minus predicted / px'\nset ylabel 'v / px'\nset xrange "
+      "[{0}:{1}]\nset "
+      "yrange [{1}:{0}]\nset size ratio 1\nunset key\nset grid lc rgb '#dddddd'\n$points << END\n",
+      -limit, limit);
+  for (const SolvedView& view : result.solution.views)
+    for (std::size_t i = 0; i < view.residuals.size(); ++i)
+      if (view.used[i]) script += fmt::format("{:.4f} {:.4f}\n", view.residuals[i][0], view.residuals[i][1]);
+  return report::gnuplot_svg(script + "END\nplot $points with points pt 7 ps 0.25 lc rgb '#1f4e9c'", side, side);
+}
+
+std::string coverage_map(const Intrinsics& result) {
+  constexpr std::size_t fields = 10;
+  const Observations& o = result.views.observations;
+  report::HeatMap map{.title = "corners seen", .unit = "", .rows = fields, .columns = fields};
+  map.values.assign(fields * fields, 0);
+  for (const SolvedView& view : result.solution.views) {
+    for (const Corner& c : o.views[view.view].corners) {
+      const auto column = static_cast<std::size_t>((c.u + 0.5) / static_cast<double>(o.width) * fields);
+      const auto row = static_cast<std::size_t>((c.v + 0.5) / static_cast<double>(o.height) * fields);
+      map.values[std::min(row, fields - 1) * fields + std::min(column, fields - 1)] += 1;
+    }
+  }
+  map.signed_values = false;
+  map.write_values = true;
+  return report::heat_map(map, side, side - 50);
+}
+
+std::string distance_residuals(const Intrinsics& result) {
+  report::Curve curve{.points = true};
+  for (const SolvedView& view : result.solution.views) {
+    if (view.distance_residuals.empty()) continue;
+    double mean = 0, square = 0;
+    const auto n = static_cast<double>(view.distance_residuals.size());
+    for (const double r : view.distance_residuals) mean += (r + view.range_shift) / n;
+    for (const double r : view.distance_residuals) square += std::pow(r + view.range_shift - mean, 2) / n;
+    double range = 0;
+    for (const double t : view.pose.translation) range += t * t;
+    curve.x.push_back(std::sqrt(range));
+    curve.y.push_back(mean * 1e3);
+    curve.error.push_back(std::sqrt(square) * 1e3);
+  }
+  return report::curves({.title = "distances of the board",
+                         .x_label = "range / m",
+                         .y_label = "measured minus predicted / mm",
+                         .curves = {curve}});
+}
+
+std::string boards_from_above(const Intrinsics& result, bool from_side) {
+  double hx = 0, hy = 0;
+  for (const BoardPoint& p : result.views.observations.points) {
+    hx = std::max(hx, std::abs(p.x));
+    hy = std::max(hy, std::abs(p.y));
+  }
+  std::string data = "$boards << END\n";
+  for (const SolvedView& view : result.solution.views) {
+    const auto& r = view.pose.rotation;
+    const auto& t = view.pose.translation;
+    for (const auto& [x, y] : {std::pair{-hx, -hy}, {hx, -hy}, {hx, hy}, {-hx, hy}, {-hx, -hy}}) {
+      const std::size_t row = from_side ? 1 : 0;
+      data += fmt::format("{:.4f} {:.4f}\n", r[6] * x + r[7] * y + t[2], r[3 * row] * x + r[3 * row + 1] * y + t[row]);
+    }
+    data += "\n";
+  }
+  return report::gnuplot_svg(
+      fmt::format(
+          "set title {}\nset xlabel 'z / m'\nset ylabel '{} / m'\nset xrange [0:*]\nset yrange [*:*] reverse\nset "
+          "size ratio -1\nunset key\nset grid lc rgb '#dddddd'\nset object circle at 0,0 size screen 0.01 fc rgb "
+          "'#c0392b' fs solid\n",
+          from_side ? "'from the side'" : "'from above'", from_side ? "y" : "x") +
+          data + "END\nplot $boards with lines lw 1.2 lc rgb '#1f4e9c'",
+      560, 330);
+}
+
+std::array<std::string, 2> undistorted_preview(const Intrinsics& result) {
+  const Image& image = result.views.images[result.solution.views.front().view].image;
+  const LensParameters& lens = result.solution.lens;
+  Image straight{image.width, image.height, {}};
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    const std::size_t column = i % image.width, row = i / image.width;
+    const double x = (static_cast<double>(column) - lens[lens::cx]) / lens[lens::fx];
+    const double y = (static_cast<double>(row) - lens[lens::cy]) / lens[lens::fy];
+    double pixel[2];
+    project_plane<double>(lens.data(), x, y, pixel);
+    straight.values.push_back(bilinear(image, pixel[0], pixel[1]));
+  }
+  const auto picture = [&](const Image& shown, const char* title) {
+    report::HeatMap map{
+        .title = title, .unit = "counts", .rows = shown.height, .columns = shown.width, .values = shown.values};
+    map.signed_values = false;
+    return report::heat_map(map, side + 60, side);
+  };
+  return {picture(image, "as seen"), picture(straight, "without distortion")};
+}
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Derivatives of a projected board point, by differences, for judgements. Part of lens_judgement and others.
+#pragma once
+
+#include "calibration/bundle.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+
+namespace tofgraph::calibration {
+
+/// One board point in one view: its image, and how it moves with each parameter.
+struct PointDerivatives {
+  Eigen::Vector2d pixel;
+  Eigen::Vector2d plane;                            ///< on z = 1, without distortion
+  Eigen::Matrix<double, 2, Eigen::Dynamic> shared;  ///< lens and warp, as in the layout
+  Eigen::Matrix<double, 2, 6> pose;                 ///< turn about the camera's axes, shift
+  Eigen::Vector2d height;                           ///< px per m of the point's height above the board
+};
+
+/// @param basis of the warp at the point @returns false behind the camera
+bool derivatives_of(const LensSolution& solution, const Pose& pose, const BoardPoint& point,
+                    const std::array<double, 3>& basis, PointDerivatives& result);
+
+/// The inverse Cholesky factor of a corner's covariance, times the fit's scatter: whitens residuals and derivatives.
+Eigen::Matrix2d whitening(const Corner& corner, double variance_factor);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The lens whose parameters are fitted: OpenCV's model with its rational terms and a skew, for numbers and for
+/// numbers with derivatives.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace tofgraph::calibration {
+
+/// Places of the parameters. Focal lengths and principal point in px, the others without unit.
+namespace lens {
+enum Parameter : std::size_t { fx, fy, cx, cy, k1, k2, p1, p2, k3, skew, k4, k5, k6, count };
+inline constexpr std::array<const char*, count> names = {"fx", "fy", "cx",   "cy", "k1", "k2", "p1",
+                                                         "p2", "k3", "skew", "k4", "k5", "k6"};
+}  // namespace lens
+using LensParameters = std::array<double, lens::count>;
+
+/// Where the lens images a point of the plane z = 1, in px: OpenCV's distortion
+/// (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3) with its tangential part, s = x^2 + y^2, then
+/// u = fx (x + skew y) + cx, v = fy y + cy.
+template <class T, class P> void project_plane(const P* p, const T& x, const T& y, T* pixel) {
+  const T s = x * x + y * y;
+  const T radial = (1.0 + s * (p[lens::k1] + s * (p[lens::k2] + s * p[lens::k3]))) /
+                   (1.0 + s * (p[lens::k4] + s * (p[lens::k5] + s * p[lens::k6])));
+  const T xd = x * radial + 2.0 * p[lens::p1] * x * y + p[lens::p2] * (s + 2.0 * x * x);
+  const T yd = y * radial + p[lens::p1] * (s + 2.0 * y * y) + 2.0 * p[lens::p2] * x * y;
+  pixel[0] = p[lens::fx] * (xd + p[lens::skew] * yd) + p[lens::cx];
+  pixel[1] = p[lens::fy] * yd + p[lens::cy];
+}
+
+/// The image of a point in the camera's optical frame, in px.
+template <class T> void project(const T* p, const T* point, T* pixel) {
+  project_plane<T>(p, point[0] / point[2], point[1] / point[2], pixel);
+}
+
+/// d pixel / d (x, y) of project_plane, row by row.
+std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y);
+
+/// The inverse of project_plane by Newton's method. @returns false where it does not converge
+bool unproject(const LensParameters& p, double u, double v, double* xy);
+
+}  // namespace tofgraph::calibration

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The view that lowers the projection uncertainty most.
+#include "calibration/lens_judgement.hpp"
+#include "calibration/lens_linearisation.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::calibration {
+namespace {
+
+constexpr double margin = 3;  ///< px, of corners to the image's edge
+
+/// What a view at this pose would tell of lens and warp, its own pose being unknown. Empty: not all of it is inside.
+Eigen::MatrixXd information_of(const Observations& observations, const LensSolution& solution, const Pose& pose,
+                               double corner_sd) {
+  const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(shared, shared), across = Eigen::MatrixXd::Zero(shared, 6);
+  Eigen::Matrix<double, 6, 6> own = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const BoardPoint& point : observations.points) {
+    PointDerivatives d;
+    if (!derivatives_of(solution, pose, point, warp_basis(observations, point), d)) return {};
+    if (d.pixel.minCoeff() < margin || d.pixel.x() > static_cast<double>(observations.width) - 1 - margin ||
+        d.pixel.y() > static_cast<double>(observations.height) - 1 - margin)
+      return {};
+    gram += d.shared.transpose() * d.shared;
+    across += d.shared.transpose() * d.pose;
+    own += d.pose.transpose() * d.pose;
+  }
+  return (gram - across * own.ldlt().solve(across.transpose())) / (corner_sd * corner_sd);
+}
+
+/// Poses as a user can take them: near and far, in the middle and towards the corners, tilted about either axis.
+struct Candidate {
+  std::array<double, 2> tilt, pixel;
+  Pose pose;
+};
+
+std::vector<Candidate> candidates(const Observations& o, const LensSolution& solution) {
+  double extent = 0;
+  for (const BoardPoint& p : o.points) extent = std::max({extent, 2 * std::abs(p.x), 2 * std::abs(p.y)});
+  std::vector<Candidate> list;
+  const auto width = static_cast<double>(o.width), height = static_cast<double>(o.height);
+  for (const double share : {0.35, 0.5, 0.65, 0.8}) {
+    const double distance = extent * solution.lens[lens::fx] / (share * width);
+    for (const double tilt_x : {-40.0, -25.0, 0.0, 25.0, 40.0}) {
+      for (const double tilt_y : {-40.0, -25.0, 0.0, 25.0, 40.0}) {
+        for (const double h : {0.25, 0.5, 0.75}) {
+          for (const double v : {0.25, 0.5, 0.75}) {
+            Candidate c{{tilt_x * M_PI / 180, tilt_y * M_PI / 180}, {h * (width - 1), v * (height - 1)}, {}};
+            double xy[2];
+            if (!unproject(solution.lens, c.pixel[0], c.pixel[1], xy)) continue;
+            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(c.pose.rotation.data()) =
+                (Eigen::AngleAxisd(c.tilt[1], Eigen::Vector3d::UnitY()) *
+                 Eigen::AngleAxisd(c.tilt[0], Eigen::Vector3d::UnitX()))
+                    .toRotationMatrix();
+            c.pose.translation = {xy[0] * distance, xy[1] * distance, distance};
+            list.push_back(c);
+          }
+        }
+      }
+    }
+  }
+  return list;
+}
+
+}  // namespace
+
+NextView suggest_view(const Observations& observations, const LensSolution& solution) {
+  NextView best;
+  const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
+  const double range = typical_range(solution);
+  const ProjectionUncertainty uncertainty(solution);
+  std::vector<Eigen::MatrixXd> along;  // of the lens' places, with lens and warp
+  double before = 0;
+  for (const double v : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+    for (const double u : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+      const auto j = uncertainty.jacobian(u * static_cast<double>(observations.width),
+                                          v * static_cast<double>(observations.height), range);
+      if (!j) continue;
+      before += (*j * solution.covariance * j->transpose()).trace() / 2;
+      along.emplace_back(*j * solution.covariance.leftCols(shared));
+    }
+  }
+  if (along.empty()) return best;
+  const Eigen::MatrixXd own = solution.covariance.topLeftCorner(shared, shared);
+  double after = before;
+  for (const Candidate& c : candidates(observations, solution)) {
+    const Eigen::MatrixXd information = information_of(observations, solution, c.pose, solution.rms);
+    if (information.size() == 0) continue;
+    // Woodbury: covariance less (own + 1 / information)^-1 on the sides that the shared parameters reach.
+    const Eigen::MatrixXd gain =
+        (Eigen::MatrixXd::Identity(shared, shared) + information * own).fullPivLu().solve(information);
+    double reduced = before;
+    for (const Eigen::MatrixXd& a : along) reduced -= (a * gain * a.transpose()).trace() / 2;
+    if (reduced >= after) continue;
+    after = reduced;
+    best = {.found = true, .tilt = c.tilt, .centre = c.pose.translation, .pixel = c.pixel};
+  }
+  best.before = std::sqrt(before / static_cast<double>(along.size()));
+  best.after = std::sqrt(std::max(after, 0.0) / static_cast<double>(along.size()));
+  return best;
+}
+
+}  // namespace tofgraph::calibration

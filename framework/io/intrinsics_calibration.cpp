@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/intrinsics_calibration.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace tofgraph::io {
+namespace {
+
+/// What is there for people, and for other programs: key and unit.
+void skip(CalibrationReader& file) {
+  constexpr std::pair<const char*, const char*> keys[] = {
+      {"board_warp", "m"},          {"range_offset", "m"},      {"range_scale", ""},       {"corner_sd", "px"},
+      {"reprojection", "px"},       {"held_out_views", "px"},   {"two_sets", "px"},        {"uncertainty_range", "m"},
+      {"uncertainty_centre", "px"}, {"uncertainty_mean", "px"}, {"uncertainty_max", "px"}, {"view_reprojection", "px"},
+      {"view_rotation", "rad"},     {"view_translation", "m"}};
+  for (const auto& [key, unit] : keys)
+    if (file.has(key)) file.column(key, unit, 0, "{value: [1]}");
+}
+
+}  // namespace
+
+void read_intrinsics_calibration(const std::filesystem::path& path, tofgraph_camera& camera) {
+  CalibrationReader file(path, "intrinsics", camera.name);
+  const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
+    std::ranges::copy(file.need(key, unit, to.size(), example).value, to.begin());
+  };
+  set("focal_length", "px", "{value: [318.2 px, 318.4 px], sd: [0.3 px, 0.3 px]}", camera.focal_px);
+  set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
+  set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
+  for (const auto& [key, count] : {std::pair{"rational", std::size_t{3}}, {"skew", std::size_t{1}}}) {
+    if (!file.has(key)) continue;
+    const Calibrated value = file.need(key, "", count, "{value: 0}");
+    if (std::ranges::any_of(value.value, [](double v) { return v != 0; }))
+      file.error(key, std::string("the lens has '") + key + "', which the stages' lens model does not have",
+                 "calibrate again without --free, or with --free k3");
+  }
+  skip(file);
+  file.finish();
+}
+
+}  // namespace tofgraph::io

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Calibrations of the kind `intrinsics`, as stages read them.
+#pragma once
+
+#include "io/calibration.hpp"
+
+#include <tofgraph/plugin.h>
+
+namespace tofgraph::io {
+
+/// Sets the camera's focal_px, principal_point and distortion. @param camera its name is that of the calibration
+/// @throws config::ConfigurationError with every mistake; of a lens that a camera cannot have (skew, rational terms)
+void read_intrinsics_calibration(const std::filesystem::path& file, tofgraph_camera& camera);
+
+}  // namespace tofgraph::io

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The lens from corners: against the Cramer-Rao bound, its own intervals, and with distances of the board.
+#include <gtest/gtest.h>
+
+#include "calibration/bundle.hpp"
+#include "tests/unit/lens_truth.hpp"
+
+#include <array>
+#include <cmath>
+
+using namespace tofgraph::calibration;
+
+namespace {
+
+constexpr double corner_noise = 0.1;  // px
+constexpr std::size_t seeds = 400;
+constexpr std::array<const char*, 8> names = {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"};
+
+std::array<double, 8> values_of(const test::TrueLens& l) { return {l.fx, l.fy, l.cx, l.cy, l.k1, l.k2, l.p1, l.p2}; }
+
+/// 100 calibrations of the same views with other noise.
+void compare_with_bound(const test::TrueScene& scene) {
+  const Eigen::MatrixXd bound = scene.bound(corner_noise, true);
+  const std::array<double, 8> truth = values_of(scene.lens);
+  std::array<double, 8> squares{}, inside{};
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    const LensSolution solution = solve_lens(scene.observed(corner_noise, seed), {});
+    ASSERT_EQ(solution.left_out.size(), 0U);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const double error = solution.lens[i] - truth[i];
+      squares[i] += error * error / seeds;
+      inside[i] += std::abs(error) < 1.96 * solution.sd(i) ? 1.0 / seeds : 0;
+    }
+  }
+  double mean_inside = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double crb = std::sqrt(bound(at, at)), rms = std::sqrt(squares[i]);
+    std::printf("%s: bound %.3g, rms error %.3g, ratio %.3f, inside %.0f %%\n", names[i], crb, rms, rms / crb,
+                100 * inside[i]);
+    EXPECT_LE(rms, 1.1 * crb) << names[i];
+    EXPECT_GE(inside[i], 0.90) << names[i];
+    mean_inside += inside[i] / 8;
+  }
+  EXPECT_LE(mean_inside, 0.99);
+  const double focal = std::sqrt(bound(0, 0)) / scene.lens.fx;
+  EXPECT_GE(focal, 0.001) << "the views are as hard as those of a real camera";
+  EXPECT_LE(focal, 0.0035);
+}
+
+test::TrueScene scene_of(double sag) {
+  test::TrueScene scene;
+  scene.board.sag = sag;
+  scene.poses = test::true_poses(scene.lens, scene.board, 25);
+  return scene;
+}
+
+TEST(Bundle, ReachesTheCramerRaoBoundWithHonestIntervals) { compare_with_bound(scene_of(0)); }
+
+TEST(Bundle, ReachesTheBoundWithAWarpedBoard) { compare_with_bound(scene_of(1e-3)); }
+
+/// Distances as a camera measures them: half of source - point - lens - pixel with two lamps, then an offset, a scale,
+/// a shift of each view and noise.
+void add_distances(const test::TrueScene& scene, Observations& seen, unsigned seed) {
+  constexpr double pitch = 40e-6, noise = 1e-3, offset = 0.02, scale = 0.003, shift = 1e-3;
+  const double focal_length = (scene.lens.fx + scene.lens.fy) / 2 * pitch;
+  const Eigen::Vector3d lamps[] = {{-0.05, 0, 0}, {0.05, 0, 0}};
+  seen.light = LightPaths{{{{-0.05, 0, 0}, 0.5}, {{0.05, 0, 0}, 0.5}}, {pitch, pitch}};
+  std::mt19937 random(seed + 1000);
+  std::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < scene.poses.size(); ++i) {
+    const double of_view = shift * normal(random);
+    for (double x = -0.1; x <= 0.1; x += 0.02) {
+      for (double y = -0.07; y <= 0.07; y += 0.02) {
+        const Eigen::Vector3d optical = scene.poses[i].camera(scene.board.bent(x, y));
+        const Eigen::Vector2d pixel = scene.lens.image(optical);
+        const Eigen::Vector3d point = optical + Eigen::Vector3d(0, 0, focal_length);
+        const double forth = ((point - lamps[0]).norm() + (point - lamps[1]).norm()) / 2;
+        const double inside = focal_length * optical.norm() / optical.z();
+        const double half = (forth + optical.norm() + inside) / 2;
+        seen.views[i].distances.push_back(
+            {pixel.x(), pixel.y(), half * (1 + scale) + offset + of_view + noise * normal(random), noise});
+      }
+    }
+  }
+}
+
+/// An unknown offset and an unknown scale of the distances, which the tilted boards tell, do not reach the focal
+/// length.
+TEST(Bundle, DistancesOfTheBoardHalveTheErrorOfTheFocalLength) {
+  const test::TrueScene scene = scene_of(0.3e-3);
+  double alone = 0, together = 0, inside = 0, stated = 0, offset = 0, bias = 0;
+  constexpr unsigned count = 40;
+  for (unsigned seed = 0; seed < count; ++seed) {
+    Observations seen = scene.observed(corner_noise, seed);
+    add_distances(scene, seen, seed);
+    LensOptions options;
+    const LensSolution with = solve_lens(seen, options);
+    options.distances = false;
+    const LensSolution without = solve_lens(seen, options);
+    ASSERT_TRUE(with.with_distances && !without.with_distances);
+    const double error = with.lens[lens::fx] - scene.lens.fx;
+    alone += std::pow(without.lens[lens::fx] - scene.lens.fx, 2) / count;
+    together += error * error / count;
+    bias += error / count;
+    stated += with.sd(lens::fx) / count;
+    offset += with.range_offset / count;
+    inside += std::abs(error) < 1.96 * with.sd(lens::fx) ? 1.0 / count : 0;
+    if (seed == 0)
+      std::printf("shift sd %.2g m, noise factor %.3f, scale %.4f\n", with.range_shift_sd, with.range_noise_factor,
+                  with.range_scale);
+  }
+  std::printf(
+      "fx: rms error %.3f px from corners, %.3f px with distances (stated %.3f, bias %.3f, inside %.0f %%), "
+      "offset %.2f mm\n",
+      std::sqrt(alone), std::sqrt(together), stated, bias, 100 * inside, 1e3 * offset);
+  EXPECT_LE(std::sqrt(together), 0.5 * std::sqrt(alone));
+  EXPECT_LE(std::abs(bias), 3 * std::sqrt(together / count));
+  EXPECT_GE(inside, 0.85);
+  EXPECT_NEAR(offset, 0.02, 0.002);
+}
+
+}  // namespace
