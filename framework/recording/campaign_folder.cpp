@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <ctime>
 #include <stdexcept>
 #include <vector>
 
@@ -38,6 +39,16 @@ double mean(const io::CaptureReader& reader, std::uint64_t bit, double tofgraph_
   double sum = 0;
   for (std::size_t i = 0; i < frames; ++i) sum += reader.metadata(i).*value;
   return sum / static_cast<double>(frames);
+}
+
+/// `2026-11-22T15:11:58Z`; nothing for a time that is not known.
+std::string utc(std::int64_t nanoseconds) {
+  if (nanoseconds <= 0) return {};
+  const auto seconds = static_cast<std::time_t>(nanoseconds / 1'000'000'000);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
 /// Held as long as the recorder lives, and given back by the system when it is killed.
@@ -110,7 +121,7 @@ CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
   facts.start_ns = reader.metadata(0).timestamp_ns;
   facts.temperature = mean(reader, TOFGRAPH_KNOWS_TEMPERATURE, &tofgraph_metadata::temperature);
   facts.time_since_power_on = mean(reader, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON, &tofgraph_metadata::time_since_power_on);
-  facts.integration_time = mean(reader, TOFGRAPH_KNOWS_INTEGRATION_TIME, &tofgraph_metadata::integration_time);
+  facts.integration_time = reader.metadata(0).integration_time;
   return facts;
 }
 
@@ -134,6 +145,7 @@ void CampaignFolder::write() const {
     condition.capture = capture_of(index);
     condition.frames.reset();
     condition.order = static_cast<std::uint64_t>(std::ranges::lower_bound(starts, facts.start_ns) - starts.begin());
+    condition.recorded_at = utc(facts.start_ns);
     if (!std::isnan(facts.integration_time)) condition.integration_time = facts.integration_time;
     if (!std::isnan(facts.temperature)) condition.temperature = facts.temperature;
     if (!std::isnan(facts.time_since_power_on)) condition.time_since_power_on = facts.time_since_power_on;
