@@ -35,11 +35,11 @@ double use_calibration(const std::string& file, const std::string& camera, Contr
   const double recommended = reader.has("recommended") ? reader.need("recommended", "s", 1, "2 ms").value.front()
                                                        : std::numeric_limits<double>::quiet_NaN();
   // The others are for people.
+  if (reader.has("recommended_error")) static_cast<void>(reader.need("recommended_error", "m", 1, "{value: 5 mm}"));
   for (const auto& [key, unit] : {std::pair{"target", ""},
                                   {"distance", "m"},
                                   {"integration_time", "s"},
                                   {"rmse", "m"},
-                                  {"recommended_error", "m"},
                                   {"several", "s"},
                                   {"held_out_excess", ""}})
     if (reader.has(key)) static_cast<void>(reader.column(key, unit, 0, "[0, 0]"));
