@@ -104,11 +104,13 @@ int record_capture(const RecordArguments& arguments) {
     result = runner.run();
   }
   const auto written = written_to(arguments.out);
-  const std::uint64_t lost = report(result, written, arguments.quiet);
+  const bool unknown = !written && !result.error.empty();  // the error says how many were written
+  const std::uint64_t lost = unknown ? 0 : report(result, written, arguments.quiet);
   if (!result.error.empty()) {
     say("error: " + result.error);
-    if (written && written->file != arguments.out)
-      say(fmt::format("         tofgraph repair {} makes a capture of it", written->file.string()));
+    const fs::path part = io::CaptureWriter::part_of(arguments.out);
+    std::error_code error;
+    if (fs::exists(part, error)) say(fmt::format("         tofgraph repair {} makes a capture of it", part.string()));
     return 1;
   }
   if (lost != 0) {
