@@ -34,7 +34,7 @@ config::Value document(const CameraRequest& camera, const std::vector<config::Va
   source.entries.push_back(name.entries.front());
   for (config::Entry& entry : result.entries) {
     if (entry.key != "nodes") continue;
-    entry.value.items.push_back(std::move(source));
+    entry.value.items.push_back(source);
     entry.value.items.insert(entry.value.items.end(), others.begin(), others.end());
   }
   return result;
