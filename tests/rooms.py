@@ -19,8 +19,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each may use those before it.
-ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "simulation/files", "simulation",
-         "report", "calibration", "diagnosis", "cli"]
+ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "simulation/files", "recording",
+         "simulation", "report", "calibration", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "simulation/files", "simulation"}
 DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli what their commands are asked for

@@ -38,6 +38,7 @@ struct Settings {
   bool vendor_images = false, vendor_calibration = false;          ///< pmdsdk
   std::string file, scene;                                         ///< replay, simulated
   bool loop = false, at_recorded_pace = true;                      ///< replay
+  std::int64_t condition = -1;                                     ///< simulated: the only one; -1: all
 };
 
 /// What every frame will have.
@@ -70,6 +71,12 @@ class Backend {
   /// Waits for a frame at most so long. It sets all metadata but `number`; device_number counts from open() on, or is
   /// the device's own. @throws Fault
   virtual Got read(Frame& frame, std::chrono::milliseconds patience) = 0;
+  /// Why the integration time cannot be changed while frames come, or nothing; after open().
+  virtual std::string why_not_adjustable() const {
+    return "a recording has the times that it was recorded with; remove it";
+  }
+  /// For the frames to come, soon; whole microseconds within the camera's range. @throws Fault
+  virtual void set_integration_time(double) {}
   /// Frames that came faster than they were read, so far.
   virtual std::uint64_t overtaken() const { return 0; }
   /// Makes a running read() return soon. [any thread]

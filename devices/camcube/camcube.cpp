@@ -13,7 +13,9 @@
 #include "config/quantity.hpp"
 #include "config/say.hpp"
 #include "devices/camcube/backend.hpp"
+#include "devices/camcube/camcube_parameters.hpp"
 #include "devices/camcube/frame_counter.hpp"
+#include "devices/camcube/integration_control.hpp"
 
 namespace tofgraph {
 
@@ -22,93 +24,7 @@ using camcube::Fault;
 
 /// All backends give the same frames for the same raw data. A fault ends the run, or, with `reconnect`, costs the
 /// frames that it spoils: the counter of the frames then has a gap.
-struct CamCube final : Source {
-  Out<std::uint16_t> taps{this, "taps", {.optional = true}};
-  Out<std::uint8_t> headers{this,
-                            "raw_headers",
-                            {.shape = "4 512",
-                             .unit = "",
-                             .optional = true,
-                             .text = "the 512 bytes before each phase image, as they are: not interpreted"}};
-  Out<float> distance{this, "distance", {.optional = true, .text = "deliver: images: as the vendor computes it"}};
-  Out<float> amplitude{this, "amplitude", {.optional = true}};
-  Out<float> intensity{this, "intensity", {.optional = true}};
-  Out<std::uint16_t> flags{this, "flags", {.optional = true}};
-
-  Param<Choice> backend{this,
-                        "backend",
-                        {.default_value = "auto",
-                         .choices = "auto pmdsdk usb replay simulated",
-                         .text = "auto: the one that a given parameter is of (file, scene, library, device), else the "
-                                 "first of pmdsdk (the vendor's library) and usb that finds a camera; these two are "
-                                 "not verified on hardware"}};
-  Param<double> integration_time{
-      this, "integration_time", {.unit = "s", .min = 0, .text = "of each phase image; default: the camera's own"}};
-  Param<double> modulation_frequency{
-      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "default: the camera's own"}};
-  Param<double> frame_rate{this,
-                           "frame_rate",
-                           {.unit = "Hz",
-                            .min = 1e-3,
-                            .max = 1e6,
-                            .text = "of simulations and of recordings without time stamps, and for the gap in the "
-                                    "frame counter after an interruption; default: the profile's"}};
-  Param<bool> reconnect{this,
-                        "reconnect",
-                        {.default_value = "false",
-                         .text = "goes on after a fault and when the camera comes back; frame_number has a gap"}};
-  Param<double> timeout{this,
-                        "timeout",
-                        {.unit = "s",
-                         .default_value = "1 s",
-                         .min = 0.05,
-                         .max = 3600,
-                         .text = "without a frame for so long is a fault"}};
-  Param<std::vector<double>> phase_order{
-      this,
-      "phase_order",
-      {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "the k of each image of the raw data"}};
-  Param<std::string> device{this, "device", {.text = "usb: which camera, by serial number or port, e.g. 1-2"}};
-  Param<InputFile> protocol{
-      this,
-      "protocol",
-      {.text = "usb: how the camera speaks; default: the project's software camera, no real CamCube"}};
-  Param<InputFile> library{
-      this, "library", {.text = "pmdsdk: path of libpmdaccess2.so; default: below $PMDDIR, /usr/local/pmd"}};
-  Param<std::string> source_plugin{
-      this,
-      "source_plugin",
-      {.default_value = "camcube3", .text = "pmdsdk: of the camera; camcube3 for a CamCube 2.0 or 3.0, camcube for 2"}};
-  Param<std::string> source_parameter{
-      this, "source_parameter", {.text = "pmdsdk: what the source plugin is given, e.g. a serial number"}};
-  Param<std::string> processing_plugin{
-      this, "processing_plugin", {.default_value = "camcubeproc", .text = "pmdsdk: of the camera"}};
-  Param<std::string> processing_parameter{
-      this, "processing_parameter", {.text = "pmdsdk: what the processing plugin is given"}};
-  Param<Choice> deliver{this,
-                        "deliver",
-                        {.default_value = "raw",
-                         .choices = "raw images",
-                         .text = "pmdsdk: raw source data, or distance, amplitude, intensity and flags as the "
-                                 "vendor's library computes them"}};
-  Param<bool> vendor_calibration{
-      this,
-      "vendor_calibration",
-      {.default_value = "false", .text = "pmdsdk: false switches the FPN, FPPN, linearity and lens calibrations off"}};
-  Param<std::vector<double>> roi{
-      this, "roi", {.min = 0, .text = "pmdsdk: region of interest, px: [x, y, width, height]; the profile's size"}};
-  Param<std::string> exposure_mode{
-      this, "exposure_mode", {.text = "pmdsdk: Normal, SMB or DoubleExposure, as the camera knows"}};
-  Param<std::string> commands{this,
-                              "commands",
-                              {.text = "pmdsdk: further commands, separated by ;, those to the processing plugin "
-                                       "begin with 'processing ', e.g. 'SetSoftOffset 0; processing SetFOV 40'"}};
-  Param<InputFile> file{this, "file", {.text = "replay: a capture (.h5) with taps or phases, or a raw dump"}};
-  Param<Choice> pace{
-      this, "pace", {.default_value = "recorded", .choices = "recorded fast", .text = "replay: how fast"}};
-  Param<bool> loop{this, "loop", {.default_value = "false", .text = "replay: again and again"}};
-  Param<InputFile> scene{this, "scene", {.text = "simulated: what the camera looks at"}};
-
+struct CamCube final : CamCubeParameters {
   void prepare(Setup& setup) {
     try {
       find_camera(setup);
@@ -126,6 +42,7 @@ struct CamCube final : Source {
             return false;
           case Backend::Got::frame:
             arrived(frame);
+            if (control_) adjust(frame);
             return true;
           case Backend::Got::nothing:
             check_that_it_answers();
@@ -164,18 +81,58 @@ struct CamCube final : Source {
       camera_ = make(wanted);
       camera_->prepare(setup);
       take_camera(setup);
+      prepare_control(setup);
       delivery = camera_->open();
     } else {
       take_camera(setup);
+      prepare_control(setup);
       delivery = wanted == "auto" ? first_that_finds_a_camera(used) : (camera_ = make(wanted))->open();
     }
     provide(setup, delivery);
     is_device_ = used == "usb" || used == "pmdsdk";
     description_ = delivery.text;
+    if (control_) check_control(delivery);
     note(description_);
     nlohmann::json source = {{"backend", used}, {"live", delivery.live}};
     if (!delivery.serial.empty()) source["serial"] = delivery.serial;
     host->set_source(context, source.dump().c_str());
+  }
+
+  /// What the controller of the integration time has to know; it may begin with another time.
+  void prepare_control(const Setup& setup) {
+    if (!*auto_integration_time) return;
+    if (!(*amplitude_low < *amplitude_high))
+      throw ConfigError("amplitude_high", "must be greater than amplitude_low, e.g. amplitude_high: 8000 counts");
+    camcube::ControlLimits limits{
+        *amplitude_low, *amplitude_high, *amplitude_percentile / 100, setup.camera().full_well, {1e-6, 1}};
+    for (int i : {0, 1})
+      if (std::isfinite(settings_.integration_range[i])) limits.times[i] = settings_.integration_range[i];
+    if (calibration.given()) {
+      const double recommended = camcube::use_calibration(*calibration, settings_.camera, limits);
+      if (!std::isfinite(settings_.integration_time)) settings_.integration_time = recommended;
+    }
+    control_.emplace(limits);
+  }
+
+  void check_control(const camcube::Delivery& delivery) const {
+    if (std::ranges::count(delivery.channels, "taps") == 0 || (delivery.known & TOFGRAPH_KNOWS_INTEGRATION_TIME) == 0)
+      throw ConfigError("auto_integration_time",
+                        "needs raw data (taps) whose integration time the camera tells; remove it");
+    if (const std::string problem = camera_->why_not_adjustable(); !problem.empty())
+      throw ConfigError("auto_integration_time", problem);
+  }
+
+  /// Between two frames: the next ones may have another time.
+  void adjust(const Frame& frame) {
+    const Array<const std::uint16_t> image(frame.find("taps"));
+    if (image.extent(0) != RawSourceData::images)
+      throw std::runtime_error(
+          fmt::format("auto_integration_time needs frames of {} phase images, there are {}; remove it",
+                      RawSourceData::images, image.extent(0)));
+    const auto time = control_->next(image.span(), frame.metadata().integration_time);
+    if (!time) return;
+    settings_.integration_time = *time;
+    camera_->set_integration_time(*time);
   }
 
   void read_parameters() {
@@ -198,6 +155,7 @@ struct CamCube final : Source {
     settings_.vendor_calibration = *vendor_calibration;
     settings_.file = *file;
     settings_.scene = *scene;
+    settings_.condition = *condition;
     settings_.loop = *loop;
     settings_.at_recorded_pace = *pace == "recorded";
   }
@@ -323,6 +281,7 @@ struct CamCube final : Source {
   camcube::BackendPtr camera_;
   std::string description_;
   camcube::FrameCounter counter_;
+  std::optional<camcube::IntegrationControl> control_;
   std::atomic<bool> stopped_{false};
   bool started_ = false, is_device_ = false;  // device: one that has to answer
   int faults_ = 0;

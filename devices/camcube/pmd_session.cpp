@@ -115,6 +115,7 @@ void PmdSession::work() {
   auto& update = *library_->find<pmd::Update>("pmdUpdate");
   try {
     while (!stopping_.load()) {
+      take_wanted_time();
       const int result = update(handle_);
       if (result == pmd::timed_out) continue;  // whoever waits for the frame knows for how long
       if (result == pmd::disconnected)
@@ -132,6 +133,14 @@ void PmdSession::work() {
     running_ = false;
   }
   ended_.notify_all();
+}
+
+void PmdSession::take_wanted_time() {
+  const double time = wanted_time_.exchange(0);
+  if (time == 0) return;
+  set_number("integration_time", "IntegrationTime", "s", 1e-6, time);
+  const double set = number("IntegrationTime", 1e-6);
+  integration_time_ = std::isfinite(set) ? set : time;
 }
 
 void PmdSession::fetch(RawFrame& frame) {

@@ -45,10 +45,13 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
     integration_time_ = integration_time;
     modulation_frequency_ = modulation_frequency;
   }
+  /// Of the frames to come, between two of them: the library is used by one thread. [any thread]
+  void change_integration_time(double time) { wanted_time_.store(time); }
   bool big_endian() const { return big_endian_.load(); }
 
  private:
   void work();
+  void take_wanted_time();
   void fetch(RawFrame& frame);
   void fetch_raw(RawFrame& frame);
   void fetch_images(RawFrame& frame) const;
@@ -61,7 +64,8 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   double integration_time_ = 0, modulation_frequency_ = 0;
   FrameExchange frames_;
   std::atomic<bool> stopping_{false}, big_endian_{true};
-  std::mutex mutex_;  // the two below
+  std::atomic<double> wanted_time_{0};  ///< s; 0: as it is
+  std::mutex mutex_;                    // the two below
   std::condition_variable ended_;
   bool running_ = false;
 };

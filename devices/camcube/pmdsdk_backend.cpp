@@ -75,6 +75,9 @@ class PmdSdk final : public Backend {
     started_ = false;
   }
 
+  std::string why_not_adjustable() const override { return {}; }
+  void set_integration_time(double time) override { session_->change_integration_time(time); }
+
   std::uint64_t overtaken() const override { return overtaken_; }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {

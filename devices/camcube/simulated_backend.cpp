@@ -17,24 +17,19 @@ namespace {
 /// never the same twice.
 class Simulated final : public Backend {
  public:
-  Simulated(const Stage& stage, const Settings& settings) : stage_(stage), settings_(settings) {}
+  Simulated(const Stage& stage, const Settings& settings) : settings_(settings), reader_(stage) {}
 
   void prepare(Setup& setup) override {
     if (settings_.scene.empty())
       throw SettingError("scene", "a simulated camera needs a scene, e.g. scene: pipelines/scenes/board.yaml");
-    const ModelReader reader(stage_);
-    simulation::SimulationChanges changes;
-    changes.host = reader.host();
-    changes.output = {"taps"};
-    if (std::isfinite(settings_.integration_time)) changes.integration_time = settings_.integration_time;
     config::Diagnostics diagnostics;
     try {
-      simulation_ = simulation::Simulation::read(settings_.scene, reader.registry(), changes, diagnostics);
+      simulation_ = read_scene(diagnostics);
     } catch (const config::ConfigurationError& error) {
       throw SettingError("scene", error.what());
     }
     if (!simulation_) throw SettingError("scene", diagnostics.text());
-    reader.pass_on(diagnostics);
+    reader_.pass_on(diagnostics);
     ModelReader::use_files(setup, simulation_->model(), simulation_->effects());
     if (std::isfinite(settings_.modulation_frequency))
       throw SettingError("modulation_frequency", "is that of the scene's camera: it cannot be set");
@@ -52,7 +47,10 @@ class Simulated final : public Backend {
     period_ = 1 / (std::isfinite(settings_.frame_rate) ? settings_.frame_rate : settings_.nominal_frame_rate);
     if (!std::isfinite(period_))
       throw SettingError("frame_rate", "the camera's profile has none, so it has to be given, e.g. frame_rate: 80 Hz");
-    load(0);
+    if (settings_.condition >= static_cast<std::int64_t>(simulation_->conditions().size()))
+      throw SettingError("condition", fmt::format("the scene has {} conditions, counted from 0: {} is not there",
+                                                  simulation_->conditions().size(), settings_.condition));
+    load(at(0));
     next_ = 0;
     Delivery delivery;
     delivery.channels = {"taps"};
@@ -62,6 +60,16 @@ class Simulated final : public Backend {
   }
 
   void close() noexcept override {}
+
+  std::string why_not_adjustable() const override { return {}; }
+  void set_integration_time(double) override {
+    config::Diagnostics diagnostics;
+    auto changed = read_scene(diagnostics);
+    if (!changed) throw Fault(diagnostics.text(), false);
+    prepared_.reset();  // it looks at the former
+    simulation_ = std::move(changed);
+    load(condition_);
+  }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {
     if (!start_) {
@@ -74,8 +82,8 @@ class Simulated final : public Backend {
     std::this_thread::sleep_until(std::min(due, Clock::now() + Clock::duration(patience)));
     if (Clock::now() < due) return Got::nothing;
     const std::uint64_t frames = std::max<std::uint64_t>(simulation_->frames(), 1), shown = next_ / frames;
-    const std::uint64_t conditions = simulation_->conditions().size();
-    if (shown % conditions != condition_) load(shown % conditions);
+    const std::uint64_t conditions = settings_.condition < 0 ? simulation_->conditions().size() : 1;
+    if (at(shown % conditions) != condition_) load(at(shown % conditions));
     const std::uint64_t index = shown / conditions * frames + next_ % frames;
     const std::uint64_t number = frame.metadata().number;
     frame.metadata() = simulation_->metadata(prepared_->condition, index);
@@ -89,6 +97,19 @@ class Simulated final : public Backend {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  std::unique_ptr<const simulation::Simulation> read_scene(config::Diagnostics& diagnostics) const {
+    simulation::SimulationChanges changes;
+    changes.host = reader_.host();
+    changes.output = {"taps"};
+    if (std::isfinite(settings_.integration_time)) changes.integration_time = settings_.integration_time;
+    return simulation::Simulation::read(settings_.scene, reader_.registry(), changes, diagnostics);
+  }
+
+  /// The n-th of those that are played.
+  std::size_t at(std::uint64_t n) const {
+    return static_cast<std::size_t>(settings_.condition < 0 ? n : static_cast<std::uint64_t>(settings_.condition));
+  }
 
   void load(std::size_t condition) {
     condition_ = condition;
@@ -107,8 +128,8 @@ class Simulated final : public Backend {
     prepared_->frames.taps(index, static_cast<std::uint16_t*>(frame.write(channel).data));
   }
 
-  const Stage& stage_;
   const Settings& settings_;
+  const ModelReader reader_;
   std::unique_ptr<const simulation::Simulation> simulation_;
   std::unique_ptr<const simulation::ConditionFrames> prepared_;
   std::size_t condition_ = 0;

@@ -75,6 +75,16 @@ class Usb final : public Backend {
     return Got::frame;
   }
 
+  std::string why_not_adjustable() const override {
+    if (protocol_.integration_time && protocol_.has("integration_time")) return {};
+    return fmt::format("the protocol description {} has no command for it, or no place where the headers tell it",
+                       protocol_.file.string());
+  }
+  void set_integration_time(double time) override {
+    values_.integration_time_us = static_cast<std::uint64_t>(std::llround(time * 1e6));
+    device_->command("integration_time", values_);
+  }
+
   std::uint64_t overtaken() const override { return frames_.overtaken(); }
   void stop() noexcept override { frames_.wake(); }
 

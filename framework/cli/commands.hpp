@@ -37,6 +37,8 @@ void add_describe(CLI::App& app, Common& common);
 void add_simulate(CLI::App& app, Common& common);
 void add_gallery(CLI::App& app, Common& common);
 void add_info(CLI::App& app, Common& common);
+void add_record(CLI::App& app, Common& common);
+void add_repair(CLI::App& app, Common& common);
 void add_devices(CLI::App& app, Common& common);
 void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);

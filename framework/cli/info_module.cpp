@@ -4,7 +4,9 @@
 #include "config/diagnostics.hpp"
 #include "config/document.hpp"
 #include "config/quantity.hpp"
+#include "config/say.hpp"
 #include "io/captures/capture.hpp"
+#include "io/captures/repair.hpp"
 #include "io/profile.hpp"
 
 #include <tofgraph/array.hpp>
@@ -21,6 +23,8 @@ namespace tofgraph::cli {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::size_t max_gaps = 10;  // that are listed
 
 /// Where the exposures are from: the capture, else its profile in it, else that of its camera's name, else the four.
 physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& from) {
@@ -88,11 +92,15 @@ json described(const io::CaptureReader& reader) {
             &tofgraph_metadata::time_since_power_on);
   result["settings"] = settings;
   json gaps = json::array();
+  std::size_t lost = 0;
   for (std::size_t i = 1; i < reader.frames(); ++i) {
     const std::uint64_t before = reader.metadata(i - 1).device_number, now = reader.metadata(i).device_number;
-    if (now != before + 1) gaps.push_back({{"after_frame", i - 1}, {"lost", now > before ? now - before - 1 : 0}});
+    const std::size_t between = io::frames_between(before, now);
+    if (now != before + 1) gaps.push_back({{"after_frame", i - 1}, {"lost", between}, {"back", now <= before}});
+    lost += between;
   }
   result["gaps"] = gaps;
+  result["lost"] = lost;
   if ((reader.known(0, reader.frames() - 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0) {
     const auto first = reader.metadata(0).timestamp_ns, last = reader.metadata(reader.frames() - 1).timestamp_ns;
     result["duration_s"] = static_cast<double>(last - first) * 1e-9;
@@ -114,10 +122,24 @@ void print_exposures(const json& exposures) {
                exposures["images"].get<std::uint64_t>());
 }
 
+void print_gaps(const json& info) {
+  const json& gaps = info["gaps"];
+  if (gaps.empty()) return fmt::print("\nno frame is missing\n");
+  const auto lost = info["lost"].get<std::uint64_t>();
+  fmt::print("\n{} missing, by frame_number, in {}\n", config::counted(lost, "frame"),
+             config::counted(gaps.size(), "place"));
+  for (std::size_t i = 0; i < gaps.size() && i < max_gaps; ++i)
+    fmt::print("after frame {}: {}\n", gaps[i]["after_frame"].get<std::size_t>(),
+               gaps[i]["back"].get<bool>() ? "the counter went back"
+                                           : fmt::format("{} lost", gaps[i]["lost"].get<std::uint64_t>()));
+  if (gaps.size() > max_gaps) fmt::print("and {} more places (--json has all)\n", gaps.size() - max_gaps);
+}
+
 void print(const std::string& file, const json& info) {
   fmt::print("{}: camera {}, {} x {} px, {} frame{}{}\n", file, info["camera"].get<std::string>(),
              info["width"].get<int>(), info["height"].get<int>(), info["frames"].get<std::size_t>(),
              info["frames"] == 1 ? "" : "s", info["finished"].get<bool>() ? "" : ": still being recorded, or cut off");
+  if (!info["finished"].get<bool>()) fmt::print("tofgraph repair {} makes a capture of what was cut off\n", file);
   for (const char* key : {"comment", "serial"})
     if (!info[key].get<std::string>().empty()) fmt::print("{}: {}\n", key, info[key].get<std::string>());
   fmt::print("\nchannels\n");
@@ -136,10 +158,7 @@ void print(const std::string& file, const json& info) {
   print_setting(info["settings"], "temperature_k", "temperature", "K");
   print_setting(info["settings"], "time_since_power_on_s", "time since power on", "s");
   if (info.contains("duration_s")) fmt::print("  {:22} {:.6g} s\n", "duration", info["duration_s"].get<double>());
-  if (info["gaps"].empty()) fmt::print("\nno frame is missing\n");
-  for (const json& gap : info["gaps"])
-    fmt::print("\nafter frame {}: {} lost", gap["after_frame"].get<std::size_t>(), gap["lost"].get<std::uint64_t>());
-  if (!info["gaps"].empty()) fmt::print("\n");
+  print_gaps(info);
 }
 
 int info(const InfoArguments& arguments) {

@@ -2,26 +2,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/progress.hpp"
+#include "cli/watch.hpp"
 #include "cli/written_files.hpp"
 
 #include "config/quantity.hpp"
 #include "graph/outputs.hpp"
-#include "graph/runner.hpp"
-#include "graph/running_call.hpp"
 #include "graph/validation.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <unistd.h>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
-#include <optional>
-#include <stop_token>
-#include <thread>
 
 namespace tofgraph::cli {
 namespace {
@@ -31,69 +23,6 @@ struct RunArguments : PipelineArguments {
   unsigned threads = 0;
   std::string stats;
   bool force = false, validate = false;
-};
-
-/// Set in a signal handler, read in another thread.
-std::atomic<int> signals = 0;
-static_assert(std::atomic<int>::is_always_lock_free);
-
-extern "C" void on_signal(int) {
-  if (signals != 0) _exit(interrupted);  // the second one does not wait
-  signals = 1;
-}
-
-/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress.
-class Watch {
- public:
-  Watch(graph::Runner& runner, bool quiet)
-      : runner_(runner), progress_(quiet), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
-
- private:
-  void watch(const std::stop_token& stop) {
-    bool passed_on = false, told = false;
-    double interrupted_at = 0;
-    while (!stop.stop_requested()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      const double seconds = elapsed();
-      if (signals != 0 && !passed_on) {
-        passed_on = true;
-        interrupted_at = seconds;
-        runner_.stop();
-      }
-      if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
-      show();
-    }
-    show();
-    progress_.finish();
-  }
-
-  /// @returns whether there was one
-  static bool tell_whom_it_waits_for() {
-    const std::vector<std::string> calls = graph::calls_longer_than(patience);
-    for (const std::string& call : calls) say("still waiting: " + call);
-    if (!calls.empty()) say("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
-    return !calls.empty();
-  }
-
-  void show() {
-    const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
-    std::optional<double> share;
-    if (expected != 0) share = static_cast<double>(frames) / static_cast<double>(expected);
-    std::string text =
-        share ? fmt::format("{} of {}", frames, config::counted(expected, "frame")) : config::counted(frames, "frame");
-    text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / elapsed());
-    if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
-    progress_.show(share, text);
-  }
-
-  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-
-  using Clock = std::chrono::steady_clock;
-  static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
-  graph::Runner& runner_;
-  Progress progress_;
-  Clock::time_point start_ = Clock::now();
-  std::jthread thread_;
 };
 
 /// Why the statistics cannot be written, or nothing.
@@ -183,10 +112,7 @@ int run(const RunArguments& arguments, const Common& common) {
   if (arguments.frames != 0) options.frames = arguments.frames;
   options.threads = arguments.threads;
   graph::Runner runner(*graph, options);
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  handle_signals();
   graph::RunResult result;
   {
     const Watch watch(runner, common.quiet);

@@ -109,6 +109,7 @@ Condition read_condition(const Campaign& campaign, const config::Value& map, Cap
     condition.order = static_cast<std::uint64_t>(
         reader.whole_number("order", "3", std::nullopt, 0, std::numeric_limits<std::int64_t>::max()));
   reader.take("order");
+  condition.recorded_at = reader.word("recorded_at", "");
   reader.finish();
   check_truth(campaign, map, condition, diagnostics);
   return condition;

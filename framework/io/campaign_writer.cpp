@@ -78,6 +78,7 @@ class ConditionText {
       add("roi", fmt::format("{{columns: [{}, {}], rows: [{}, {}]}}", c.roi->first_column, c.roi->last_column,
                              c.roi->first_row, c.roi->last_row));
     if (c.order) add("order", fmt::format("{}", *c.order));
+    word("recorded_at", c.recorded_at);
     return text_;
   }
 

@@ -64,6 +64,7 @@ struct Condition {
   std::optional<std::array<std::uint64_t, 2>> frames;  ///< first and last; none: all
   std::optional<Roi> roi;                              ///< none: the whole image
   std::optional<std::uint64_t> order;                  ///< place in the order measured; none: as written
+  std::string recorded_at;                             ///< begin of the first frame, UTC, ISO 8601; empty: not stated
   Measured measured;
 
   bool has_board() const { return !std::isnan(board_distance); }

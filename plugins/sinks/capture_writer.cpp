@@ -11,13 +11,14 @@
 #include <memory>
 #include <sstream>
 
-#include "io/captures/capture.hpp"
+#include "io/captures/queued_capture.hpp"
 
 namespace tofgraph {
 
-/// While it runs the file is called PATH.part and can be read; what was written survives the end of the process. The
-/// provenance is written at the end, when the hashes of long inputs are ready, so that no frame waits for them. The
-/// rays are not recorded: they come from the camera's profile, whose text is.
+/// While it runs the file is called PATH.part and can be read; what was written survives the end of the process. A
+/// thread of its own writes, so that a disk that is slow for a moment stops nobody. The provenance is written at the
+/// end, when the hashes of long inputs are ready, so that no frame waits for them. The rays are not recorded: they come
+/// from the camera's profile, whose text is.
 struct CaptureWriter final : Sink {
   In<void> every{this, "*", {.text = "what is recorded"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
@@ -25,6 +26,13 @@ struct CaptureWriter final : Sink {
   Param<std::int64_t> compression{
       this, "compression", {.default_value = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
+  Param<std::int64_t> write_behind{this,
+                                   "write_behind",
+                                   {.default_value = "256",
+                                    .min = 0,
+                                    .max = 65536,
+                                    .text = "MB of frames that may wait for a slow disk; then the source has to wait, "
+                                            "or a live one to drop frames. 0: one frame"}};
 
   void prepare(Setup& setup) {
     options_ = {static_cast<int>(*compression), setup.overwrite()};
@@ -60,7 +68,11 @@ struct CaptureWriter final : Sink {
   }
 
   void process(Frame& frame) {
-    if (!writer_) writer_ = std::make_unique<io::CaptureWriter>(std::string(*path), header_, chosen_, options_);
+    if (!writer_) {
+      writer_ = std::make_unique<io::QueuedCapture>(
+          std::make_unique<io::CaptureWriter>(std::string(*path), header_, chosen_, options_),
+          static_cast<std::size_t>(*write_behind) * 1'000'000);
+    }
     std::vector<tofgraph_view> views;
     for (const io::CaptureChannel& channel : chosen_) views.push_back(frame.find(channel.name.c_str()));
     writer_->append(frame.metadata(), views);
@@ -120,7 +132,7 @@ struct CaptureWriter final : Sink {
   io::CaptureHeader header_;
   io::CaptureOptions options_;
   std::vector<io::CaptureChannel> chosen_;
-  std::unique_ptr<io::CaptureWriter> writer_;
+  std::unique_ptr<io::QueuedCapture> writer_;
 };
 
 }  // namespace tofgraph

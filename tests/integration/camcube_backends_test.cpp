@@ -67,6 +67,26 @@ TEST_F(CameraBackends, GiveTheSameFramesBitForBit) {
   }
 }
 
+/// The images stay dark whatever the time is, so that the controller asks for more until the longest that there is.
+TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
+  write_dump(file("dump.raw"), std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
+  const std::string command =
+      "\"$TOFGRAPH\" record -o a.h5 --force --frames 40 --set auto_integration_time=true --set "
+      "integration_time='1 ms' --camera ";
+  std::vector<std::string> ways = {"PMD_STAND_IN_RATE=20 PMD_STAND_IN_FRAMES=dump.raw " + command +
+                                   "camcube:pmdsdk --set library=" + stand_in};
+  if (has_software_camera())
+    ways.push_back(with_software_camera("--rate 20 --frames dump.raw", command + "camcube:usb"));
+  for (const std::string& way : ways) {
+    const Outcome outcome = shell(way, folder.path());
+    ASSERT_EQ(outcome.exit_code, 0) << way << outcome.err;
+    const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
+    EXPECT_DOUBLE_EQ(times.front(), 1e-3) << way;
+    EXPECT_EQ(std::count(times.begin(), times.end(), 8e-3) > 0, true) << way << ": at most eight times as long";
+    EXPECT_DOUBLE_EQ(times.back(), 50e-3) << way;
+  }
+}
+
 TEST_F(CameraBackends, TheVendorsLibraryIsFoundBelowItsFolder) {
   std::filesystem::create_directories(file("sdk/lib"));
   std::filesystem::create_directories(file("sdk/plugins"));

@@ -139,7 +139,8 @@ TEST_F(WriterStage, ExistingCapturesAreNotReplacedUnlessAllowed) {
       put(s, 1);
     });
     expect_words(message, "parameter 'path': " + path.string() + ".part already exists");
-    expect_words(message, "read it (capture_reader file=" + path.string() + ".part), or move it away");
+    expect_words(message, "read it (capture_reader file=" + path.string() +
+                              ".part), make a capture of it (tofgraph repair " + path.string() + ".part)");
   }
   EXPECT_EQ(read_text(path.string() + ".part"), "precious");
 }

@@ -74,8 +74,9 @@ class CaptureReader {
 };
 
 struct CaptureOptions {
-  int compression = 0;     ///< deflate level, 0 to 9, with byte shuffling
-  bool overwrite = false;  ///< an existing capture may be replaced; a .part never is
+  int compression = 0;              ///< deflate level, 0 to 9, with byte shuffling
+  bool overwrite = false;           ///< an existing capture may be replaced; a .part never is
+  std::filesystem::path part = {};  ///< what it is called until it is finished; default: part_of()
 };
 
 /// Writes a capture: as FILE.part, which can be read meanwhile, until finish() gives it its name. Not thread-safe.
@@ -90,8 +91,8 @@ class CaptureWriter {
   CaptureWriter& operator=(const CaptureWriter&) = delete;
 
   /// One frame; the views in the order of the channels. When this returns, the frame survives a kill of the process
-  /// (not a power failure). @throws std::runtime_error when the disk is full, or a view is
-  /// of another type or size than its channel
+  /// (not a power failure). @throws std::runtime_error when the disk is full, or a view is of another type or size than
+  /// its channel. What was written before is whole then, and any HDF5 program can read it once the writer is gone
   void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
   std::size_t frames() const;
   /// Closes the file, waits until it is on the disk and renames it. @param provenance of the frames, JSON; empty: none

@@ -187,6 +187,11 @@ void CaptureReader::Impl::read_header() {
                                          h5::text_attribute(h5, "format"), layout::format));
   }
   const std::int64_t version = h5::integer_attribute(h5, "version");
+  if (version > layout::version)
+    throw std::runtime_error(
+        fmt::format("was written by a newer tofgraph: it is a capture of version {}, this program reads version {}; "
+                    "use the program that recorded it, or a newer one",
+                    version, layout::version));
   if (version != layout::version)
     throw std::runtime_error(
         fmt::format("is a capture of version {}, this program reads version {}", version, layout::version));

@@ -4,6 +4,7 @@
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
+#include "io/captures/disk_space.hpp"
 #include "io/output_file.hpp"
 
 #include <tofgraph/array.hpp>
@@ -31,6 +32,9 @@ namespace {
 
 /// Frames of a metadata array in one chunk: small, because each flush writes the last one again.
 constexpr hsize_t metadata_chunk = 128;
+
+/// What HDF5 may need beside the frames: indices that grow, what it writes when it closes the file.
+constexpr std::uint64_t room_for_indices = 1U << 20U;  // bytes
 
 void write_optional(hid_t object, const char* name, const std::string& value) {
   if (!value.empty()) write_text(object, name, value);
@@ -118,14 +122,17 @@ struct CaptureWriter::Impl {
   fs::path file, part;
   std::vector<CaptureChannel> channels;
   CaptureOptions options;
+  std::unique_ptr<DiskSpace> space;  // outlives the file: what is reserved is used when it is closed
   Handle h5;
   std::vector<Series> series, metadata;
+  std::uint64_t frame_bytes = 0;  // at most, with what compression may add
   std::size_t frames = 0;
   bool broken = false;
 
   void create(const CaptureHeader& header);
   void check_view(const tofgraph_view& view, const CaptureChannel& channel) const;
   void append_metadata(const tofgraph_metadata& values);
+  void divert_writing();
   void close();
   void close_whole();
   void add_provenance(const std::string& text);
@@ -145,20 +152,21 @@ std::string CaptureWriter::problem(const fs::path& file, bool overwrite) {
   return fmt::format(
       "{} already exists: a recording that is still running, or the frames of one that was cut off; it is never "
       "replaced: "
-      "read it (capture_reader file={}), or move it away",
-      part.string(), part.string());
+      "read it (capture_reader file={}), make a capture of it (tofgraph repair {}), or move it away",
+      part.string(), part.string(), part.string());
 }
 
 CaptureWriter::CaptureWriter(fs::path file, const CaptureHeader& header, std::vector<CaptureChannel> channels,
                              const CaptureOptions& options)
     : impl_(std::make_unique<Impl>()) {
   Impl& self = *impl_;
-  self.part = part_of(file);
+  self.part = options.part.empty() ? part_of(file) : options.part;
   self.file = std::move(file);
   self.channels = std::move(channels);
   self.options = options;
-  if (const std::string why_not = problem(self.file, options.overwrite); !why_not.empty())
-    throw std::runtime_error(why_not);
+  const std::string why_not =
+      options.part.empty() ? problem(self.file, options.overwrite) : output_problem(self.file, options.overwrite);
+  if (!why_not.empty()) throw std::runtime_error(why_not);
   std::error_code error;
   if (self.file.has_parent_path()) fs::create_directories(self.file.parent_path(), error);
   if (error) self.fail("the folder cannot be created: " + error.message());
@@ -207,11 +215,14 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
     write_optional(made.dataset, "of", channel.of);
     write_optional(made.dataset, "applied", channel.applied);
     write_optional(made.dataset, "from", channel.from);
+    frame_bytes += channel.bytes() + channel.bytes() / 8 + 4096;
   }
   for (const layout::Metadata& array : layout::metadata)
     metadata.emplace_back(group, array.name, array.file_type(), array.memory_type(), std::vector<std::uint64_t>{},
                           metadata_chunk, 0);
   check(H5Fstart_swmr_write(h5), "cannot be made readable while it is written");
+  space = std::make_unique<DiskSpace>(part);
+  space->reserve(room_for_indices);
 }
 
 void CaptureWriter::Impl::check_view(const tofgraph_view& view, const CaptureChannel& channel) const {
@@ -239,24 +250,41 @@ void CaptureWriter::append(const tofgraph_metadata& metadata, std::span<const to
   Impl& self = *impl_;
   if (views.size() != self.channels.size()) self.fail("expected as many views as channels");
   for (std::size_t i = 0; i < views.size(); ++i) self.check_view(views[i], self.channels[i]);
+  if (self.broken) self.fail("was not written completely");
+  self.broken = true;  // until the frame is whole
   const h5::Lock lock;
+  try {
+    self.space->reserve(self.frame_bytes + room_for_indices);
+  } catch (const std::exception& problem) {
+    self.fail(problem.what());
+  }
   try {
     for (std::size_t i = 0; i < views.size(); ++i) self.series[i].append(views[i].data);
     self.append_metadata(metadata);
     check(H5Fflush(self.h5, H5F_SCOPE_LOCAL), "cannot be written");  // not measurable beside the writing itself
   } catch (const std::exception& problem) {
-    self.broken = true;
+    self.divert_writing();
     self.fail(problem.what());
   }
+  self.broken = false;
   ++self.frames;
 }
 
 std::size_t CaptureWriter::frames() const { return impl_->frames; }
 
+/// After a failure inside of HDF5: it would try again whenever it can, and leave a frame that is not there.
+void CaptureWriter::Impl::divert_writing() {
+  void* descriptor = nullptr;
+  if (H5Fget_vfd_handle(h5, H5P_DEFAULT, &descriptor) >= 0 && descriptor != nullptr)
+    divert(*static_cast<int*>(descriptor));
+  H5Eclear2(H5E_DEFAULT);
+}
+
 void CaptureWriter::Impl::close() {
   series.clear();
   metadata.clear();
   h5.reset();
+  space.reset();
 }
 
 void CaptureWriter::Impl::close_whole() {
@@ -283,6 +311,7 @@ void CaptureWriter::finish(const std::string& provenance) {
     const h5::Lock lock;
     self.close_whole();
     if (!provenance.empty()) self.add_provenance(provenance);
+    self.space.reset();
   }
   const int descriptor = open(self.part.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = descriptor >= 0 && (fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP);

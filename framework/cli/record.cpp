@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/record.hpp"
+
+#include "cli/command_line.hpp"
+#include "cli/commands.hpp"
+#include "graph/camera_spec.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+namespace tofgraph::cli {
+namespace {
+
+void add_camera(CLI::App& command, RecordArguments& arguments) {
+  command.add_option("--camera", arguments.camera.spec, fmt::format("The camera: {}", graph::camera_specs))
+      ->option_text("SPEC")
+      ->required();
+  command
+      .add_option("--profile", arguments.camera.profile,
+                  "Camera profile by name or path; default: that of the recording or scene, else camcube2")
+      ->option_text("CAMERA");
+  command
+      .add_option("--set", arguments.camera.settings,
+                  "A parameter of the camera, integration_time='2 ms', or of the recording, capture.compression=1; may "
+                  "be repeated ('tofgraph describe camcube', 'tofgraph describe capture_writer')")
+      ->option_text("PARAMETER=VALUE")
+      ->take_all()
+      ->expected(1);
+}
+
+void add_plan(CLI::App& command, RecordArguments& arguments) {
+  command
+      .add_option("--plan", arguments.plan,
+                  "Records what this campaign or scene with a sequence plans, one condition after the other, into the "
+                  "folder -o; goes on where it was stopped")
+      ->option_text("CAMPAIGN.yaml");
+  command.add_flag("--still", arguments.still,
+                   "With a plan: records as soon as the board stands still where it belongs, instead of on Enter");
+  command
+      .add_option("--tolerance", arguments.tolerance,
+                  "With a plan: how far the measured distance may be from the planned one; default: 250 mm")
+      ->option_text("LENGTH");
+}
+
+}  // namespace
+
+void add_record(CLI::App& app, Common& common) {
+  auto arguments = std::make_shared<RecordArguments>();
+  CLI::App* command = app.add_subcommand("record", "Record a live camera, or a whole campaign as it is planned");
+  command->footer(
+      "Examples: tofgraph record --camera camcube -o board.h5 --for '30 s' --set integration_time='2 ms'\n"
+      "          tofgraph record --camera simulated:pipelines/scenes/board.yaml -o board.h5 --frames 100\n"
+      "          tofgraph record --plan campaign.yaml --camera camcube -o monday");
+  add_camera(*command, *arguments);
+  command->add_option("-o,--out", arguments->out, "The capture (.h5); with a plan, a folder")
+      ->option_text("OUT")
+      ->required();
+  command->add_option("--frames", arguments->frames, "Stop after this number of frames; with a plan, of each condition")
+      ->option_text("N")
+      ->check(whole_number(1, 1000000000));
+  command->add_option("--for", arguments->duration, "Stop after this time, e.g. '30 s'; default: until Ctrl-C")
+      ->option_text("TIME");
+  command->add_option("--comment", arguments->comment, "Kept in the capture")->option_text("TEXT");
+  command->add_flag("--force", arguments->force, "Replace an existing capture");
+  add_plan(*command, *arguments);
+  command->callback([arguments, &common] {
+    common.command = [arguments, &common] {
+      arguments->quiet = common.quiet;
+      arguments->plugin_folders = common.plugin_folders;
+      return run_module("record", arguments.get());
+    };
+  });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,213 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/record.hpp"
+#include "cli/watch.hpp"
+#include "config/diagnostics.hpp"
+#include "config/quantity.hpp"
+#include "io/captures/capture.hpp"
+#include "io/captures/repair.hpp"
+#include "io/output_file.hpp"
+#include "recording/guide.hpp"
+
+#include <fmt/format.h>
+
+#include <poll.h>
+#include <unistd.h>
+#include <optional>
+
+namespace tofgraph::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A quantity of an option, which must be positive. @throws config::ConfigurationError
+double positive(const char* option, const std::string& text, const char* unit, const char* example) {
+  const config::Quantity quantity = config::parse_quantity(text, unit);
+  if (quantity.ok() && quantity.value > 0) return quantity.value;
+  throw config::ConfigurationError(fmt::format("{}: error: '{}' {}\n         example: {} '{}'", option, text,
+                                               quantity.ok() ? "must be greater than 0" : quantity.problem, option,
+                                               example));
+}
+
+graph::GraphOptions graph_options(const RecordArguments& arguments) {
+  graph::GraphOptions options;
+  options.plugin_folders = arguments.plugin_folders;
+  options.overwrite = arguments.force;
+  if (!arguments.quiet)
+    options.message = [](const std::string& node, const std::string& text, bool warning) {
+      say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
+    };
+  return options;
+}
+
+/// What the capture itself says of the frames in it, or what is left of it.
+struct Written {
+  fs::path file;
+  std::size_t frames = 0, missing = 0;
+  double seconds = 0;  ///< from the first to the last frame, where they have time stamps
+};
+
+std::optional<Written> written_to(const fs::path& capture) {
+  std::error_code error;
+  Written written{capture};
+  if (!fs::exists(capture, error)) written.file += ".part";
+  if (!fs::exists(written.file, error)) return std::nullopt;
+  try {
+    const io::CaptureReader reader(written.file);
+    written.frames = reader.frames();
+    for (std::size_t i = 1; i < written.frames; ++i)
+      written.missing += io::frames_between(reader.metadata(i - 1).device_number, reader.metadata(i).device_number);
+    if ((reader.known(0, written.frames - 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0)
+      written.seconds =
+          static_cast<double>(reader.metadata(written.frames - 1).timestamp_ns - reader.metadata(0).timestamp_ns) *
+          1e-9;
+  } catch (const std::exception&) {  // no frame was complete
+    return std::nullopt;
+  }
+  return written;
+}
+
+/// In words on standard error. @returns the frames that arrived and are not in the capture
+std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, bool quiet) {
+  const std::uint64_t arrived = result.nodes.front().frames, kept = written ? written->frames : 0;
+  const std::uint64_t lost = arrived > kept ? arrived - kept : 0;
+  if (quiet) return lost;
+  if (written) {
+    const double rate = written->seconds > 0 ? static_cast<double>(kept - 1) / written->seconds : 0;
+    say(fmt::format(
+        "{}: {}{}", written->file.string(), config::counted(kept, "frame"),
+        rate > 0 ? fmt::format(" in {}, {:.1f} frames/s", config::format_quantity(written->seconds, "s"), rate) : ""));
+    if (written->missing != 0)
+      say(fmt::format("  {} missing between them, by the camera's counter ('tofgraph info' shows where)",
+                      config::counted(written->missing, "frame")));
+  }
+  if (result.dropped != 0)
+    say(fmt::format("  {} dropped, as the disk was too slow", config::counted(result.dropped, "frame")));
+  if (lost > result.dropped)
+    say(fmt::format("  {} from the camera {} not in it", config::counted(lost - result.dropped, "frame"),
+                    lost - result.dropped == 1 ? "is" : "are"));
+  return lost;
+}
+
+int record_capture(const RecordArguments& arguments) {
+  const double most = arguments.duration.empty() ? std::numeric_limits<double>::infinity()
+                                                 : positive("--for", arguments.duration, "s", "30 s");
+  const auto graph =
+      recording::recording_graph(arguments.camera, arguments.out, arguments.comment, graph_options(arguments));
+  graph::RunOptions options;
+  if (arguments.frames != 0) options.frames = arguments.frames;
+  graph::Runner runner(*graph, options);
+  handle_signals();
+  graph::RunResult result;
+  {
+    const Watch watch(runner, arguments.quiet, most);
+    result = runner.run();
+  }
+  const auto written = written_to(arguments.out);
+  const bool unknown = !written && !result.error.empty();  // the error says how many were written
+  const std::uint64_t lost = unknown ? 0 : report(result, written, arguments.quiet);
+  if (!result.error.empty()) {
+    say("error: " + result.error);
+    const fs::path part = io::CaptureWriter::part_of(arguments.out);
+    std::error_code error;
+    if (fs::exists(part, error)) say(fmt::format("         tofgraph repair {} makes a capture of it", part.string()));
+    return 1;
+  }
+  if (lost != 0) {
+    say(fmt::format("error: {} that came from the camera {} not in the recording", config::counted(lost, "frame"),
+                    lost == 1 ? "is" : "are"));
+    return 1;
+  }
+  if (signals != 0) {
+    say("interrupted: the frames up to here are complete");
+    return 130;
+  }
+  return written ? 0 : 1;
+}
+
+/// Lines from standard input; an interrupt ends the waiting.
+class Answers {
+ public:
+  std::optional<std::string> line() {
+    for (;;) {
+      if (const auto end = text_.find('\n'); end != std::string::npos) {
+        std::string line = text_.substr(0, end);
+        text_.erase(0, end + 1);
+        return line;
+      }
+      pollfd input{STDIN_FILENO, POLLIN, 0};
+      const int ready = poll(&input, 1, 100);
+      if (signals != 0) throw recording::Interrupted();
+      if (ready <= 0) continue;
+      char part[256];
+      const ssize_t size = read(STDIN_FILENO, part, sizeof part);
+      if (size == 0 || (size < 0 && errno != EINTR)) return std::nullopt;
+      if (size > 0) text_.append(part, static_cast<std::size_t>(size));
+    }
+  }
+
+ private:
+  std::string text_;
+};
+
+recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers) {
+  recording::GuideOptions options;
+  options.camera = arguments.camera;
+  if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube")) {
+    const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
+    std::error_code error;
+    options.camera.profile = fs::is_regular_file(beside, error) ? beside.string() : plan.campaign.camera_name;
+  }
+  options.graph = graph_options(arguments);
+  options.frames = arguments.frames;
+  options.still = arguments.still;
+  if (!arguments.tolerance.empty()) options.tolerance = positive("--tolerance", arguments.tolerance, "m", "250 mm");
+  options.run = [](graph::Runner& runner) {
+    const Watch watch(runner, true);
+    graph::RunResult result = runner.run();
+    if (signals != 0) throw recording::Interrupted();
+    return result;
+  };
+  options.read_line = [&answers] { return answers.line(); };
+  options.say = [](const std::string& text) { say(text); };
+  options.wait = [] {
+    for (int i = 0; i < 10 && signals == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (signals != 0) throw recording::Interrupted();
+  };
+  return options;
+}
+
+int record_plan(const RecordArguments& arguments) {
+  if (!arguments.duration.empty())
+    throw config::ConfigurationError("--for: error: a plan is recorded by frames\n         example: --frames 20");
+  const recording::Plan plan = recording::read_plan(arguments.plan);
+  if (const std::string problem = io::write_error(arguments.out / "campaign.yaml"); !problem.empty())
+    throw config::ConfigurationError("--out: error: " + problem);
+  Answers answers;
+  const recording::GuideOptions options = guide_options(arguments, plan, answers);
+  recording::CampaignFolder folder(plan, arguments.out);
+  handle_signals();
+  recording::Outcome outcome = recording::Outcome::stopped;
+  try {
+    outcome = recording::Guide(plan, folder, options).run();
+  } catch (const recording::Interrupted&) {
+  }
+  const std::size_t all = plan.campaign.conditions.size();
+  say(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
+                  folder.campaign_file().string()));
+  if (outcome == recording::Outcome::complete) return 0;
+  say("the same command goes on with those that are not recorded");
+  return outcome == recording::Outcome::stopped ? 130 : 1;
+}
+
+}  // namespace
+
+int record(const RecordArguments& arguments) {
+  return arguments.plan.empty() ? record_capture(arguments) : record_plan(arguments);
+}
+
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::record(*static_cast<const tofgraph::cli::RecordArguments*>(arguments));
+}

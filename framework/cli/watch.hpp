@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Interrupts, and what a terminal shows of a run.
+#pragma once
+
+#include "cli/progress.hpp"
+#include "graph/runner.hpp"
+#include "graph/running_call.hpp"
+
+#include <fmt/format.h>
+
+#include <unistd.h>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <limits>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace tofgraph::cli {
+
+/// Set in a signal handler, read in another thread.
+inline std::atomic<int> signals = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
+
+inline void on_signal(int) {
+  if (signals != 0) _exit(130);  // the second one does not wait
+  signals = 1;
+}
+
+/// From now on an interrupt is counted; what waits in a system call is woken.
+inline void handle_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress.
+class Watch {
+ public:
+  /// @param most s after the first frame at which the run is ended in order
+  Watch(graph::Runner& runner, bool quiet, double most = std::numeric_limits<double>::infinity())
+      : runner_(runner), most_(most), progress_(quiet), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
+
+ private:
+  void watch(const std::stop_token& stop) {
+    bool passed_on = false, told = false;
+    double interrupted_at = 0;
+    while (!stop.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      const double seconds = elapsed();
+      if (signals != 0 && !passed_on) {
+        passed_on = true;
+        interrupted_at = seconds;
+        runner_.stop();
+      }
+      if (!first_frame_at_ && runner_.frames_done() != 0) first_frame_at_ = seconds;
+      if (!time_is_up_ && first_frame_at_ && seconds - *first_frame_at_ >= most_) {
+        time_is_up_ = true;
+        runner_.stop();
+      }
+      if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
+      show();
+    }
+    show();
+    progress_.finish();
+  }
+
+  /// @returns whether there was one
+  static bool tell_whom_it_waits_for() {
+    const std::vector<std::string> calls = graph::calls_longer_than(patience);
+    for (const std::string& call : calls) say("still waiting: " + call);
+    if (!calls.empty()) say("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
+    return !calls.empty();
+  }
+
+  void show() {
+    const std::uint64_t frames = runner_.frames_done(), expected = runner_.frames_expected();
+    std::optional<double> share;
+    if (expected != 0)
+      share = static_cast<double>(frames) / static_cast<double>(expected);
+    else if (first_frame_at_ && std::isfinite(most_))
+      share = std::min((elapsed() - *first_frame_at_) / most_, 1.0);
+    std::string text = expected != 0 ? fmt::format("{} of {}", frames, config::counted(expected, "frame"))
+                                     : config::counted(frames, "frame");
+    text += fmt::format(", {:.1f} frames/s", static_cast<double>(frames) / elapsed());
+    if (runner_.frames_dropped() != 0) text += fmt::format(", {} dropped", runner_.frames_dropped());
+    progress_.show(share, text);
+  }
+
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  using Clock = std::chrono::steady_clock;
+  static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
+  graph::Runner& runner_;
+  double most_;  // s
+  Progress progress_;
+  Clock::time_point start_ = Clock::now();
+  std::optional<double> first_frame_at_;  // s
+  bool time_is_up_ = false;
+  std::jthread thread_;
+};
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/captures/queued_capture.hpp"
+
+#include "config/say.hpp"
+
+#include <tofgraph/array.hpp>
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace tofgraph::io {
+namespace {
+
+/// Of a view without gaps; others are refused when they are written.
+std::size_t bytes_of(const tofgraph_view& view) {
+  std::size_t bytes = view.data != nullptr ? element_size(view.type) : 0;
+  for (std::uint32_t i = 0; i < view.rank; ++i) bytes *= view.extent[i];
+  return bytes;
+}
+
+}  // namespace
+
+QueuedCapture::QueuedCapture(std::unique_ptr<CaptureWriter> writer, std::size_t max_bytes)
+    : writer_(std::move(writer)), max_bytes_(max_bytes), thread_([this] { write_all(); }) {}
+
+QueuedCapture::~QueuedCapture() { drain(); }
+
+void QueuedCapture::drain() {
+  {
+    const std::scoped_lock lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void QueuedCapture::write_all() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return ending_ || !queue_.empty(); });
+    if (queue_.empty() || !write_one(lock)) return;
+  }
+}
+
+/// @returns false after a failure: what waits then is lost
+bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
+  Waiting frame = std::move(queue_.front());
+  queue_.pop_front();
+  lock.unlock();
+  std::string problem;
+  try {
+    writer_->append(frame.metadata, frame.views);
+  } catch (const std::exception& thrown) {
+    problem = thrown.what();
+  }
+  lock.lock();
+  if (!problem.empty()) {
+    error_ = problem;
+  } else {
+    bytes_ -= frame.bytes;
+    spare_.push_back(std::move(frame));
+  }
+  changed_.notify_all();
+  return problem.empty();
+}
+
+QueuedCapture::Waiting QueuedCapture::copy_of(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views) {
+  Waiting frame;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!spare_.empty()) {
+      frame = std::move(spare_.back());
+      spare_.pop_back();
+    }
+  }
+  frame.metadata = metadata;
+  frame.views.assign(views.begin(), views.end());
+  frame.data.resize(views.size());
+  frame.bytes = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::size_t bytes = bytes_of(views[i]);
+    frame.data[i].resize(bytes);
+    if (bytes != 0) std::memcpy(frame.data[i].data(), views[i].data, bytes);
+    if (views[i].data != nullptr) frame.views[i].data = frame.data[i].data();
+    frame.bytes += bytes;
+  }
+  return frame;
+}
+
+void QueuedCapture::append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views) {
+  Waiting frame = copy_of(metadata, views);
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return error_ || bytes_ == 0 || bytes_ + frame.bytes <= max_bytes_; });
+    if (error_) fail(1);
+    bytes_ += frame.bytes;
+    ++taken_;
+    queue_.push_back(std::move(frame));
+  }
+  changed_.notify_all();
+}
+
+void QueuedCapture::finish(const std::string& provenance) {
+  drain();
+  if (error_) fail(0);
+  writer_->finish(provenance);
+}
+
+void QueuedCapture::fail(std::size_t one_more) const {
+  const std::size_t written = writer_->frames(), lost = taken_ + one_more - written;
+  throw std::runtime_error(fmt::format("{}\n         {} written and can be read, {} could not be written", *error_,
+                                       config::counted(written, "frame") + (written == 1 ? " is" : " are"),
+                                       config::counted(lost, "frame")));
+}
+
+}  // namespace tofgraph::io

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a killed recorder left, as a capture.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+
+namespace tofgraph::io {
+
+struct Repaired {
+  std::size_t frames = 0;
+  std::size_t missing = 0;  ///< numbers that the frames' counter left out
+};
+
+/// Copies every complete frame of a recording that was cut off into a capture, which appears whole or not at all and is
+/// plain HDF5. The recording stays as it is.
+/// @param part what is left, FILE.h5.part, or any capture @param file the capture to be written
+/// @param frame_done called with the number of frames done and of all; may be empty
+/// @throws std::runtime_error naming the file: nothing can be read, or the capture cannot be written
+Repaired repair_capture(const std::filesystem::path& part, const std::filesystem::path& file, bool overwrite,
+                        const std::function<void(std::size_t, std::size_t)>& frame_done = {});
+
+/// Frames that are missing between two of a capture, by their counter. A counter that went back tells nothing: 0.
+std::size_t frames_between(std::uint64_t before, std::uint64_t after);
+
+}  // namespace tofgraph::io

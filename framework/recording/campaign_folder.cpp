@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/campaign_folder.hpp"
+
+#include "config/say.hpp"
+#include "io/captures/capture.hpp"
+#include "io/output_file.hpp"
+#include "io/profile.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <ctime>
+#include <stdexcept>
+#include <vector>
+
+namespace tofgraph::recording {
+namespace fs = std::filesystem;
+namespace {
+
+/// As a file's name: what is neither letter, digit, point nor dash becomes _.
+std::string file_name(std::string id) {
+  for (char& c : id) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '-';
+    if (!plain) c = '_';
+  }
+  return id.starts_with('.') ? "_" + id : id;
+}
+
+double mean(const io::CaptureReader& reader, std::uint64_t bit, double tofgraph_metadata::*value) {
+  const std::size_t frames = reader.frames();
+  if ((reader.known(0, frames - 1) & bit) == 0) return io::unknown;
+  double sum = 0;
+  for (std::size_t i = 0; i < frames; ++i) sum += reader.metadata(i).*value;
+  return sum / static_cast<double>(frames);
+}
+
+/// `2026-11-22T15:11:58Z`; nothing for a time that is not known.
+std::string utc(std::int64_t nanoseconds) {
+  if (nanoseconds <= 0) return {};
+  const auto seconds = static_cast<std::time_t>(nanoseconds / 1'000'000'000);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
+/// Held as long as the recorder lives, and given back by the system when it is killed.
+int lock_folder(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) throw std::runtime_error(folder.string() + " cannot be opened");
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(descriptor);
+    throw std::runtime_error(fmt::format("{}: another recorder is at work in this folder", folder.string()));
+  }
+  return descriptor;
+}
+
+/// How the plan's camera is called in a file of this folder: a name stays, a path becomes relative to it.
+std::string camera_name_in(const Plan& plan, const fs::path& folder) {
+  const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
+  std::error_code error;
+  return fs::is_regular_file(beside, error)
+             ? fs::proximate(fs::weakly_canonical(beside), fs::weakly_canonical(folder)).generic_string()
+             : plan.campaign.camera_name;
+}
+
+}  // namespace
+
+CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder) : plan_(plan), folder_(std::move(folder)) {
+  fs::create_directories(folder_ / "captures");
+  lock_ = lock_folder(folder_);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < plan_.campaign.conditions.size(); ++i) {
+    names.push_back(capture_of(i).string());
+    if (std::ranges::count(names, names.back()) > 1)
+      throw std::runtime_error(fmt::format("the conditions '{}' and another one would have the same file: {}",
+                                           plan_.campaign.conditions[i].id, names.back()));
+    static_cast<void>(prepare_recording(i));
+    std::error_code error;
+    if (fs::exists(names.back(), error)) captures_[i] = facts_of(i);
+  }
+  if (!captures_.empty()) write();
+}
+
+CampaignFolder::~CampaignFolder() {
+  if (lock_ >= 0) ::close(lock_);
+}
+
+fs::path CampaignFolder::capture_of(std::size_t condition) const {
+  return folder_ / "captures" / (file_name(plan_.campaign.conditions[condition].id) + ".h5");
+}
+
+fs::path CampaignFolder::prepare_recording(std::size_t condition) const {
+  fs::path file = capture_of(condition);
+  file.replace_extension(".recording.h5");
+  for (const fs::path& left : {file, io::CaptureWriter::part_of(file)}) {
+    if (fs::remove(left))
+      config::say(fmt::format("{}: the recording of '{}' was not finished: it is removed, and recorded again",
+                              left.string(), plan_.campaign.conditions[condition].id));
+  }
+  return file;
+}
+
+CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
+  const fs::path file = capture_of(condition);
+  const io::CaptureReader reader(file);
+  const std::string wanted = condition_text(plan_.campaign.conditions[condition]);
+  if (reader.header().comment != wanted)
+    throw std::runtime_error(
+        fmt::format("{}: was not recorded by this plan: it is of '{}', planned is '{}'; choose "
+                    "another folder, or move the capture away",
+                    file.string(), reader.header().comment, wanted));
+  Facts facts{};
+  facts.start_ns = reader.metadata(0).timestamp_ns;
+  facts.temperature = mean(reader, TOFGRAPH_KNOWS_TEMPERATURE, &tofgraph_metadata::temperature);
+  facts.time_since_power_on = mean(reader, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON, &tofgraph_metadata::time_since_power_on);
+  facts.integration_time = reader.metadata(0).integration_time;
+  return facts;
+}
+
+void CampaignFolder::keep(std::size_t condition) {
+  fs::path recording = capture_of(condition);
+  recording.replace_extension(".recording.h5");
+  fs::rename(recording, capture_of(condition));
+  captures_[condition] = facts_of(condition);
+  write();
+}
+
+void CampaignFolder::write() const {
+  io::Campaign campaign = plan_.campaign;
+  campaign.camera_name = camera_name_in(plan_, folder_);
+  campaign.conditions.clear();
+  std::vector<std::int64_t> starts;
+  for (const auto& [index, facts] : captures_) starts.push_back(facts.start_ns);
+  std::ranges::sort(starts);
+  for (const auto& [index, facts] : captures_) {
+    io::Condition condition = plan_.campaign.conditions[index];
+    condition.capture = capture_of(index);
+    condition.frames.reset();
+    condition.order = static_cast<std::uint64_t>(std::ranges::lower_bound(starts, facts.start_ns) - starts.begin());
+    condition.recorded_at = utc(facts.start_ns);
+    if (!std::isnan(facts.integration_time)) condition.integration_time = facts.integration_time;
+    if (!std::isnan(facts.temperature)) condition.temperature = facts.temperature;
+    if (!std::isnan(facts.time_since_power_on)) condition.time_since_power_on = facts.time_since_power_on;
+    if (!plan_.scenes[index].empty()) {
+      condition.scene = folder_ / "scenes" / (capture_of(index).stem().string() + ".yaml");
+      io::write_file(condition.scene, plan_.scenes[index] + "\n");
+    }
+    campaign.conditions.push_back(std::move(condition));
+  }
+  io::write_campaign(campaign, campaign_file());
+}
+
+}  // namespace tofgraph::recording

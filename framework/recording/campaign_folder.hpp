@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The folder that a plan is recorded into. Its state is the captures in it, nothing else: whoever stops or kills
+/// the recorder loses nothing that has its name, and finds nothing twice.
+#pragma once
+
+#include "recording/plan.hpp"
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace tofgraph::recording {
+
+class CampaignFolder {
+ public:
+  /// Makes the folder and looks which conditions are recorded; removes what an interrupted recording of one left.
+  /// @throws std::runtime_error another recorder is at work in it, or its captures are of another plan
+  CampaignFolder(const Plan& plan, std::filesystem::path folder);
+  ~CampaignFolder();
+  CampaignFolder(const CampaignFolder&) = delete;
+  CampaignFolder& operator=(const CampaignFolder&) = delete;
+
+  bool recorded(std::size_t condition) const { return captures_.contains(condition); }
+  std::size_t recorded_count() const { return captures_.size(); }
+  /// Where a condition is recorded to, until keep(): no file is there.
+  std::filesystem::path prepare_recording(std::size_t condition) const;
+  /// What lies there is a whole recording of the condition: it gets its name, and campaign.yaml is written anew.
+  void keep(std::size_t condition);
+  /// campaign.yaml of all that is recorded, with order, temperatures, times since power on.
+  void write() const;
+  std::filesystem::path campaign_file() const { return folder_ / "campaign.yaml"; }
+
+ private:
+  struct Facts {
+    std::int64_t start_ns = 0;
+    double temperature, time_since_power_on, integration_time;  ///< K, s, s; NaN: not known
+  };
+  std::filesystem::path capture_of(std::size_t condition) const;
+  Facts facts_of(std::size_t condition) const;
+
+  const Plan& plan_;
+  std::filesystem::path folder_;
+  int lock_ = -1;
+  std::map<std::size_t, Facts> captures_;  ///< of the conditions that are recorded
+};
+
+}  // namespace tofgraph::recording

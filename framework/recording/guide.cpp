@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/guide.hpp"
+
+#include "config/say.hpp"
+#include "io/captures/capture.hpp"
+#include "io/captures/repair.hpp"
+
+#include <tofgraph/physics/constants.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace tofgraph::recording {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int attempts = 3;            // at a recording in which frames are missing
+constexpr double still_limit = 0.004;  // m, between two looks at a board that stands
+constexpr double mostly = 0.5;         // share of saturated pixels
+
+constexpr const char* answers =
+    "Enter looks and records; 'look' only looks, 'record' records whatever is seen, 'skip' leaves it out for now, "
+    "'quit' "
+    "stops";
+
+/// A simulated camera before the scene that is the plan is set up by the plan itself.
+bool plays_the_plan(const CameraRequest& camera, const Plan& plan) {
+  constexpr std::string_view kind = "simulated:";
+  std::error_code error;
+  return camera.spec.starts_with(kind) && fs::equivalent(camera.spec.substr(kind.size()), plan.file, error);
+}
+
+}  // namespace
+
+Guide::Guide(const Plan& plan, CampaignFolder& folder, GuideOptions options)
+    : plan_(plan), folder_(folder), options_(std::move(options)) {
+  const double frequency = plan.campaign.camera->view().modulation_frequency;
+  unambiguous_range_ = frequency > 0 ? physics::speed_of_light / (2 * frequency) : io::unknown;
+}
+
+CameraRequest Guide::camera_for(std::size_t index) const {
+  CameraRequest camera = options_.camera;
+  camera.integration_time = plan_.campaign.conditions[index].integration_time;
+  if (plays_the_plan(camera, plan_)) camera.settings.push_back(fmt::format("condition={}", index));
+  return camera;
+}
+
+Outcome Guide::run() {
+  const std::size_t all = plan_.campaign.conditions.size();
+  options_.say(fmt::format("{} of {} recorded so far; {} of each", folder_.recorded_count(),
+                           config::counted(all, "condition"), config::counted(frames(), "frame")));
+  for (std::size_t i = 0; i < all; ++i) {
+    if (folder_.recorded(i)) continue;
+    options_.say(fmt::format("[{} of {}] {}", i + 1, all, condition_text(plan_.campaign.conditions[i])));
+    const Answer answer = set_up(i);
+    if (answer == Answer::stop) return Outcome::stopped;
+    if (answer == Answer::record) record(i);
+  }
+  return folder_.recorded_count() == all ? Outcome::complete : Outcome::skipped;
+}
+
+/// Nothing to be done where only the camera's settings change.
+Guide::Answer Guide::set_up(std::size_t index) {
+  const std::string wanted = setup_text(plan_.campaign.conditions[index]);
+  if (standing_ == wanted || plays_the_plan(options_.camera, plan_)) {
+    const Seen seen = look_at(index);
+    options_.say("  " + seen.text());
+    const std::string wrong = wrong_with(seen, index);
+    if (wrong.empty()) return Answer::record;
+    options_.say("  " + wrong);
+  }
+  standing_.reset();
+  options_.say("  set up: " + wanted);
+  const Answer answer = options_.still ? wait_until_still(index) : ask(index);
+  if (answer == Answer::record) standing_ = wanted;
+  return answer;
+}
+
+Guide::Answer Guide::ask(std::size_t index) {
+  options_.say(fmt::format("  {}", answers));
+  for (;;) {
+    const auto line = options_.read_line();
+    if (!line || *line == "quit") return Answer::stop;
+    if (*line == "skip") return Answer::skip;
+    if (!line->empty() && *line != "look" && *line != "record") {
+      options_.say(fmt::format("  '{}' is not an answer: {}", *line, answers));
+      continue;
+    }
+    const Seen seen = look_at(index);
+    options_.say("  " + seen.text());
+    const std::string wrong = wrong_with(seen, index);
+    if (!wrong.empty())
+      options_.say(fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
+    const bool go = *line == "record" || (line->empty() && wrong.empty());
+    if (!go) continue;
+    if (wrong.empty()) before_ = Reference{plan_.campaign.conditions[index].board_distance, seen.distance};
+    return Answer::record;
+  }
+}
+
+/// What is wrong is said when it changes, not at every look.
+Guide::Answer Guide::wait_until_still(std::size_t index) {
+  const double planned = plan_.campaign.conditions[index].board_distance;
+  if (std::isnan(planned) || (before_ && before_->planned == planned)) return ask(index);  // nobody sees such a change
+  options_.say("  it is recorded as soon as it stands still there");
+  double last = io::unknown;
+  std::string said;
+  for (;;) {
+    const Seen seen = look_at(index);
+    std::string wrong = wrong_with(seen, index);
+    if (wrong.empty() && std::abs(seen.distance - last) <= still_limit) {
+      options_.say("  " + seen.text());
+      before_ = Reference{planned, seen.distance};
+      return Answer::record;
+    }
+    if (wrong != said && !wrong.empty()) options_.say("  " + wrong);
+    said = std::move(wrong);
+    last = seen.distance;
+    options_.wait();
+  }
+}
+
+/// Where the planned time saturates the image, as some plans want it, the distance is seen with a shorter one.
+Seen Guide::look_at(std::size_t index) const {
+  graph::GraphOptions quiet = options_.graph;
+  quiet.message = nullptr;
+  CameraRequest camera = camera_for(index);
+  Seen seen = look(camera, quiet, options_.run);
+  const double shortest = std::max(plan_.campaign.camera->view().integration_time[0], 1e-6);
+  while (std::isnan(seen.distance) && seen.saturated > mostly && camera.integration_time > shortest) {
+    camera.integration_time = std::max(shortest, std::round(camera.integration_time / 4 * 1e6) * 1e-6);
+    const Seen shorter = look(camera, quiet, options_.run);
+    seen.distance = shorter.distance;
+    if (shorter.saturated <= mostly) break;
+  }
+  return seen;
+}
+
+std::string Guide::wrong_with(const Seen& seen, std::size_t index) const {
+  return contradiction(seen, plan_.campaign.conditions[index].board_distance, before_, options_.tolerance,
+                       unambiguous_range_);
+}
+
+void Guide::record(std::size_t index) {
+  for (int attempt = 1;; ++attempt) {
+    const std::string problem = record_once(index);
+    if (problem.empty()) break;
+    if (attempt == attempts)
+      throw std::runtime_error(fmt::format("{}: {}", plan_.campaign.conditions[index].id, problem));
+    options_.say(fmt::format("  {}: recorded again", problem));
+  }
+  folder_.keep(index);
+  options_.say(fmt::format("  recorded {}", config::counted(frames(), "frame")));
+}
+
+/// @returns why the recording is not whole, or nothing
+std::string Guide::record_once(std::size_t index) const {
+  const fs::path file = folder_.prepare_recording(index);
+  graph::GraphOptions quiet = options_.graph;
+  quiet.message = [this](const std::string& node, const std::string& text, bool warning) {
+    if (warning) options_.say(fmt::format("  {}: warning: {}", node, text));
+  };
+  const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]), quiet);
+  graph::RunOptions run_options;
+  run_options.frames = frames();
+  graph::Runner runner(*graph, run_options);
+  const graph::RunResult result = options_.run(runner);
+  if (!result.error.empty()) throw std::runtime_error(result.error);
+  const io::CaptureReader reader(file);
+  std::size_t missing = 0;
+  for (std::size_t i = 1; i < reader.frames(); ++i)
+    missing += io::frames_between(reader.metadata(i - 1).device_number, reader.metadata(i).device_number);
+  if (reader.frames() == frames() && missing == 0) return {};
+  const std::size_t lost = std::max<std::size_t>(missing, frames() - reader.frames());
+  return fmt::format("{} missing", config::counted(lost, "frame"));
+}
+
+}  // namespace tofgraph::recording

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "recording/look.hpp"
+
+#include "config/quantity.hpp"
+#include "graph/frame.hpp"
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <stdexcept>
+#include <vector>
+
+namespace tofgraph::recording {
+namespace {
+
+constexpr std::uint64_t frames_of_a_look = 5;
+constexpr std::size_t half_window = 10;   // px
+constexpr double min_change_seen = 0.03;  // m, by which a distance's offset may differ between two boards
+constexpr double share_of_change = 0.5;   // of a planned change, that must be seen
+
+double median(std::vector<float>& values) {
+  if (values.empty()) return io::unknown;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Collects the middles of frames; called from the threads of a run.
+class Middle {
+ public:
+  void add(const tofgraph_frame& frame) {
+    const std::scoped_lock lock(mutex_);
+    collect(frame, "depth", depth_);
+    collect(frame, "amplitude", amplitude_);
+    const tofgraph_frame::Channel* channel = frame.find("flags");
+    if (channel == nullptr) return;
+    for (const std::uint16_t flags : Array<const std::uint16_t>(graph::view_of(*channel)).span()) {
+      ++pixels_;
+      if ((flags & flag::saturated) != 0) ++saturated_;
+    }
+  }
+  Seen seen() {
+    const double share = pixels_ == 0 ? 0 : static_cast<double>(saturated_) / static_cast<double>(pixels_);
+    return {median(depth_), median(amplitude_), share};
+  }
+
+ private:
+  static void collect(const tofgraph_frame& frame, const char* name, std::vector<float>& values) {
+    const tofgraph_frame::Channel* channel = frame.find(name);
+    if (channel == nullptr) return;
+    const Array<const float> image(graph::view_of(*channel));
+    const auto window = [](std::size_t size) {
+      const std::size_t half = std::min(half_window, (size - 1) / 2);
+      return std::pair{size / 2 - half, size / 2 + half};
+    };
+    const auto [top, bottom] = window(image.rows());
+    const auto [left, right] = window(image.columns());
+    for (std::size_t row = top; row <= bottom && row < image.rows(); ++row) {
+      for (std::size_t column = left; column <= right && column < image.columns(); ++column)
+        if (const float value = image(row, column); std::isfinite(value)) values.push_back(value);
+    }
+  }
+
+  std::mutex mutex_;
+  std::vector<float> depth_, amplitude_;
+  std::size_t pixels_ = 0, saturated_ = 0;
+};
+
+std::string difference_text(double difference) {
+  return fmt::format("{} too {}", config::format_quantity(std::round(std::abs(difference) * 1e3) * 1e-3, "m"),
+                     difference > 0 ? "far" : "near");
+}
+
+}  // namespace
+
+std::string Seen::text() const {
+  const std::string where =
+      std::isnan(distance) ? "no distance in the middle" : fmt::format("distance {:.0f} mm", distance * 1e3);
+  return fmt::format("{}, amplitude {:.0f} counts, {:.1f} % saturated", where, std::isnan(amplitude) ? 0 : amplitude,
+                     saturated * 100);
+}
+
+Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const Run& run) {
+  const auto graph = looking_graph(camera, options);
+  Middle middle;
+  graph::RunOptions run_options;
+  run_options.frames = frames_of_a_look;
+  run_options.receivers[depth_node_name] = [&](tofgraph_frame& frame) { middle.add(frame); };
+  graph::Runner runner(*graph, run_options);
+  const graph::RunResult result = run(runner);
+  if (!result.error.empty()) throw std::runtime_error(result.error);
+  return middle.seen();
+}
+
+std::string contradiction(const Seen& seen, double planned, const std::optional<Reference>& before, double tolerance,
+                          double unambiguous_range) {
+  if (std::isnan(planned)) return {};
+  if (std::isnan(seen.distance)) return "no distance can be seen in the middle of the image";
+  const auto wrapped = [&](double difference) {
+    return std::isnan(unambiguous_range) ? difference : std::remainder(difference, unambiguous_range);
+  };
+  const double difference = wrapped(seen.distance - planned);
+  if (std::abs(difference) > tolerance)
+    return fmt::format("the board is seen at {:.0f} mm, planned are {:.0f} mm: {}", seen.distance * 1e3, planned * 1e3,
+                       difference_text(difference));
+  if (!before || before->planned == planned) return {};
+  const double change = planned - before->planned;
+  const double unseen = wrapped(seen.distance - before->seen - change);
+  if (std::abs(unseen) <= std::max(min_change_seen, share_of_change * std::abs(change))) return {};
+  return fmt::format("the board has moved by {:.0f} mm, planned were {:.0f} mm: {}",
+                     (seen.distance - before->seen) * 1e3, change * 1e3, difference_text(unseen));
+}
+
+}  // namespace tofgraph::recording

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a camera sees just now, in numbers for whoever sets up a board.
+#pragma once
+
+#include "graph/runner.hpp"
+#include "io/condition.hpp"
+#include "recording/pipelines.hpp"
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace tofgraph::recording {
+
+/// Runs a graph to its end, and ends it where the user interrupts it. @throws Interrupted
+using Run = std::function<graph::RunResult(graph::Runner&)>;
+struct Interrupted {};
+
+struct Seen {
+  double distance = io::unknown;   ///< m, median depth of the image's middle (21 x 21 px) over the frames
+  double amplitude = io::unknown;  ///< counts, median of the middle
+  double saturated = 0;            ///< share of the image's pixels
+
+  std::string text() const;
+};
+
+/// Looks at some frames. @throws std::runtime_error what the camera fails with @throws config::ConfigurationError
+Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const Run& run);
+
+/// What was seen at a board whose distance the plan knows.
+struct Reference {
+  double planned = 0, seen = 0;  ///< m
+};
+
+/// Why the board cannot be where the plan wants it, or nothing.
+/// @param before the last board of the same campaign, whose offset is much the same: a board that was not moved shows
+///        although the camera is not calibrated
+/// @param tolerance m, by which an uncalibrated camera may be wrong @param unambiguous_range m; NaN: not known
+std::string contradiction(const Seen& seen, double planned, const std::optional<Reference>& before, double tolerance,
+                          double unambiguous_range);
+
+}  // namespace tofgraph::recording

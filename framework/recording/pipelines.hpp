@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The pipelines of a recorder: a live camera into a capture, and a look at what it sees.
+#pragma once
+
+#include "config/document.hpp"
+#include "graph/graph.hpp"
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::recording {
+
+/// Which camera, as on the command line.
+struct CameraRequest {
+  std::string spec;                   ///< camcube, camcube:usb, replay:FILE, simulated:SCENE.yaml
+  std::string profile;                ///< by name or path; empty: the camera's own
+  std::vector<std::string> settings;  ///< PARAMETER=VALUE of the camera, or capture.PARAMETER=VALUE
+  double integration_time = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN: that of the settings, or its own
+};
+
+/// Names of the nodes.
+inline constexpr const char *camera_node_name = "camera", *capture_node_name = "capture", *depth_node_name = "depth";
+
+/// camera -> capture_writer. @param comment is kept in the capture; may be empty
+/// @throws config::ConfigurationError with every mistake
+std::unique_ptr<graph::Graph> recording_graph(const CameraRequest& camera, const std::filesystem::path& capture,
+                                              const std::string& comment, const graph::GraphOptions& options);
+
+/// camera -> decoder -> distance model: the frames of `depth` have depth, amplitude and flags. Without the settings
+/// that are the capture's. @throws config::ConfigurationError
+std::unique_ptr<graph::Graph> looking_graph(const CameraRequest& camera, const graph::GraphOptions& options);
+
+}  // namespace tofgraph::recording

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What is to be recorded: a campaign whose captures are not there yet, or a scene with a sequence.
+#pragma once
+
+#include "io/campaign.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::recording {
+
+struct Plan {
+  std::filesystem::path file;
+  io::Campaign campaign;            ///< its captures are names only
+  std::vector<std::string> scenes;  ///< of each condition of a scene: its own, as YAML, where it is not just a board
+  std::uint64_t frames = 20;        ///< of each condition
+};
+
+/// @throws config::ConfigurationError with every mistake
+Plan read_plan(const std::filesystem::path& file);
+
+/// What a person has to set up for a condition: board, target, sources, room; not what the camera is told.
+std::string setup_text(const io::Condition& condition);
+
+/// The set-up and the integration time: what a capture of this condition is of.
+std::string condition_text(const io::Condition& condition);
+
+}  // namespace tofgraph::recording
