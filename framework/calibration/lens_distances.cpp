@@ -37,7 +37,7 @@ DistanceCheck check_distances(const LensSolution& corners, const LensSolution& j
                                unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gain);
   // Below, both covariances are the same but for rounding and linearisation; in units of the corners' variances.
-  constexpr double least = 0.01;
+  constexpr double least = 0.05;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double variance = eigen.eigenvalues()[i];
     if (!(variance > least)) continue;
