@@ -126,7 +126,7 @@ std::array<double, 3> uncertainty_of(const Intrinsics& result, double range) {
 void write_judgement(const Intrinsics& result, io::CalibrationWriter& writer) {
   const LensSolution& s = result.solution;
   writer.column("corner_sd", {{corner_sd(result)}, {}}, "px", 1);
-  writer.number("variance_factor", s.variance_factor, std::nan(""), "", 1);
+  writer.column("variance_factor", {{s.variance_factor}, {}}, "", 1);
   writer.column("reprojection", {{s.rms}, {}}, "px", 1);
   if (result.held_out.done)
     writer.column("held_out_views", {{result.held_out.rms, result.held_out.low, result.held_out.high}, {}}, "px", 1);
