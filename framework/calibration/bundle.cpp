@@ -18,6 +18,7 @@ constexpr double outlier_view = 6;     ///< mean square residual over that of th
 constexpr double outlier_corner = 30;  ///< squared residual over the variance: 5.5 standard deviations
 constexpr double tolerated = 0.1;      ///< px: what is smaller is not called an outlier, however exact the others are
 constexpr double undetermined = 0.05;  ///< relative standard deviation of the focal length
+constexpr double nearly_parallel = 0.985;  ///< cosine of a tilt of 10 deg
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -42,7 +43,7 @@ class Solver {
 
   LensSolution solve() {
     leave_outliers_out();
-    if (!problem_.solve(false, false, scatter_)) undetermined_error();
+    if (!problem_.solve(false, false, scatter_)) not_solved_error();
     update_corner_scatter();
     if (with_distances_) use_distances();
     problem_.update_residuals(with_distances_);
@@ -50,10 +51,28 @@ class Solver {
   }
 
  private:
-  [[noreturn]] static void undetermined_error() {
+  bool parallel() const {
+    return std::ranges::all_of(problem_.views,
+                               [](const SolvedView& v) { return std::abs(v.pose.rotation[8]) > nearly_parallel; });
+  }
+
+  [[noreturn]] void not_solved_error() const {
+    if (parallel()) undetermined_error(0);
     throw std::runtime_error(
-        "the focal length is not determined: the board is nearly parallel to the sensor in all views; tilt it by 20 to "
-        "40 deg about both axes in most of them");
+        "the fit of the lens did not converge: the corners do not tell all that is free; take more views, or free less "
+        "(--free, --without warp)");
+  }
+
+  /// @param sd relative, of the focal length; 0: not known
+  [[noreturn]] void undetermined_error(double sd) const {
+    if (parallel())
+      throw std::runtime_error(
+          "the focal length is not determined: the board is nearly parallel to the sensor in all views; tilt it by 20 "
+          "to 40 deg about both axes in most of them");
+    throw std::runtime_error(fmt::format(
+        "the focal length is not determined: its standard deviation would be {:.0f} %; take more views, the board "
+        "tilted by 20 to 40 deg about both axes in most of them",
+        100 * sd));
   }
 
   /// One view at a time, the worst, until all belong together; then single corners.
@@ -84,11 +103,15 @@ class Solver {
     const double typical = std::max(median(means), 1e-12);
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(means) - means.begin());
     const SolvedView& view = problem_.views[worst];
-    if (means[worst] < outlier_view * typical || view.rms < tolerated || problem_.views.size() <= min_views)
+    if (means[worst] < outlier_view * typical || view.rms < tolerated) return false;
+    const LeftOut outlier{view.view, fmt::format("its corners do not fit the others: residuals of {:.2f} px, {:.1f} "
+                                                 "times those of the other views",
+                                                 view.rms, std::sqrt(means[worst] / typical))};
+    if (problem_.views.size() <= min_views) {
+      kept_.push_back(outlier);
       return false;
-    left_out_.push_back({view.view, fmt::format("its corners do not fit the others: residuals of {:.2f} px, {:.1f} "
-                                                "times those of the other views",
-                                                view.rms, std::sqrt(means[worst] / typical))});
+    }
+    left_out_.push_back(outlier);
     problem_.leave_out(worst);
     return true;
   }
@@ -154,7 +177,7 @@ class Solver {
       scatter_.distances = std::max(std::sqrt(squares / std::max(count, 1.0)), 1e-6);
       scatter_.range_shift = std::max(std::sqrt(shifts / std::max(known, 0.5)), min_shift);
     }
-    if (!problem_.solve(false, true, scatter_)) undetermined_error();
+    if (!problem_.solve(false, true, scatter_)) not_solved_error();
   }
 
   LensSolution result() {
@@ -164,6 +187,7 @@ class Solver {
                           .range_scale = problem_.range[1],
                           .with_distances = with_distances_,
                           .left_out = left_out_,
+                          .doubtful = kept_,
                           .layout = problem_.layout(with_distances_),
                           .covariance = problem_.covariance(with_distances_, scatter_),
                           .variance_factor = scatter_.corners * scatter_.corners,
@@ -181,14 +205,14 @@ class Solver {
     solution.rms = std::sqrt(squares / count);
     const double focal = solution.lens[lens::fx];
     if (!(focal > 0) || !(solution.lens[lens::fy] > 0) || !(solution.sd(lens::fx) < undetermined * focal))
-      undetermined_error();
+      undetermined_error(solution.sd(lens::fx) / std::abs(focal));
     return solution;
   }
 
   const Observations& observations_;
   BundleProblem problem_;
   Scatter scatter_;
-  std::vector<LeftOut> left_out_;
+  std::vector<LeftOut> left_out_, kept_;
   double degrees_ = 0;
   bool with_distances_ = false;
 };

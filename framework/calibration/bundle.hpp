@@ -104,6 +104,7 @@ struct LensSolution {
   bool with_distances = false;
   std::vector<SolvedView> views;
   std::vector<LeftOut> left_out;
+  std::vector<LeftOut> doubtful;  ///< views that were kept, because without them too few would remain
   std::size_t corners_left_out = 0;
   Layout layout;
   Eigen::MatrixXd covariance;  ///< of all free parameters, with the scatter of the residuals
@@ -117,6 +118,8 @@ struct LensSolution {
 };
 
 inline constexpr std::size_t min_views = 4;
+/// What is known beforehand of the scale of distances, sd: the local slope of a cyclic error of 3 mm at 20 MHz.
+inline constexpr double range_scale_prior = 0.01;
 
 /// The quadratic warps of a board at a point: along x, along y, twist; each 1 at the edge and 0 in the centre. Constant
 /// and linear parts would be the pose's.

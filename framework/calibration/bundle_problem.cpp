@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/bundle_problem.hpp"
 
+#include <glog/logging.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
@@ -15,8 +16,16 @@ namespace {
 // Priors, standard deviations: wide, so that what the data do not tell stays bounded.
 constexpr double warp_prior = 5e-3;         ///< m
 constexpr double range_offset_prior = 1;    ///< m
-constexpr double range_scale_prior = 0.01;  ///< relative: the local slope of a cyclic error of 3 mm at 20 MHz
 constexpr double without_distances = 1e-3;  ///< m: any number; nothing depends on it
+
+/// What Ceres tells of single steps is not for the user, who hears what came of them.
+void silence_ceres() {
+  static const bool once = [] {
+    FLAGS_minloglevel = google::GLOG_FATAL;
+    return true;
+  }();
+  (void)once;
+}
 
 std::vector<int> held(const std::vector<std::size_t>& free, std::size_t count) {
   std::vector<int> constant;
@@ -40,6 +49,7 @@ std::array<double, 3> warp_basis(const Observations& observations, const BoardPo
 
 BundleProblem::BundleProblem(const Observations& observations, const LensOptions& options)
     : observations_(observations), options_(options) {
+  silence_ceres();
   for (const BoardPoint& p : observations.points) {
     points_.push_back({p.x, p.y, warp_basis(observations, p)});
     half_extent_[0] = std::max(half_extent_[0], std::abs(p.x));

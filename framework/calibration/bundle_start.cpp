@@ -51,6 +51,31 @@ double error_of(const Observations& observations, const LensParameters& lens) {
   return squares / count;
 }
 
+/// Whether a plane's image explains these points at all.
+bool has_homography(const Points& points) {
+  try {
+    std::vector<cv::Point2f> flat;
+    for (const cv::Point3f& p : points.board) flat.emplace_back(p.x, p.y);
+    return !cv::findHomography(flat, points.image).empty();
+  } catch (const cv::Exception&) {
+    return false;
+  }
+}
+
+/// The camera matrix by Zhang's closed form. @throws std::runtime_error naming the view that spoils it
+cv::Mat zhangs(const Observations& observations, const std::vector<std::vector<cv::Point3f>>& board,
+               const std::vector<std::vector<cv::Point2f>>& image) {
+  try {
+    return cv::initCameraMatrix2D(
+        board, image, cv::Size(static_cast<int>(observations.width), static_cast<int>(observations.height)), 1);
+  } catch (const cv::Exception& error) {
+    for (const View& view : observations.views)
+      if (!has_homography(points_of(observations, view)))
+        throw std::runtime_error("the corners of '" + view.id + "' are not those of a plane board");
+    throw std::runtime_error("no lens can be guessed from the corners: " + error.err);
+  }
+}
+
 }  // namespace
 
 bool initial_pose(const Observations& observations, const View& view, const LensParameters& p, Pose& pose) {
@@ -60,10 +85,10 @@ bool initial_pose(const Observations& observations, const View& view, const Lens
   cv::Mat turn, shift, rotation;
   try {
     if (!cv::solvePnP(points.board, points.image, matrix_of(p), distortion, turn, shift)) return false;
+    cv::Rodrigues(turn, rotation);
   } catch (const cv::Exception&) {
     return false;
   }
-  cv::Rodrigues(turn, rotation);
   for (int i = 0; i < 9; ++i) pose.rotation[static_cast<std::size_t>(i)] = rotation.at<double>(i / 3, i % 3);
   for (int i = 0; i < 3; ++i) pose.translation[static_cast<std::size_t>(i)] = shift.at<double>(i);
   return std::isfinite(shift.at<double>(2)) && shift.at<double>(2) > 0;
@@ -87,8 +112,7 @@ LensParameters initial_lens(const Observations& observations) {
     lens[lens::cy] = (height - 1) / 2;
     return lens;
   };
-  const cv::Mat zhang =
-      cv::initCameraMatrix2D(board, image, cv::Size(static_cast<int>(width), static_cast<int>(height)), 1);
+  const cv::Mat zhang = zhangs(observations, board, image);
   const double focal = zhang.at<double>(0, 0);
   if (std::isfinite(focal) && focal > 0.2 * width && focal < 50 * width) candidates.push_back(pinhole(focal));
   if (candidates.empty())

@@ -9,13 +9,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace tofgraph::calibration {
 namespace {
 
 constexpr double min_spacing = 4;       ///< px between corners: below, the two blurred edges of a square run together
 constexpr double min_crossing = 0.3;    ///< of the contrast, see crossing()
-constexpr double min_contrast = 4;      ///< over the noise of a pixel... of the mean of a quadrant it is far more
+constexpr double min_contrast = 1;      ///< half of bright minus dark over the noise of a pixel; a fit has dozens
 constexpr double max_roughness = 0.35;  ///< px, of the lattice beside a homography and a smooth distortion
 
 struct Lattice {
@@ -108,13 +109,15 @@ std::string problem_of(const Image& image, const Lattice& l, const std::vector<R
   for (std::size_t i = 0; i < refined.size(); ++i) {
     const bool turn = ((i % l.columns) + (i / l.columns)) % 2 == 1;
     const double contrast = (turn ? -1 : 1) * refined[i].contrast * (refined[0].contrast > 0 ? 1 : -1);
-    if (!(contrast > min_contrast * noise / 4)) return "the colours of its squares do not alternate clearly";
+    if (!(contrast > min_contrast * noise)) return "the colours of its squares do not alternate clearly";
     std::array<double, 4> means{};
     if (!quadrants(image, rough_of(l, i % l.columns, i / l.columns), means) || crossing(means) < min_crossing)
       return "a corner is not the crossing of two edges";
   }
-  if (const double rough = roughness(l);
-      rough > std::max(max_roughness, 6 * std::sqrt(refined[0].corner.covariance[0])))
+  double variance = 0;  // of the worst coordinate, for noise 1
+  for (const RefinedCorner& r : refined)
+    variance = std::max({variance, r.corner.covariance[0], r.corner.covariance[2]});
+  if (const double rough = roughness(l); rough > std::max(max_roughness, 6 * noise * std::sqrt(variance)))
     return fmt::format("the lattice is not smooth ({:.2f} px)", rough);
   for (const bool columns : {true, false})
     for (const bool at_end : {true, false})
@@ -240,13 +243,17 @@ bool looks_the_same_turned(const io::Pattern& p) {
 }
 
 BoardSearch find_board(const Image& image, const io::Pattern& pattern) {
-  switch (pattern.type) {
-    case io::Pattern::Type::chessboard:
-      return find_chessboard(image, pattern);
-    case io::Pattern::Type::charuco:
-      return find_charuco(image, pattern);
-    default:
-      return find_circles(image, pattern);
+  try {
+    switch (pattern.type) {
+      case io::Pattern::Type::chessboard:
+        return find_chessboard(image, pattern);
+      case io::Pattern::Type::charuco:
+        return find_charuco(image, pattern);
+      default:
+        return find_circles(image, pattern);
+    }
+  } catch (const cv::Exception& error) {
+    throw std::runtime_error("cannot be searched for the pattern: " + error.err);
   }
 }
 

@@ -43,6 +43,7 @@ bool looks_the_same_turned(const io::Pattern& pattern);
 /// Finds the whole chessboard or grid, of a ChArUco board what is seen of it. What is returned was checked: every
 /// corner is a crossing of two edges with the colours in turn, the lattice is smooth, and does not go on beyond the
 /// pattern.
+/// @throws std::runtime_error what OpenCV does not take, as the end of a sentence about the image
 BoardSearch find_board(const Image& image, const io::Pattern& pattern);
 
 /// Where corners are about, with the directions to their neighbours, px.

@@ -18,7 +18,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_contrast = 4;  ///< half the difference of bright and dark over the noise of a pixel
+constexpr double min_contrast = 2;  ///< half the difference of bright and dark over the noise of a pixel
 constexpr double min_radius = 1.5;  ///< px
 
 struct Pixel {
@@ -153,7 +153,7 @@ BoardSearch checked(const Image& image, const io::Pattern& pattern, const std::v
   }
   result.pixel_noise = std::sqrt(squares / freedom);
   for (const RefinedCorner& circle : circles) {
-    if (circle.contrast * circles[0].contrast > 0 && std::abs(circle.contrast) > min_contrast * result.pixel_noise / 2)
+    if (circle.contrast * circles[0].contrast > 0 && std::abs(circle.contrast) > min_contrast * result.pixel_noise)
       continue;
     result.reason = "its circles do not stand out alike";
     return result;

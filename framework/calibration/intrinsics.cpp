@@ -42,7 +42,13 @@ void solve(const Request& request, Intrinsics& result) {
     observations.views[view.view].distances =
         board_distances(result.views.images[view.view], result.views, result.alone.lens, view.pose);
   if (request.progress) request.progress(0.6, "fitting with the distances");
-  result.solution = solve_lens(observations, result.options);
+  result.joint = solve_lens(observations, result.options);
+  if (!result.joint.with_distances) return;
+  result.distances = check_distances(result.alone, result.joint);
+  if (result.distances.fit())
+    result.solution = result.joint;
+  else
+    result.options.distances = false;  // for all that judges: the corners alone
 }
 
 void judge(const Request& request, Intrinsics& result) {
@@ -120,6 +126,7 @@ std::array<double, 3> uncertainty_of(const Intrinsics& result, double range) {
 void write_judgement(const Intrinsics& result, io::CalibrationWriter& writer) {
   const LensSolution& s = result.solution;
   writer.column("corner_sd", {{corner_sd(result)}, {}}, "px", 1);
+  writer.column("variance_factor", {{s.variance_factor}, {}}, "", 1);
   writer.column("reprojection", {{s.rms}, {}}, "px", 1);
   if (result.held_out.done)
     writer.column("held_out_views", {{result.held_out.rms, result.held_out.low, result.held_out.high}, {}}, "px", 1);
@@ -173,6 +180,8 @@ std::vector<std::string> summary_of(const Intrinsics& result, std::size_t condit
         fmt::format("with the board's measured distances (from corners alone fx +- {:.2f} px): they are {:.1f} "
                     "mm too long, {:+.2f} %",
                     result.alone.sd(lens::fx), s.range_offset * 1e3, s.range_scale * 100));
+  else if (result.distances.done)
+    lines.push_back("from corners alone: the board's measured distances do not fit them and are not used");
   const double range = typical_range(s);
   const auto [centre, mean, max] = uncertainty_of(result, range);
   lines.push_back(
@@ -198,12 +207,63 @@ std::vector<std::string> summary_of(const Intrinsics& result, std::size_t condit
   return lines;
 }
 
+void add_distance_notes(const Intrinsics& result, std::vector<std::string>& notes) {
+  if (!result.distances.done) return;
+  if (!result.distances.fit())
+    notes.push_back(fmt::format("the measured distances do not fit the corners ({}): they are not used",
+                                result.distances.reason()));
+  const std::string square = square_problem(result.joint, result.views.pattern.square);
+  if (!square.empty()) notes.push_back(square);
+}
+
+/// Parameters that the views do not tell apart.
+std::vector<std::string> undetermined(const LensSolution& s) {
+  std::vector<std::string> names;
+  const auto n = static_cast<Eigen::Index>(s.layout.lens.size());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t p = s.layout.lens[static_cast<std::size_t>(i)];
+    double correlation = 0;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (k != i)
+        correlation =
+            std::max(correlation, std::abs(s.covariance(i, k)) / std::sqrt(s.covariance(i, i) * s.covariance(k, k)));
+    const bool unknown = s.sd(p) > std::abs(s.lens[p]) && correlation > 0.999;
+    if (unknown || (p >= lens::k4 && s.sd(p) > 10)) names.emplace_back(lens::names[p]);
+  }
+  return names;
+}
+
+bool scattered(const LensSolution& s) { return s.variance_factor > 4; }
+
+void add_fit_notes(const Intrinsics& result, std::vector<std::string>& notes) {
+  if (const std::vector<std::string> names = undetermined(result.solution); !names.empty())
+    notes.push_back(fmt::format("not determined by these views: {}; free less, or take views up to the image's corners",
+                                fmt::join(names, ", ")));
+  if (scattered(result.solution))
+    notes.push_back(fmt::format("the corners scatter more than the noise of the pixels explains: by a factor of {:.1f}",
+                                std::sqrt(result.solution.variance_factor)));
+}
+
+/// Whether something is to be said before anyone relies on the lens; the notes say what.
+bool doubtful(const Intrinsics& result) {
+  const bool judged = result.halves.done && result.halves.agree() && result.held_out.done;
+  const bool distances = !result.distances.done ||
+                         (result.distances.fit() && square_problem(result.joint, result.views.pattern.square).empty());
+  return !judged || !distances || result.lens.found || result.board.found || !result.solution.doubtful.empty() ||
+         scattered(result.solution) || !undetermined(result.solution).empty();
+}
+
 std::vector<std::string> notes_of(const Intrinsics& result) {
   std::vector<std::string> notes = result.views.notes;
   for (const SkippedView& skipped : result.views.skipped)
     notes.push_back(fmt::format("{}: not used: {}", skipped.id, skipped.reason));
   for (const LeftOut& out : result.solution.left_out)
     notes.push_back(fmt::format("{}: left out: {}", result.views.observations.views[out.view].id, out.reason));
+  for (const LeftOut& kept : result.solution.doubtful)
+    notes.push_back(fmt::format("{}: used, because {} views are needed, but {}",
+                                result.views.observations.views[kept.view].id, min_views, kept.reason));
+  add_distance_notes(result, notes);
+  add_fit_notes(result, notes);
   if (result.lens.found)
     notes.push_back(
         fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}; try "
@@ -219,7 +279,11 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
         "two halves of the views give lenses that differ by more than their uncertainties: something "
         "moved, or the lens is not of the fitted model");
   if (!result.halves.done)
-    notes.push_back(fmt::format("too few views to compare two halves: {} would do", 2 * min_views));
+    notes.push_back(result.solution.views.size() < 2 * min_views
+                        ? fmt::format("too few views to compare two halves: {} would do", 2 * min_views)
+                        : "half of the views does not determine a lens: two halves could not be compared");
+  if (!result.held_out.done)
+    notes.emplace_back("too few views to leave some out: how the lens predicts others could not be judged");
   if (result.solution.sd(lens::fx) > 0.01 * result.solution.lens[lens::fx])
     notes.push_back(fmt::format("the focal length is known to {:.1f} % only: tilt the board more, by 20 to 40 deg",
                                 100 * result.solution.sd(lens::fx) / result.solution.lens[lens::fx]));
@@ -261,10 +325,9 @@ Result calibrate_intrinsics(const Request& request) {
   write_views(result, writer);
   const std::vector<std::string> lines = summary_of(result, campaign.conditions.size());
   const std::vector<std::string> notes = notes_of(result);
-  const bool doubtful = result.lens.found || (result.halves.done && !result.halves.agree()) || result.board.found;
   return {.file = writer.text(),
           .page = intrinsics_report(campaign.camera->view().name, result, sentence_of({lines[0], lines[1]}),
-                                    doubtful ? "warn" : "good", lines),
+                                    doubtful(result) ? "warn" : "good", lines),
           .summary = fmt::format("{}", fmt::join(lines, "\n")),
           .notes = notes};
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "calibration/calibrate.hpp"
+#include "calibration/lens_distances.hpp"
 #include "calibration/lens_views.hpp"
 
 namespace tofgraph::calibration {
@@ -13,7 +14,9 @@ struct Intrinsics {
   LensViews views;
   LensOptions options;
   LensSolution alone;  ///< from corners, where distances were used too
+  LensSolution joint;  ///< with distances, where there are any, whether they are used or not
   LensSolution solution;
+  DistanceCheck distances;  ///< whether they may be used
   TwoSets halves;
   HeldOutViews held_out;
   Structure lens, board;

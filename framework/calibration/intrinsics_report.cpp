@@ -163,11 +163,11 @@ class Report {
       double sd = 0;
       for (const Corner& c : seen.corners)
         sd += std::sqrt((c.covariance[0] + c.covariance[2]) / 2) / static_cast<double>(seen.corners.size());
-      rows.push_back({seen.id, fmt::format("{}", std::ranges::count(v.used, true)), fmt::format("{:.3f}", v.rms),
-                      fmt::format("{:.3f}", sd),
-                      fmt::format("{:.1f}, {:.1f}, {:.1f}", t[0] * 1e3, t[1] * 1e3, t[2] * 1e3),
-                      fmt::format("{:.1f}, {:.1f}", tilt_x * 180 / M_PI, tilt_y * 180 / M_PI),
-                      seen.distances.empty() ? "-" : fmt::format("{:.2f}", v.range_shift * 1e3)});
+      rows.push_back(
+          {seen.id, fmt::format("{}", std::ranges::count(v.used, true)), fmt::format("{:.3f}", v.rms),
+           fmt::format("{:.3f}", sd), fmt::format("{:.1f}, {:.1f}, {:.1f}", t[0] * 1e3, t[1] * 1e3, t[2] * 1e3),
+           fmt::format("{:.1f}, {:.1f}", tilt_x * 180 / M_PI, tilt_y * 180 / M_PI),
+           seen.distances.empty() || !solution_.with_distances ? "-" : fmt::format("{:.2f}", v.range_shift * 1e3)});
     }
     page_.table(Row{"view", "corners", "residual, px", "corner noise, px", "x, y, z of its middle, mm",
                     "tilt about x, y, deg", "distance shift, mm"},

@@ -126,17 +126,15 @@ class Views {
   std::map<std::array<int, 2>, int> other_sizes_;
 };
 
-/// Captures that tell different cameras are of different lenses.
+/// A lens is of the camera that the campaign names: captures of another are a mistake.
 void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& seen, config::Diagnostics& diagnostics) {
-  std::string name;
+  const std::string name = campaign.camera->view().name;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (seen[i].camera.empty() || seen[i].camera == name) continue;
-    if (name.empty())
-      name = seen[i].camera;
-    else
-      diagnostics.error(place_of(campaign.conditions[i]),
-                        fmt::format("the capture is of the camera '{}', those before of '{}'", seen[i].camera, name),
-                        "a calibration is of one camera: make a campaign for each");
+    diagnostics.error(place_of(campaign.conditions[i]),
+                      fmt::format("the capture is of the camera '{}', the campaign's is '{}'", seen[i].camera, name),
+                      fmt::format("`camera: {}` would fit; a calibration is of one camera: make a campaign for each",
+                                  seen[i].camera));
   }
 }
 

@@ -139,6 +139,18 @@ void read_charuco(config::Reader& reader, const config::Value& value, Pattern& p
   pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
   pattern.marker = reader.number_within("marker", "m", "22 mm", std::nullopt, 1e-6, 1e3);
   pattern.dictionary = reader.choice("dictionary", marker_dictionaries());
+  const config::Entry* dictionary = value.is_map() ? value.find("dictionary") : nullptr;
+  const std::size_t end = pattern.dictionary.find('_');
+  if (dictionary != nullptr && end != std::string::npos) {
+    const std::int64_t needed = (pattern.columns + 1) * (pattern.rows + 1) / 2;  // one in each bright square
+    const std::int64_t there = std::stoll(pattern.dictionary.substr(end + 1));
+    if (needed > there)
+      diagnostics.error(dictionary->value.at,
+                        fmt::format("a board of {} x {} inner corners has {} markers, the dictionary {} only {}",
+                                    pattern.columns, pattern.rows, needed, pattern.dictionary, there),
+                        needed <= 1000 ? "take a larger one, as the board was printed with: 4x4_1000 for example"
+                                       : "no dictionary has more than 1000");
+  }
   if (pattern.marker >= pattern.square && value.is_map() && value.find("marker") != nullptr)
     diagnostics.error(value.find("marker")->value.at, "'marker' must be smaller than the square around it",
                       "example: square: 30 mm, marker: 22 mm");
@@ -161,8 +173,9 @@ Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostic
   const std::string type = reader.choice("type", types);
   const auto at = std::ranges::find(types, type);
   if (at != types.end()) pattern.type = static_cast<Pattern::Type>(at - types.begin());
-  pattern.columns = reader.whole_number("columns", "8", std::nullopt, 2, 1000);
-  pattern.rows = reader.whole_number("rows", "6", std::nullopt, 2, 1000);
+  const std::int64_t least = pattern.type == Pattern::Type::chessboard ? 3 : 2;  // below, any crossing would do
+  pattern.columns = reader.whole_number("columns", "8", std::nullopt, least, 1000);
+  pattern.rows = reader.whole_number("rows", "6", std::nullopt, least, 1000);
   if (pattern.type == Pattern::Type::chessboard)
     pattern.square = reader.number_within("square", "m", "30 mm", std::nullopt, 1e-6, 1e3);
   else if (pattern.type == Pattern::Type::charuco)

@@ -11,10 +11,10 @@ namespace {
 /// What is there for people, and for other programs: key and unit.
 void skip(CalibrationReader& file) {
   constexpr std::pair<const char*, const char*> keys[] = {
-      {"board_warp", "m"},          {"range_offset", "m"},      {"range_scale", ""},       {"corner_sd", "px"},
-      {"reprojection", "px"},       {"held_out_views", "px"},   {"two_sets", "px"},        {"uncertainty_range", "m"},
-      {"uncertainty_centre", "px"}, {"uncertainty_mean", "px"}, {"uncertainty_max", "px"}, {"view_reprojection", "px"},
-      {"view_rotation", "rad"},     {"view_translation", "m"}};
+      {"board_warp", "m"},         {"range_offset", "m"},        {"range_scale", ""},        {"corner_sd", "px"},
+      {"variance_factor", ""},     {"reprojection", "px"},       {"held_out_views", "px"},   {"two_sets", "px"},
+      {"uncertainty_range", "m"},  {"uncertainty_centre", "px"}, {"uncertainty_mean", "px"}, {"uncertainty_max", "px"},
+      {"view_reprojection", "px"}, {"view_rotation", "rad"},     {"view_translation", "m"}};
   for (const auto& [key, unit] : keys)
     if (file.has(key)) file.column(key, unit, 0, "{value: [1]}");
 }

@@ -68,12 +68,17 @@ TEST_F(CalibrateLens, ThePagesCommandsWorkAndFindTheLens) {
   }
   io::CalibrationReader file(path() / "out/lens.yaml", "intrinsics", "camcube2");
   const io::Calibrated focal = file.need("focal_length", "px", 2, ""),
-                       point = file.need("principal_point", "px", 2, "");
+                       point = file.need("principal_point", "px", 2, ""),
+                       distortion = file.need("distortion", "", 5, "");
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_NEAR(focal.value[i], 320, 4 * focal.sd[i]) << "12.8 mm over 40 um";
     EXPECT_LT(focal.sd[i], 0.5);
     EXPECT_NEAR(point.value[i], 101.5, 4 * point.sd[i]);
     EXPECT_LT(point.sd[i], 0.6);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {  // k1 k2 p1 p2; k3 is not free
+    EXPECT_GT(distortion.sd[i], 0);
+    EXPECT_NEAR(distortion.value[i], 0, 4 * distortion.sd[i]) << i;
   }
   const std::string page = read_text(path() / "out/lens.html");
   for (const char* heading : {"How exactly it projects", "On views left out", "Residuals and coverage", "Undistorted"})
@@ -87,6 +92,24 @@ TEST_F(CalibrateLens, AWrongSizeIsSaidWithTheOneThatFits) {
             std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find("columns: 8, rows: 6"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CalibrateLens, CapturesOfAnotherCameraAreRefused) {
+  std::string text =
+      "campaign: 1\ncamera: other.yaml\npattern: {type: chessboard, columns: 8, rows: 6, square: 30 mm}\nconditions:\n";
+  for (const std::string& capture : captures())
+    text += "  - {id: v" + capture + ", capture: views/captures/" + capture + "}\n";
+  write_text(path() / "out/other.yaml",
+             std::regex_replace(read_text(fs::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml"),
+                                std::regex("name: camcube2"), "name: another"));
+  write_text(path() / "out/foreign.yaml", text);
+  const Outcome outcome = run("tofgraph calibrate intrinsics out/foreign.yaml -o out/foreign_lens.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(
+      outcome.err.find("foreign.yaml:5:5: error: the capture is of the camera 'camcube2', the campaign's is 'another'"),
+      std::string::npos)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("camera: camcube2"), std::string::npos) << outcome.err;
 }
 
 TEST_F(CalibrateLens, TheSameViewTwiceIsNamedAndUsedOnce) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/bundle.hpp"
+#include "calibration/lens_distances.hpp"
 #include "tests/unit/lens_truth.hpp"
 
 #include <array>
@@ -61,9 +62,10 @@ TEST(Bundle, ReachesTheCramerRaoBoundWithHonestIntervals) { compare_with_bound(s
 TEST(Bundle, ReachesTheBoundWithAWarpedBoard) { compare_with_bound(scene_of(1e-3)); }
 
 /// Distances as a camera measures them: half of source - point - lens - pixel with two lamps, then an offset, a scale,
-/// a shift of each view and noise.
-void add_distances(const test::TrueScene& scene, Observations& seen, unsigned seed) {
-  constexpr double pitch = 40e-6, noise = 1e-3, offset = 0.02, scale = 0.003, shift = 1e-3;
+/// a shift of each view and noise; wiggling is the amplitude of a cyclic error with four periods in
+/// the unambiguous range of 20 MHz.
+void add_distances(const test::TrueScene& scene, Observations& seen, unsigned seed, double wiggling = 0) {
+  constexpr double pitch = 40e-6, period = 7.5 / 4, noise = 1e-3, offset = 0.02, scale = 0.003, shift = 1e-3;
   const double focal_length = (scene.lens.fx + scene.lens.fy) / 2 * pitch;
   const Eigen::Vector3d lamps[] = {{-0.05, 0, 0}, {0.05, 0, 0}};
   seen.light = LightPaths{{{{-0.05, 0, 0}, 0.5}, {{0.05, 0, 0}, 0.5}}, {pitch, pitch}};
@@ -79,8 +81,9 @@ void add_distances(const test::TrueScene& scene, Observations& seen, unsigned se
         const double forth = ((point - lamps[0]).norm() + (point - lamps[1]).norm()) / 2;
         const double inside = focal_length * optical.norm() / optical.z();
         const double half = (forth + optical.norm() + inside) / 2;
+        const double cyclic = wiggling * std::sin(2 * M_PI * half / period);
         seen.views[i].distances.push_back(
-            {pixel.x(), pixel.y(), half * (1 + scale) + offset + of_view + noise * normal(random), noise});
+            {pixel.x(), pixel.y(), half * (1 + scale) + offset + of_view + cyclic + noise * normal(random), noise});
       }
     }
   }
@@ -119,6 +122,40 @@ TEST(Bundle, DistancesOfTheBoardHalveTheErrorOfTheFocalLength) {
   EXPECT_LE(std::abs(bias), 3 * std::sqrt(together / count));
   EXPECT_GE(inside, 0.85);
   EXPECT_NEAR(offset, 0.02, 0.002);
+}
+
+/// Distances with an error over the range of 20 mm would reach the focal length; right ones are hardly ever refused.
+TEST(Bundle, DistancesThatDoNotFitTheCornersAreTold) {
+  const test::TrueScene scene = scene_of(0.3e-3);
+  for (const double wiggling : {0.0, 0.02, -0.02}) {
+    const unsigned count = wiggling == 0 ? 30 : 5;
+    unsigned told = 0;
+    double worst = 0, worst_alone = 0;
+    for (unsigned seed = 0; seed < count; ++seed) {
+      Observations seen = scene.observed(corner_noise, seed);
+      add_distances(scene, seen, seed, wiggling);
+      LensOptions options;
+      const LensSolution joint = solve_lens(seen, options);
+      options.distances = false;
+      const LensSolution corners = solve_lens(seen, options);
+      const DistanceCheck check = check_distances(corners, joint);
+      const LensSolution& result = check.fit() ? joint : corners;
+      if (!check.fit() && wiggling == 0)
+        std::printf("  seed %u: chi-square %.1f of %.0f, p %.2g, scale %.4f\n", seed, check.statistic, check.terms,
+                    check.p_value, check.range_scale);
+      told += check.fit() ? 0 : 1;
+      worst = std::max(worst, std::abs(joint.lens[lens::fx] - scene.lens.fx) / joint.sd(lens::fx));
+      worst_alone = std::max(worst_alone, std::abs(result.lens[lens::fx] - scene.lens.fx) / result.sd(lens::fx));
+      EXPECT_EQ(check.fit(), check.reason().empty());
+    }
+    std::printf("wiggling %.0f mm: told %u of %u; fx off by %.1f sd with distances, %.1f sd in the result\n",
+                wiggling * 1e3, told, count, worst, worst_alone);
+    EXPECT_LT(worst_alone, 3);
+    if (wiggling == 0)
+      EXPECT_LE(told, 1U);
+    else
+      EXPECT_EQ(told, count);
+  }
 }
 
 }  // namespace

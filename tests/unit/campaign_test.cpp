@@ -28,6 +28,21 @@ std::string mistakes(const std::filesystem::path& file) {
   return diagnostics.text();
 }
 
+TEST(Campaign, PatternsThatCannotBeAreRefusedAtTheirPlace) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "c.h5", "");
+  const auto with = [&](const std::string& pattern) {
+    write_text(folder.path() / "c.yaml",
+               "campaign: 1\ncamera: camcube2\npattern: {" + pattern + "}\nconditions:\n  - {id: a, capture: c.h5}\n");
+    return mistakes(folder.path() / "c.yaml");
+  };
+  EXPECT_THAT(with("type: chessboard, columns: 2, rows: 6, square: 30 mm"), testing::HasSubstr("c.yaml:3:"));
+  EXPECT_EQ(with("type: chessboard, columns: 3, rows: 3, square: 30 mm"), "");
+  const std::string charuco = "type: charuco, columns: 12, rows: 8, square: 30 mm, marker: 22 mm, dictionary: ";
+  EXPECT_THAT(with(charuco + "4x4_50"), testing::HasSubstr("has 58 markers, the dictionary 4x4_50 only 50"));
+  EXPECT_EQ(with(charuco + "4x4_100"), "");
+}
+
 TEST(Campaign, ReadsTheExampleOfTheFormat) {
   const TemporaryFolder folder;
   write_text(folder.path() / "captures/white_0500.h5", "");

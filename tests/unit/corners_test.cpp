@@ -15,6 +15,7 @@ namespace {
 
 struct Score {
   int views = 0, found = 0, wrong = 0;
+  int large = 0, large_found = 0;  ///< squares of at least 4 px everywhere
   double squares = 0, chi = 0, corners = 0;
 };
 
@@ -47,6 +48,17 @@ void compare(const BoardSearch& search, const std::vector<Eigen::Vector2d>& trut
   score.squares += best;
   score.chi += chi;
   score.corners += n;
+}
+
+/// px, between neighbours of the lattice.
+double smallest_square(const test::TrueBoard& board, const std::vector<Eigen::Vector2d>& truth) {
+  double least = 1e9;
+  const auto columns = static_cast<std::size_t>(board.columns);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (i % columns != 0) least = std::min(least, (truth[i] - truth[i - 1]).norm());
+    if (i >= columns) least = std::min(least, (truth[i] - truth[i - columns]).norm());
+  }
+  return least;
 }
 
 /// Views of all kinds: the board fills 25 to 90 % of the image's width, tilts to 45 deg, contrast, noise and blur
@@ -84,6 +96,10 @@ Score search_boards(int size, int count) {
     if (!search.found())
       std::printf("  fill %.2f tilt %.0f contrast %.2f: %s\n", fill, tilt * 57.3, light.dark, search.reason.c_str());
     compare(search, truth, score);
+    if (smallest_square(board, truth) >= 4) {
+      ++score.large;
+      score.large_found += search.found() ? 1 : 0;
+    }
   }
   std::printf("%d px: %d of %d found, %d wrong, error %.4f px rms a coordinate, over the stated one %.2f\n", size,
               score.found, score.views, score.wrong, std::sqrt(score.squares / score.corners / 2),
@@ -100,7 +116,31 @@ TEST(Corners, BoardsAreFoundInNoisyImagesOfACamCube) {
 
 TEST(Corners, BoardsAreFoundInImagesOf100Pixels) {
   const Score score = search_boards(100, 60);
+  std::printf("squares of 4 px at least: %d of %d found\n", score.large_found, score.large);
+  EXPECT_GE(score.large_found, 0.9 * score.large);
   EXPECT_EQ(score.wrong, 0);
+}
+
+TEST(Corners, TheUnitOfTheAmplitudeChangesNothing) {
+  test::TrueLens lens;
+  const test::TrueBoard board;
+  const test::Light light;
+  const test::TruePose pose{{0.4, -0.3, 0.1}, {0.02, -0.03, 0.7}};
+  const Image image = test::rendered(test::subpixel_rays(lens, 204), 204, pose, chessboard(board, light), light, 5);
+  const tofgraph::io::Pattern pattern{board.columns, board.rows, board.square};
+  const BoardSearch search = find_board(image, pattern);
+  ASSERT_EQ(search.corners.size(), 48U);
+  for (const double unit : {1e-3, 1e3}) {
+    Image scaled = image;
+    for (double& value : scaled.values) value *= unit;
+    const BoardSearch other = find_board(scaled, pattern);
+    ASSERT_EQ(other.corners.size(), search.corners.size()) << other.reason;
+    for (std::size_t i = 0; i < search.corners.size(); ++i) {
+      EXPECT_NEAR(other.corners[i].u, search.corners[i].u, 1e-6);
+      EXPECT_NEAR(other.corners[i].v, search.corners[i].v, 1e-6);
+      EXPECT_NEAR(other.corners[i].covariance[0], search.corners[i].covariance[0], 1e-6);
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Whether the distances that a camera measured of the board may have a say in its lens.
+#pragma once
+
+#include "calibration/bundle.hpp"
+
+#include <string>
+
+namespace tofgraph::calibration {
+
+/// The lens from corners alone against that from corners and distances.
+struct DistanceCheck {
+  bool done = false;
+  double statistic = 0, terms = 0, p_value = 1;  ///< of the difference of both lenses
+  double range_scale = 0;                        ///< relative, as fitted
+  bool same_lens() const { return p_value > 1e-3; }
+  bool plausible_scale() const;  ///< within three standard deviations of what is known beforehand
+  bool fit() const { return same_lens() && plausible_scale(); }
+  std::string reason() const;  ///< what does not fit; empty: all does
+};
+
+/// Hausman's test (Econometrica 46, 1978): if the distances are right, the difference d of both lenses has the
+/// covariance C_corners - C_joint, and d^T (C_corners - C_joint)^-1 d is a chi-square. Directions in which the
+/// distances add next to nothing are left out.
+/// @param corners from corners alone @param joint of the same views and options, with distances
+DistanceCheck check_distances(const LensSolution& corners, const LensSolution& joint);
+
+/// Why the measured distances are too far from those that the size of the squares gives, with the size that would fit;
+/// empty: they are not. @param square m
+std::string square_problem(const LensSolution& joint, double square);
+
+}  // namespace tofgraph::calibration
