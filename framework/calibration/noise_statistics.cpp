@@ -65,7 +65,7 @@ class Sums {
         level_[i] += value / static_cast<double>(planes);
         last_[at] = value;
         if (taps)
-          c[plane / 2 * pixels_ + i] += plane % 2 == 0 ? value : -value;
+          c[(plane / 2) * pixels_ + i] += plane % 2 == 0 ? value : -value;
         else
           c[at] = value;
       }
@@ -88,7 +88,8 @@ class Sums {
 
   PixelNoise result(NoiseSource source, double contrast) const {
     PixelNoise result;
-    const auto n = static_cast<double>(frames_), planes = static_cast<double>(sum_.size() / pixels_);
+    const std::size_t count = sum_.size() / pixels_;
+    const auto n = static_cast<double>(frames_), planes = static_cast<double>(count);
     // A sample of phases is the difference of two taps, and a distance says as much as two of four samples.
     const double taps = source == NoiseSource::taps ? planes : source == NoiseSource::phases ? 2 * planes : 0;
     result.samples = PixelNoise::freedom(frames_) * (source == NoiseSource::taps     ? planes
