@@ -32,8 +32,10 @@ TEST_P(Message, IsAsWritten) {
   if (!arguments.empty() && arguments.back() == '\n') arguments.pop_back();
   const Outcome outcome = shell("\"$TOFGRAPH\" " + arguments, folder);
   std::string said = outcome.err;
-  for (std::size_t at = 0; (at = said.find(TOFGRAPH_SOURCE_DIR)) != std::string::npos;) {
-    said.replace(at, std::string(TOFGRAPH_SOURCE_DIR).size(), "SOURCE");
+  // The build folder first: it may lie inside the source's.
+  for (const auto& [path, word] :
+       {std::pair<std::string, std::string>{TOFGRAPH_BINARY_DIR, "BUILD"}, {TOFGRAPH_SOURCE_DIR, "SOURCE"}}) {
+    for (std::size_t at = 0; (at = said.find(path)) != std::string::npos;) said.replace(at, path.size(), word);
   }
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_EQ(outcome.out, "");
