@@ -4,6 +4,8 @@
 
 #include "diagnosis/probes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -12,7 +14,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int most_refinements = 2;  ///< of an effect at once
+constexpr int most_refinements = 2;    ///< of an effect at once
+constexpr std::size_t most_sizes = 8;  ///< of an effect: with angles and refinements they must be few enough for a set
 
 /// Values of a shape that is no angle. @param many where it is the only one of an effect
 std::vector<double> range(const FreeParameter& shape, bool many) {
@@ -60,7 +63,7 @@ class Builder {
   void add(const Candidate& candidate, std::size_t effect) {
     const std::size_t before = result_.group.columns.size();
     try {
-      const auto alone = [&](const std::vector<double>& values) { return Term{&candidate, values}; };
+      const auto alone = [&](const std::vector<double>& values) { return with({&candidate, values}); };
       std::vector<Block> roots;
       for (const std::vector<double>& values : shapes_of(candidate.free()))
         roots.push_back(block(candidate.free(), values, alone));
@@ -73,20 +76,47 @@ class Builder {
     }
   }
 
+  /// Refinements that a term of the state does not have. Those that give no number are left out.
+  void refine(std::size_t t, std::size_t& effect) {
+    const Candidate& candidate = *state_.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
+      const std::size_t before = result_.group.columns.size();
+      try {
+        for (const std::vector<double>& values : shapes_of(parameters)) {
+          Block one = block(parameters, values, [&](const std::vector<double>& chosen) {
+            State with = state_;
+            with.terms[t] = refined(with.terms[t], r, chosen);
+            return with;
+          });
+          result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
+          result_.list.push_back(
+              {&candidate.with(r), parameters, std::move(one.values), std::move(one.parts), Piece{t, r}});
+        }
+      } catch (const simulation::EffectError&) {
+        result_.group.columns.resize(before);
+        std::erase_if(result_.choices, [&](const Choice& choice) { return choice.effect == effect; });
+        result_.list.resize(result_.choices.size());
+      }
+      ++effect;
+    }
+  }
+
   Alternatives take() { return std::move(result_); }
 
  private:
-  Column rows_with(const Term& term) const {
-    State with = state_;
-    with.terms.push_back(term);
-    return expected(problem_, with);
+  State with(Term term) const {
+    State more = state_;
+    more.terms.push_back(std::move(term));
+    return more;
   }
 
-  /// @param place makes the term that has some values of the parameters
+  /// @param place makes the state that has some values of the parameters
   template <class Place>
   Block block(std::span<const FreeParameter> parameters, const std::vector<double>& values, const Place& place) {
     Block result{values, {}, {}};
-    const Column without = rows_with(place(values));
+    const Column without = expected(problem_, place(values));
     const auto angle = std::ranges::find_if(parameters, &FreeParameter::is_angle);
     for (std::size_t k = 0; k < parameters.size(); ++k) {
       if (parameters[k].shape) continue;
@@ -94,10 +124,10 @@ class Builder {
       if (angle != parameters.end()) part.angle = static_cast<std::size_t>(angle - parameters.begin());
       std::vector<double> moved = values;
       moved[k] += part.step;
-      add_column(result, difference(rows_with(place(moved)), without));
+      add_column(result, difference(expected(problem_, place(moved)), without));
       if (part.angle) {
         moved[*part.angle] += std::numbers::pi / 2;
-        add_column(result, difference(rows_with(place(moved)), without));
+        add_column(result, difference(expected(problem_, place(moved)), without));
       }
       result.parts.push_back(part);
     }
@@ -118,14 +148,14 @@ class Builder {
     std::vector<double> values;
     for (const FreeParameter& p : parameters)
       values.push_back(p.is_angle() ? std::clamp(0.0, p.minimum, p.maximum) : p.shape ? p.typical : p.off);
-    return block(parameters, values, [&](const std::vector<double>& chosen) { return refined(term, r, chosen); });
+    return block(parameters, values, [&](const std::vector<double>& chosen) { return with(refined(term, r, chosen)); });
   }
 
   void combine(const Candidate& candidate, std::size_t effect, const Block& root,
                const std::vector<Block>& refinements) {
     for (std::size_t bits = 0; bits < std::size_t{1} << refinements.size(); ++bits) {
       if (std::popcount(bits) > most_refinements) continue;
-      Alternative one{&candidate, root.values, root.parts};
+      Alternative one{&candidate, {}, root.values, root.parts, std::nullopt};
       Choice choice{effect, root.columns, 0};
       for (std::size_t r = 0; r < refinements.size(); ++r) {
         if ((bits >> r & 1U) == 0) continue;
@@ -139,7 +169,8 @@ class Builder {
         }
         std::ranges::copy(refinements[r].columns, std::back_inserter(choice.columns));
       }
-      choice.dimension = static_cast<double>(one.candidate->free().size());
+      one.parameters = one.candidate->free();
+      choice.dimension = static_cast<double>(one.parameters.size());
       result_.list.push_back(std::move(one));
       result_.choices.push_back(std::move(choice));
     }
@@ -152,25 +183,26 @@ class Builder {
 
 }  // namespace
 
-Term Alternative::term(std::span<const double> columns) const {
-  Term term{candidate, values};
+State Alternative::placed(State state, std::span<const double> columns) const {
+  std::vector<double> chosen = values;
   std::size_t c = 0;
   for (const Part& part : parts) {
-    const std::vector<FreeParameter>& free = candidate->free();
     double length = columns[c++];
     if (part.angle) {
-      const double quarter = columns[c++];
-      double& angle = term.values[*part.angle];
-      angle += std::atan2(quarter, length);
-      const FreeParameter& p = free[*part.angle];
-      const double turn = 2 * std::numbers::pi;
-      angle = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
+      const double quarter = columns[c++], turn = 2 * std::numbers::pi;
+      const FreeParameter& p = parameters[*part.angle];
+      const double angle = chosen[*part.angle] + std::atan2(quarter, length);
+      chosen[*part.angle] = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
       length = std::hypot(length, quarter);
     }
-    const FreeParameter& size = free[part.size];
-    term.values[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
+    const FreeParameter& size = parameters[part.size];
+    chosen[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
   }
-  return term;
+  if (refines)
+    state.terms[refines->term] = refined(state.terms[refines->term], *refines->refinement, chosen);
+  else
+    state.terms.push_back({candidate, std::move(chosen)});
+  return state;
 }
 
 Alternatives alternatives_of(const Problem& problem, const State& state,
@@ -182,6 +214,11 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
     if (candidate.sizes() == 0 || !candidate.maps().empty() || is_in(state, candidate) ||
         refused.contains(candidate.name()))
       continue;
+    if (candidate.sizes() > most_sizes) {
+      refused.emplace(candidate.name(),
+                      fmt::format("has {} sizes, of which {} can be searched at most", candidate.sizes(), most_sizes));
+      continue;
+    }
     try {
       builder.add(candidate, c);
     } catch (const simulation::EffectError& error) {
@@ -189,6 +226,27 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
     }
   }
   return builder.take();
+}
+
+Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some) {
+  Builder builder(problem, state);
+  std::size_t effect = 0;
+  for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.refine(t, effect);
+  Alternatives result = builder.take();
+  std::map<Eigen::Index, Eigen::Index> moved;  // columns, of which alternatives share some
+  for (std::size_t a = 0; a < some.list.size(); ++a) {
+    if (is_in(state, *some.list[a].candidate)) continue;
+    Choice choice = some.choices[a];
+    for (Eigen::Index& column : choice.columns) {
+      const auto [at, first] = moved.try_emplace(column, static_cast<Eigen::Index>(result.group.columns.size()));
+      if (first) result.group.columns.push_back(some.group.columns[static_cast<std::size_t>(column)]);
+      column = at->second;
+    }
+    result.choices.push_back(std::move(choice));
+    result.list.push_back(some.list[a]);
+  }
+  return result;
 }
 
 }  // namespace tofgraph::diagnosis

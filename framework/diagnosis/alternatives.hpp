@@ -20,24 +20,30 @@ struct Alternative {
     std::optional<std::size_t> angle;  ///< likewise
     double step = 0;                   ///< SI: what one column is for
   };
-  const Candidate* candidate = nullptr;  ///< with its refinements
-  std::vector<double> values;            ///< shapes chosen, sizes where they change nothing
+  const Candidate* candidate = nullptr;   ///< with its refinements
+  std::vector<FreeParameter> parameters;  ///< of the candidate, or of the refinement of a term that is in the model
+  std::vector<double> values;             ///< of these: shapes chosen, sizes where they change nothing
   std::vector<Part> parts;
+  std::optional<Piece> refines;  ///< that refinement
 
-  /// The term that a solution of the linear problem stands for. @param columns of all parts, in their order
-  Term term(std::span<const double> columns) const;
+  /// A state with what a solution of the linear problem stands for. @param columns of all parts, in their order
+  State placed(State state, std::span<const double> columns) const;
 };
 
 struct Alternatives {
   std::vector<Alternative> list;
-  std::vector<Choice> choices;  ///< one for each; effects are numbered as the candidates
+  std::vector<Choice> choices;  ///< one for each; effects are numbered as the candidates, and on for refinements
   Group group;                  ///< all columns
 };
 
-/// @param state what the changes are made to; candidates that are in it are left out, as are those with maps
-/// @param refused names that are not asked, and why; what fails is added
+/// Of candidates that are not in a state; those with maps are left out.
+/// @param state what the changes are made to @param refused names that are not asked, and why; what fails is added
 Alternatives alternatives_of(const Problem& problem, const State& state,
                              const std::vector<std::unique_ptr<Candidate>>& candidates,
                              std::map<std::string, std::string>& refused);
+
+/// The refinements that a state's terms do not have, and of some alternatives those whose candidates it does not have:
+/// what these change is taken as it was.
+Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some);
 
 }  // namespace tofgraph::diagnosis

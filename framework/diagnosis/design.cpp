@@ -48,6 +48,23 @@ Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> c
   }
 }
 
+Design Design::part(std::span<const std::size_t> chosen) const {
+  Design some(*this);
+  const auto pick = [&](auto& all) {
+    if (all.empty()) return;
+    auto whole = std::move(all);
+    all.clear();
+    for (const std::size_t i : chosen) all.push_back(std::move(whole[i]));
+  };
+  pick(some.conditions_);
+  pick(some.shots_);
+  pick(some.ideal_);
+  pick(some.fine_ideal_);
+  pick(some.shifts_);
+  pick(some.offsets_);
+  return some;
+}
+
 void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
   if (conditions >= fewest_conditions) return;
   throw std::invalid_argument(fmt::format(

@@ -40,6 +40,9 @@ class Design {
   /// @param superpixels in a row and in a column
   Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
 
+  /// Of some of its conditions: nothing in it has seen the others. @param chosen conditions, ascending
+  Design part(std::span<const std::size_t> chosen) const;
+
   const tofgraph_camera& camera() const { return camera_->view(); }
   const io::CameraPtr& camera_pointer() const { return camera_; }
   bool physical() const { return physical_; }

@@ -63,7 +63,7 @@ class Run {
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
     problem_->correction = d_->search.correction;
     problem_->brightening = d_->search.brightening;
-    progress(0.95, "checking on conditions that were put aside");
+    progress(0.95, "putting numbers on it");
     validate();
     describe();
     judge();
@@ -137,34 +137,28 @@ class Run {
   }
 
   void validate() {
-    d_->held_out = hold_out(*d_->measurements.design, options_.search.seed);
-    std::vector<double> weight;
-    for (const bool held : d_->held_out) weight.push_back(held ? 0 : 1);
-    const std::vector<double> all(weight.size(), 1);
-    const std::vector<bool> every(weight.size(), true);
-    d_->put_aside = static_cast<std::size_t>(std::ranges::count(d_->held_out, true));
-    const bool some = d_->put_aside > 0;
-    if (!some) {
-      d_->notes.push_back("No setting has four levels: nothing could be put aside, the gap is that of the fit itself.");
-      d_->held_out = every;
+    const CrossFit& folds = d_->search.cross_fit;
+    if (folds.empty())
+      d_->notes.push_back("No setting has levels enough to put some aside: the gap is that of the fit itself.");
+    for (const FoldResult& fold : folds.folds) {
+      if (!fold.failed.empty())
+        d_->notes.push_back(fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting,
+                                        fold.fold.levels, fold.failed));
     }
-    // The model as it was is not refitted, only the reflectivities are; the extended one does not see what is held out.
+    // The model as it was is not refitted, only the reflectivities are.
     State as_it_was = d_->search.before.state;
     as_it_was.terms = d_->model_terms;
     Problem original{problem_->design, problem_->data, problem_->targets, problem_->target};
     if (!d_->model_terms.empty()) correct(original, as_it_was);
-    before_ = fit_nuisances(original, as_it_was, all).state;
+    const std::vector<double> all(problem_->data.size(), 1);
+    const State before = fit_nuisances(original, as_it_was, all).state;
     const State& after = d_->search.after.state;
-    trained_ = some ? fit(*problem_, with_maps_of(*problem_, after, weight), weight).state : after;
-    State effects_held = fit_nuisances(*problem_, trained_, all).state;
-    effects_held.variances = d_->search.after.state.variances;
     for (std::size_t o = 0; o < observables; ++o) {
-      d_->gaps[o] = {gap(original, before_, o, every), gap(*problem_, d_->search.after.state, o, every),
-                     some ? gap(original, before_, o, d_->held_out) : NAN,
-                     some ? gap(*problem_, effects_held, o, d_->held_out) : NAN,
-                     noise_floor(*problem_, d_->search.after.state, o, d_->held_out)};
+      const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
+      d_->gaps[o] = {
+          gap(original, before, o),        gap(*problem_, after, o), out.before, out.after, out.low, out.high,
+          noise_floor(*problem_, after, o)};
     }
-    trained_ = effects_held;
   }
 
   void describe() {
@@ -196,13 +190,9 @@ class Run {
           if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
-        State without = trained_;
-        without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(t));
-        Problem dimmed = *problem_;
-        brighten(dimmed, without);
-        without = fit_nuisances(dimmed, without, std::vector<double>(d_->held_out.size(), 1)).state;
-        effect.held_out_before = d_->put_aside > 0 ? gap(*problem_, without, distance, d_->held_out) : NAN;
-        effect.held_out_after = d_->gaps[distance].held_out_after;
+        effect.chosen = found.chosen;
+        effect.held_out_before = found.fall.depth_without;
+        effect.held_out_after = found.fall.depth_with;
       }
       d_->effects.push_back(std::move(effect));
     }
@@ -233,7 +223,6 @@ class Run {
   const DiagnosisOptions& options_;
   std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
   std::optional<Problem> problem_;
-  State before_, trained_;
   double share_ = 0.45;
 };
 

@@ -41,7 +41,8 @@ struct EffectResult {
   std::string where;
   std::vector<ParameterResult> parameters;
   std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
-  double held_out_before = 0, held_out_after = 0;  ///< gap without and with it, m
+  double held_out_before = 0, held_out_after = 0;  ///< gap out of fold without and with it, m
+  double chosen = 1;                               ///< share of the folds
   double gain = 0, p_value = 1, capture = 0;
   std::vector<Rival> rivals;
   std::string experiment;  ///< what tells it from what it is tied with
@@ -49,7 +50,9 @@ struct EffectResult {
 
 /// Of one observable, SI.
 struct Gap {
-  double before = 0, after = 0, held_out_before = 0, held_out_after = 0, noise_floor = 0;
+  double before = 0, after = 0;
+  double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing put aside
+  double noise_floor = 0;
 };
 
 /// All that the reports need. Candidates and terms point into the members that own them.
@@ -58,8 +61,6 @@ struct Diagnosis {
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN where the data do not have the observable
   std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out
-  std::vector<bool> held_out;         ///< every one where nothing could be put aside
-  std::size_t put_aside = 0;          ///< conditions
   Audit audit;
   SearchResult search;
   std::optional<Confidence> confidence;

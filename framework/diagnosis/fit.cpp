@@ -221,6 +221,10 @@ Fit fit(const Problem& problem, State start, std::span<const double> weight) {
   return descend(problem, std::move(start), weight, true);
 }
 
+Fit fit_roughly(const Problem& problem, State start, std::span<const double> weight) {
+  return descend(problem, std::move(start), weight, true, {}, roughly_settled);
+}
+
 Fit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known) {
   return descend(problem, std::move(start), weight, true, known, roughly_settled);
 }

@@ -103,6 +103,9 @@ std::vector<Gram> grams_of(const Problem& problem, const std::vector<std::vector
 /// @throws std::invalid_argument when too few conditions are left
 Fit fit(const Problem& problem, State start, std::span<const double> weight);
 
+/// As fit(), as exactly as a comparison of models needs.
+Fit fit_roughly(const Problem& problem, State start, std::span<const double> weight);
+
 /// Where a size below zero means the same as its opposite with an angle half a turn on: that.
 State with_positive_sizes(const Problem& problem, State state);
 

@@ -39,10 +39,7 @@ class Report {
   report::Page make() {
     constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
     page_.verdict(summary(d_), moods.at(static_cast<std::size_t>(d_.verdict)));
-    page_.paragraph(fmt::format(
-        "{} conditions, {} frames. {} conditions were put aside: the held-out gaps are those of models fitted without "
-        "them. Which effects there are was asked of all conditions.",
-        design_.size(), d_.measurements.frames, d_.put_aside));
+    page_.paragraph(fmt::format("{} conditions, {} frames. {}", design_.size(), d_.measurements.frames, proof()));
     found();
     gaps();
     where();
@@ -84,6 +81,16 @@ class Report {
     if (!std::isfinite(p.interval.low)) return " of maps that were estimated";
     return fmt::format(" ({} to {})", config::format_quantity(p.interval.low, p.unit),
                        config::format_quantity(p.interval.high, p.unit));
+  }
+
+  std::string proof() const {
+    const CrossFit& folds = d_.search.cross_fit;
+    if (folds.empty()) return "Nothing could be put aside.";
+    return fmt::format(
+        "Out of fold: {} times some levels of a setting were put aside, effects were chosen and fitted without them, "
+        "and "
+        "what came out was compared with them as it is.",
+        folds.folds.size());
   }
 
   void found() {
@@ -291,8 +298,9 @@ class Report {
       page_.paragraph(fmt::format("{} pattern{} beyond noise follow{} no axis.", others, others == 1 ? "" : "s",
                                   others == 1 ? "s" : ""));
     std::string nearest;
-    for (const Rival& rival : d_.search.nearest)
-      nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", rival.candidate->name(), 100 * rival.bic);
+    for (const Near& near : d_.search.nearest)
+      nearest +=
+          fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(), 100 * near.capture);
     if (!nearest.empty()) page_.paragraph("Nearest effects, and how much of it they catch: " + nearest + ".");
     std::vector<std::string> figures;
     for (std::size_t o = 0; o < observables; ++o) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/gates.hpp"
 
+#include "diagnosis/contribution.hpp"
+
 #include "diagnosis/maps.hpp"
 #include "diagnosis/validation.hpp"
 
@@ -56,17 +58,14 @@ std::vector<Column> columns_of_waves(const std::vector<std::vector<double>>& wav
 
 }  // namespace
 
-InLightOf::InLightOf(Problem& problem, const Base& base)
-    : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
-
-Gates::Gates(Problem& problem, const PatternFinder& finder, std::span<const double> weight, std::size_t flips,
-             std::uint64_t seed)
+Gates::Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates,
+             std::span<const double> weight, std::size_t flips, std::uint64_t seed)
     : problem_(problem),
       finder_(finder),
+      candidates_(candidates),
       weight_(weight),
       flips_(flips),
       seed_(seed),
-      held_(hold_out(problem.design, seed)),
       waves_(waves_of(problem.design)) {}
 
 bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& change) const {
@@ -97,28 +96,13 @@ double Gates::capture(const Base& less, const Group& group) const {
   return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
 }
 
-Base Gates::without(const Base& best, const Piece& piece) const {
-  Base less{{}, best.columns, {}};
-  State state = best.fit.state;
-  std::size_t first = 0;
-  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
-  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
-  const std::size_t count = values_of(*term, piece).size();
-  if (piece.refinement) {
-    first += term->candidate->place(*piece.refinement);
-    *term = coarser(std::move(*term), *piece.refinement);
-  } else {
-    state.terms.erase(term);
-  }
-  const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
-  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
-  Problem dimmed = problem_;
-  brighten(dimmed, state);
-  less.fit = fit_last(dimmed, std::move(state), weight_, less.columns);
-  if (has_maps(less.fit.state))
-    less.fit = fit_with_maps(dimmed, less.fit.state, weight_);  // maps take over what they can
-  less.brightening = std::move(dimmed.brightening);
-  return less;
+/// Of any candidate to gain as much as one direction does in a model without it. Chance is what the best model leaves:
+/// where something else is unexplained, that is in it.
+double Gates::chance(const Base& best, const Base& less, const Score& score) const {
+  const Score all = score_of(problem_, best.fit, less.columns, candidates_.group, 0, 0);
+  std::vector<std::vector<Eigen::Index>> groups;
+  for (const Choice& choice : candidates_.choices) groups.push_back(choice.columns);
+  return std::max(score.p_value, chance_of(score, all, groups, flips_, seed_));
 }
 
 Found Gates::examined(const Base& best, const Piece& piece) {
@@ -126,16 +110,16 @@ Found Gates::examined(const Base& best, const Piece& piece) {
   Found found;
   found.candidate = term.candidate;
   found.name = name_of(term, piece);
-  const Base less = without(best, piece);
-  found.held_out = held_out_fall(problem_, best.fit.state, less.fit.state, held_, seed_);
+  const Base less = without(problem_, best, piece, weight_);
   found.gain = less.fit.deviance - best.fit.deviance;
   const Group group{found.name, signature(problem_, less.fit.state, best.fit.state, piece)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
   const Group direction{group.name, {group.columns[0]}};
   const bool wanders = !term.maps && !beyond_wandering(best.fit, less, direction);
   const InLightOf there(problem_, less);
-  const Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
-                                : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
+  Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
+                          : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
+  if (!term.maps) score.p_value = chance(best, less, score);
   found.p_value = score.p_value;
   found.capture = capture(less, group);
   if (!significant(score)) {
@@ -146,8 +130,6 @@ Found Gates::examined(const Base& best, const Piece& piece) {
     found.refutation = too_small;
   } else if (found.capture < least_capture) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
-  } else {
-    found.refutation = refuted(found.held_out);
   }
   return found;
 }

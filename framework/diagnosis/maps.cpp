@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/maps.hpp"
 
+#include "diagnosis/structure.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -101,9 +103,33 @@ Response subset(const Response& all, const std::vector<std::size_t>& chosen) {
   return result;
 }
 
+/// What a map could gain if nothing else were fitted: a sum over the superpixels, of which each has its own value.
+/// Costs next to nothing, and most campaigns have no maps.
+double most_gain(const Problem& problem, const std::vector<Eigen::MatrixXd>& left, const Column& column) {
+  const std::size_t n = problem.design.superpixels();
+  std::vector<double> product(n, 0), square(n, 0);
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row) {
+      const double variance = problem.data[i].variance[row];
+      if (std::isinf(variance)) continue;
+      const double one = column[i][row] / std::sqrt(variance);
+      product[row % n] += one * left[row / n](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row % n));
+      square[row % n] += one * one;
+    }
+  }
+  double gain = 0;
+  for (std::size_t s = 0; s < n; ++s) gain += square[s] > 0 ? product[s] * product[s] / square[s] : 0;
+  return gain;
+}
+
 /// Of a candidate's maps those that are worth their parameters, taken one by one.
 Response chosen_maps(const Problem& problem, const Base& base, const Response& all) {
   const double price = std::log(static_cast<double>(problem.data.size()));
+  constexpr double at_least = 0.5;  // of the price, as the rough gain knows nothing of what the effects can take over
+  const std::vector<Eigen::MatrixXd> left = whitened_residuals(problem, base.fit.state);
+  const double needed = at_least * price * static_cast<double>(problem.design.superpixels());
+  const auto hopeless = [&](const Column& column) { return most_gain(problem, left, column) < needed; };
+  if (std::ranges::all_of(all.group.columns, hopeless)) return subset(all, {});
   std::vector<std::size_t> chosen;
   double merit = 0;
   for (;;) {

@@ -22,6 +22,8 @@ json gap_of(const Gap& gap, std::string_view unit) {
           {"after", number(gap.after)},
           {"held_out_before", number(gap.held_out_before)},
           {"held_out_after", number(gap.held_out_after)},
+          {"held_out_low", number(gap.held_out_low)},
+          {"held_out_high", number(gap.held_out_high)},
           {"noise_floor", number(gap.noise_floor)}};
 }
 
@@ -36,6 +38,7 @@ json effect_of(const EffectResult& effect) {
   if (effect.change != "added") return result;
   result["held_out_gap_before"] = number(effect.held_out_before);
   result["held_out_gap_after"] = number(effect.held_out_after);
+  result["chosen"] = effect.chosen;
   result["gain"] = effect.gain;
   result["p_value"] = effect.p_value;
   result["capture"] = number(effect.capture);
@@ -73,18 +76,36 @@ json unexplained_of(const Diagnosis& d) {
     }
   }
   result["map"] = unexplained_map_name;
-  for (const Rival& rival : d.search.nearest)
-    result["nearest"].push_back({{"effect", rival.candidate->name()}, {"capture", rival.bic}});
+  for (const Near& near : d.search.nearest)
+    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.capture}});
   for (const Found& tried : d.search.dropped)
     result["refuted"].push_back({{"effect", tried.name}, {"why", tried.refutation}});
   return result;
+}
+
+json folds_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const FoldResult& result : d.search.cross_fit.folds) {
+    const Fold& fold = result.fold;
+    double before = 0, after = 0, count = 0;
+    for (const OutOfFold& c : result.conditions)
+      before += c.before[distance], after += c.after[distance], count += c.count[distance];
+    all.push_back({{"setting", fold.setting},
+                   {"levels", fold.levels},
+                   {"conditions", fold.held.size()},
+                   {"extrapolates", fold.extrapolates},
+                   {"chosen", result.chosen},
+                   {"gap_before", number(std::sqrt(before / count))},
+                   {"gap_after", number(std::sqrt(after / count))}});
+  }
+  return all;
 }
 
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 /// Of the depth where it shrinks by as much as noise, else of the observable that shrinks most in units of its noise.
 std::string shrunk(const Diagnosis& d) {
-  const bool aside = d.put_aside > 0;
+  const bool aside = !d.search.cross_fit.empty();
   const auto ends = [&](std::size_t o) {
     const Gap& g = d.gaps[o];
     return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
@@ -184,8 +205,8 @@ json report_json(const Diagnosis& d) {
   for (std::size_t t = 0; t < problem.targets.size(); ++t)
     report["nuisances"]["reflectivities"][problem.targets[t]] =
         unknown_reflectivity * std::exp(d.search.after.state.light[t]);
-  report["data"] = {
-      {"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}, {"held_out", d.put_aside}};
+  report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
+  report["folds"] = folds_of(d);
   if (d.confidence) {
     const Confidence& c = *d.confidence;
     report["confidence"] = {{"cases", c.cases()},

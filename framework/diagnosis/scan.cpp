@@ -218,7 +218,7 @@ Whitened whiten(const Projected& projected, Score& score) {
   score.norm = values.size() > 0 ? std::sqrt(values.maxCoeff()) : 0;
   const Eigen::MatrixXd root = solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
   Whitened result{projected.scores * root};
-  score.score = projected.scores.colwise().sum();
+  score.shares = projected.scores;
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
   score.values = root * total;
@@ -228,14 +228,19 @@ Whitened whiten(const Projected& projected, Score& score) {
   return result;
 }
 
-void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::size_t draws, std::uint64_t seed) {
-  const std::size_t n = groups.size();
-  std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
+std::vector<Eigen::VectorXd> random_signs(Eigen::Index conditions, std::size_t draws, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
-  std::vector<Eigen::VectorXd> signs(draws, Eigen::VectorXd(groups.front().scores.rows()));
+  std::vector<Eigen::VectorXd> signs(draws, Eigen::VectorXd(conditions));
   for (Eigen::VectorXd& s : signs) {
     for (double& sign : s) sign = (generator() & 1U) != 0 ? 1 : -1;
   }
+  return signs;
+}
+
+void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::size_t draws, std::uint64_t seed) {
+  const std::size_t n = groups.size();
+  std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
+  const std::vector<Eigen::VectorXd> signs = random_signs(groups.front().scores.rows(), draws, seed);
   // Groups of different size are compared by how far they are beyond what noise gives.
   const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
@@ -257,6 +262,29 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 
 bool significant(const Score& score) {
   return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain);
+}
+
+double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
+                 std::size_t flips, std::uint64_t seed) {
+  struct Flipped {
+    Whitened whitened;
+    double dimension = 0;
+  };
+  std::vector<Flipped> all;
+  for (const std::vector<Eigen::Index>& columns : groups) {
+    Score scored;
+    Whitened whitened = whiten({score.shares(Eigen::all, columns), score.information(columns, columns)}, scored);
+    all.push_back({std::move(whitened), scored.dimension});
+  }
+  const double seen = std::sqrt(one.gain) - std::sqrt(one.dimension);
+  const std::vector<Eigen::VectorXd> signs = random_signs(score.shares.rows(), flips, seed);
+  std::vector<std::uint8_t> as_much(flips, 0);
+  tbb::parallel_for(std::size_t{0}, flips, [&](std::size_t d) {
+    as_much[d] = std::ranges::any_of(all, [&](const Flipped& group) {
+      return group.whitened.statistic(signs[d]) - std::sqrt(group.dimension) >= seen;
+    });
+  });
+  return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(flips + 1);
 }
 
 Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,

@@ -34,11 +34,17 @@ struct Score {
   double norm = 0;              ///< of the columns after the nuisances are taken out, in standard deviations
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
-  Eigen::VectorXd score;        ///< of the residual in them, likewise
+  Eigen::MatrixXd shares;       ///< of the residual in them, likewise: conditions x columns
+  Eigen::VectorXd score() const { return shares.colwise().sum(); }
 };
 
 /// Whether chance does not do as much.
 bool significant(const Score& score);
+
+/// How often the best of many groups gains as much as one did when whole conditions change their signs.
+/// @param score of all their columns @param groups columns of each
+double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
+                 std::size_t flips, std::uint64_t seed);
 
 struct Scan {
   std::vector<Score> scores;  ///< one a group

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/subsets.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,9 +10,14 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 namespace tofgraph::diagnosis {
 namespace {
+
+/// Of the columns of one choice.
+inline constexpr int most_columns = 24;
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
 
 struct Node {
   std::vector<std::size_t> choices;
@@ -24,27 +30,28 @@ class Enumeration {
               const SubsetOptions& options)
       : information_(information), score_(score), choices_(choices), options_(options) {
     information_.diagonal().array() += options.prior;
+    for (const Choice& choice : choices) {
+      if (choice.columns.size() > most_columns)
+        throw std::invalid_argument(fmt::format("an effect with {} sizes at once; at most {} can be searched",
+                                                choice.columns.size(), most_columns));
+    }
   }
 
   std::vector<Subset> run() {
     std::vector<Node> level(1);  // the empty set
     bool complete = true;
     for (std::size_t size = 1; size <= options_.most_effects && !level.empty(); ++size) {
-      if (best_.size() >= options_.kept) forget();
-      level = enlarged(level, complete, size == options_.most_effects);
-      note(level);
+      level = enlarged(level, complete);
+      keep(level);
       complete = complete && level.size() <= options_.beam;
       if (level.size() <= options_.beam) continue;
       const auto middle = level.begin() + static_cast<std::ptrdiff_t>(options_.beam);
       std::ranges::nth_element(level, middle, std::greater<>{}, &Node::merit);
       level.resize(options_.beam);
     }
-    std::vector<Subset> best;
-    for (auto& [effects, node] : best_) best.push_back({std::move(node.choices), node.gain, node.merit, {}});
-    std::ranges::sort(best, std::greater<>{}, &Subset::merit);
-    if (best.size() > options_.kept) best.resize(options_.kept);
-    for (Subset& subset : best) subset.values = solved(subset.choices, columns_of(subset.choices));
-    return best;
+    std::ranges::stable_sort(best_, std::greater<>{}, &Subset::merit);
+    for (Subset& subset : best_) subset.values = solved(subset.choices, columns_of(subset.choices));
+    return std::move(best_);
   }
 
  private:
@@ -67,26 +74,49 @@ class Enumeration {
   std::vector<double> gains(const Node& node, std::size_t first) const {
     const std::vector<Eigen::Index> held = columns_of(node.choices);
     const Eigen::MatrixXd across = information_(held, Eigen::all);
-    const Eigen::MatrixXd inner = information_(held, held);
-    const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
-    const Eigen::MatrixXd taken =
-        held.empty() ? Eigen::MatrixXd(0, across.cols()) : Eigen::MatrixXd(factors.solve(across));
-    const Eigen::VectorXd known = score_(held);
+    Eigen::MatrixXd taken = across;
+    Eigen::VectorXd score = score_;
+    if (!held.empty()) {
+      const Eigen::MatrixXd inner = information_(held, held);
+      taken = inner.ldlt().solve(across);
+      score.noalias() -= taken.transpose() * Eigen::VectorXd(score_(held));
+    }
     std::vector<double> result(choices_.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t c = first; c < choices_.size(); ++c) {
-      if (has_effect(node, choices_[c].effect)) continue;
-      const std::vector<Eigen::Index>& own = choices_[c].columns;
-      const Eigen::MatrixXd cross = across(Eigen::all, own), less = taken(Eigen::all, own);
-      const Eigen::VectorXd score = Eigen::VectorXd(score_(own)) - less.transpose() * known;
-      const Eigen::MatrixXd block = Eigen::MatrixXd(information_(own, own)) - cross.transpose() * less;
-      result[c] = node.gain + score.dot(block.ldlt().solve(score));
+      if (!has_effect(node, choices_[c].effect)) result[c] = node.gain + gain_beside(across, taken, score, c);
     }
     return result;
   }
 
+  /// s' M^-1 s of one choice, with what is held taken out: by Cholesky's factors, in place, as this is done a million
+  /// times.
+  double gain_beside(const Eigen::MatrixXd& across, const Eigen::MatrixXd& taken, const Eigen::VectorXd& score,
+                     std::size_t choice) const {
+    const std::vector<Eigen::Index>& own = choices_[choice].columns;
+    const auto size = static_cast<Eigen::Index>(own.size());
+    Small factor(size, size);
+    Small left(size, 1);
+    double gain = 0;
+    for (Eigen::Index a = 0; a < size; ++a) {
+      const Eigen::Index at = own[static_cast<std::size_t>(a)];
+      left(a) = score(at);
+      for (Eigen::Index b = 0; b <= a; ++b) {
+        const Eigen::Index to = own[static_cast<std::size_t>(b)];
+        double value = information_(at, to) - across.col(at).dot(taken.col(to));
+        for (Eigen::Index k = 0; k < b; ++k) value -= factor(a, k) * factor(b, k);
+        // A direction that is held already has nothing left but rounding.
+        factor(a, b) = a == b ? std::sqrt(std::max(value, 1e-12 * information_(at, at))) : value / factor(b, b);
+      }
+      for (Eigen::Index k = 0; k < a; ++k) left(a) -= factor(a, k) * left(k);
+      left(a) /= factor(a, a);
+      gain += left(a) * left(a);
+    }
+    return gain;
+  }
+
   /// All sets with one effect more. @param complete whether these are all sets of their size, so that each set with
-  /// one more has one of them as its first @param last nothing comes of those that are not among the best
-  std::vector<Node> enlarged(const std::vector<Node>& level, bool complete, bool last) const {
+  /// one more has one of them as its first
+  std::vector<Node> enlarged(const std::vector<Node>& level, bool complete) const {
     std::vector<std::vector<Node>> grown(level.size());
     tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t n) {
       const Node& node = level[n];
@@ -94,7 +124,7 @@ class Enumeration {
       const std::vector<double> gain = gains(node, first);
       for (std::size_t c = first; c < choices_.size(); ++c) {
         const double merit = node.merit + gain[c] - node.gain - options_.price * choices_[c].dimension;
-        if (!std::isfinite(merit) || (last && merit <= least_)) continue;
+        if (!std::isfinite(merit)) continue;
         Node next{node.choices, gain[c], merit};
         next.choices.insert(std::ranges::upper_bound(next.choices, c), c);
         grown[n].push_back(std::move(next));
@@ -110,34 +140,30 @@ class Enumeration {
     return all;
   }
 
-  /// Keeps the best of each set of effects.
-  void note(const std::vector<Node>& level) {
+  /// The best sets of a size.
+  void keep(const std::vector<Node>& level) {
+    std::map<std::vector<std::size_t>, const Node*> best;  // of each set of effects
+    double least = -std::numeric_limits<double>::infinity();
+    const auto merit = [](const auto& entry) { return entry.second->merit; };
     for (const Node& node : level) {
-      if (node.merit <= least_) continue;
+      if (node.merit <= least) continue;
       std::vector<std::size_t> effects;
       for (const std::size_t c : node.choices) effects.push_back(choices_[c].effect);
       std::ranges::sort(effects);
-      const auto [at, added] = best_.try_emplace(std::move(effects), node);
-      if (!added && node.merit > at->second.merit) at->second = node;
-      if (best_.size() > 8 * options_.kept) forget();
+      const Node*& at = best[std::move(effects)];
+      if (at == nullptr || node.merit > at->merit) at = &node;
+      if (best.size() <= options_.kept) continue;
+      best.erase(std::ranges::min_element(best, {}, merit));
+      least = merit(*std::ranges::min_element(best, {}, merit));
     }
-  }
-
-  void forget() {
-    std::vector<double> merits;
-    for (const auto& [effects, node] : best_) merits.push_back(node.merit);
-    const auto last = merits.begin() + static_cast<std::ptrdiff_t>(options_.kept - 1);
-    std::ranges::nth_element(merits, last, std::greater<>{});
-    least_ = *last;
-    std::erase_if(best_, [&](const auto& entry) { return entry.second.merit < least_; });
+    for (const auto& [effects, node] : best) best_.push_back({node->choices, node->gain, node->merit, {}});
   }
 
   Eigen::MatrixXd information_;
   const Eigen::VectorXd& score_;
   std::span<const Choice> choices_;
   const SubsetOptions& options_;
-  std::map<std::vector<std::size_t>, Node> best_;
-  double least_ = -std::numeric_limits<double>::infinity();
+  std::vector<Subset> best_;
 };
 
 }  // namespace

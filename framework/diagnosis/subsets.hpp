@@ -27,13 +27,14 @@ struct Subset {
 
 struct SubsetOptions {
   std::size_t most_effects = 4;
-  std::size_t kept = 12;     ///< sets that are returned, each of other effects
-  double price = 5;          ///< of a parameter, in deviance: ln of the number of conditions
-  double prior = 1e-4;       ///< added to the diagonal of the information, see prior_width
-  std::size_t beam = 20000;  ///< sets of one size that are enlarged; with fewer in all, nothing is left out
+  std::size_t kept = 3;     ///< sets of each size that are returned, each of other effects
+  double price = 5;         ///< of a parameter, in deviance: ln of the number of conditions
+  double prior = 1e-4;      ///< added to the diagonal of the information, see prior_width
+  std::size_t beam = 2500;  ///< sets of one size that are enlarged; with fewer in all, nothing is left out
 };
 
-/// The sets with the greatest merit, greatest first; sets of the same effects count once, with their best choices. A
+/// The sets of each size with the greatest merit, greatest first; sets of the same effects count once, with their best
+/// choices. A
 /// set of k effects is a set of k - 1 with one more: where these are fewer than the beam, as they are for pairs and
 /// triples of some 60 effects, the enumeration is complete; beyond that the best ones alone are enlarged.
 /// @param information of all columns, nuisances taken out, and @param score of the residual in them: the gain of

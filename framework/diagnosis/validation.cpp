@@ -4,41 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
 #include <random>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double held_out_share =
-    0.25;  ///< of the conditions, about: fewer levels of each setting, where there are several
-constexpr std::size_t fewest_levels = 4;
 constexpr int draws = 500;
 
-/// Conditions by the level of a setting, and those levels that may be held out: the first and the last stay.
-struct Setting {
-  std::vector<std::vector<std::size_t>> inner;
-  std::size_t levels = 0;
-};
-
-template <class Key> void add_setting(const Design& design, const std::function<Key(const io::Condition&)>& level_of,
-                                      std::vector<Setting>& settings) {
-  std::map<Key, std::vector<std::size_t>> levels;
-  for (std::size_t i = 0; i < design.size(); ++i) levels[level_of(design.conditions()[i])].push_back(i);
-  if (levels.size() < fewest_levels) return;
-  Setting setting{{}, levels.size()};
-  for (auto it = std::next(levels.begin()); it != std::prev(levels.end()); ++it)
-    setting.inner.push_back(std::move(it->second));
-  settings.push_back(std::move(setting));
-}
-
 /// Calls f(condition, superpixel, row) where the observable is known.
-template <class F>
-void for_each_known(const Problem& problem, std::size_t observable, const std::vector<bool>& chosen, F f) {
+template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
   const std::size_t n = problem.design.superpixels();
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (!chosen[i]) continue;
     for (std::size_t s = 0; s < n; ++s) {
       if (!std::isinf(problem.data[i].variance[observable * n + s])) f(i, s, observable * n + s);
     }
@@ -52,34 +28,10 @@ double scale_of(const Problem& problem, std::size_t observable, std::size_t i, s
 
 }  // namespace
 
-std::vector<bool> hold_out(const Design& design, std::uint64_t seed) {
-  std::vector<Setting> settings;
-  add_setting<double>(
-      design, [](const io::Condition& c) { return c.board_distance; }, settings);
-  add_setting<double>(
-      design, [](const io::Condition& c) { return c.integration_time; }, settings);
-  add_setting<std::string>(
-      design, [](const io::Condition& c) { return c.target; }, settings);
-  std::vector<bool> held(design.size(), false);
-  std::mt19937_64 generator(seed);
-  const double share = 1 - std::pow(1 - held_out_share, 1 / std::max(static_cast<double>(settings.size()), 1.0));
-  for (Setting& setting : settings) {
-    const auto wanted = static_cast<std::size_t>(std::lround(share * static_cast<double>(setting.levels)));
-    for (std::size_t k = 0; k < std::max<std::size_t>(wanted, 1) && !setting.inner.empty(); ++k) {
-      const auto pick = static_cast<std::ptrdiff_t>(generator() % setting.inner.size());
-      std::vector<bool> more = held;
-      for (const std::size_t i : setting.inner[static_cast<std::size_t>(pick)]) more[i] = true;
-      if (static_cast<std::size_t>(std::ranges::count(more, false)) >= fewest_conditions) held = std::move(more);
-      setting.inner.erase(setting.inner.begin() + pick);
-    }
-  }
-  return held;
-}
-
-double gap(const Problem& problem, const State& state, std::size_t observable, const std::vector<bool>& chosen) {
+double gap(const Problem& problem, const State& state, std::size_t observable) {
   const auto rows = expected(problem, state);
   double sum = 0, count = 0;
-  for_each_known(problem, observable, chosen, [&](std::size_t i, std::size_t, std::size_t row) {
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double left = (problem.data[i].value[row] - rows[i][row]) * scale_of(problem, observable, i, row);
     sum += left * left;
     ++count;
@@ -87,10 +39,9 @@ double gap(const Problem& problem, const State& state, std::size_t observable, c
   return std::sqrt(sum / count);
 }
 
-double noise_floor(const Problem& problem, const State& state, std::size_t observable,
-                   const std::vector<bool>& chosen) {
+double noise_floor(const Problem& problem, const State& state, std::size_t observable) {
   double sum = 0, count = 0;
-  for_each_known(problem, observable, chosen, [&](std::size_t i, std::size_t, std::size_t row) {
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
     const double jitter = state.variances.jitter * problem.design.shift(i)[row];
     const double offset = state.variances.offset * problem.offset_response(i, row);

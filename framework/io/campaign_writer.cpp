@@ -69,6 +69,7 @@ class ConditionText {
     number("time_since_power_on", c.time_since_power_on, times);
     if (c.roll != 0) number("roll", c.roll, angles);
     number("velocity", c.velocity, velocities);
+    word("session", c.session);
     word("reference", c.reference);
     word("lens", c.lens);
     word("rail", c.rail);

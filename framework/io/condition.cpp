@@ -53,8 +53,8 @@ void read_sources(const config::Value& value, const io::Camera* camera, std::vec
 
 const std::vector<std::string>& setting_keys() {
   static const std::vector<std::string> keys = {
-      "integration_time", "sources", "ambient", "time_since_power_on", "velocity", "target", "roll",
-      "reference",        "lens",    "rail",    "temperature"};
+      "integration_time", "sources",   "ambient", "time_since_power_on", "velocity",   "target", "roll",
+      "session",          "reference", "lens",    "rail",                "temperature"};
   return keys;
 }
 
@@ -71,6 +71,7 @@ void read_settings(config::Reader& reader, const config::Value& map, const io::C
   condition.roll = reader.number("roll", "rad", "180 deg", condition.roll);
   condition.velocity = reader.number("velocity", "m/s", "100 mm/s", condition.velocity);
   condition.temperature = reader.number_within("temperature", "K", "25 degC", condition.temperature, 0, infinity);
+  condition.session = reader.word("session", condition.session);
   read_choice(reader, map, "reference", {"rail", "laser"}, condition.reference);
   read_choice(reader, map, "lens", {"open", "capped"}, condition.lens);
   read_choice(reader, map, "rail", {"bare", "covered"}, condition.rail);

@@ -54,6 +54,7 @@ struct Condition {
   double time_since_power_on = unknown;  ///< s
   double roll = 0;                       ///< rad, camera about its axis, right-handed
   double velocity = unknown;             ///< m/s, board along z, away positive
+  std::string session;                   ///< a label; between labels the setup may have moved; empty: not stated
   std::string reference;                 ///< rail, laser; empty: not stated
   std::string lens;                      ///< open, capped; empty: not stated
   std::string rail;                      ///< bare, covered; empty: not stated

@@ -1,0 +1,376 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/crossfit.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr std::size_t fewest_levels = 4, interleaved = 3;
+constexpr double end_share = 0.1;  ///< of the levels, at either end
+constexpr int draws = 1000;
+
+/// Conditions by level, in the order of the levels.
+using Levels = std::vector<std::pair<std::string, std::vector<std::size_t>>>;
+
+template <class Key> Levels levels_of(const Design& design, const std::function<Key(const io::Condition&)>& key,
+                                      const std::function<std::string(const Key&)>& label) {
+  std::map<Key, std::vector<std::size_t>> by_key;
+  for (std::size_t i = 0; i < design.size(); ++i) by_key[key(design.conditions()[i])].push_back(i);
+  Levels levels;
+  for (auto& [level, conditions] : by_key) levels.emplace_back(label(level), std::move(conditions));
+  return levels;
+}
+
+class Folds {
+ public:
+  explicit Folds(const Design& design) : design_(design) {}
+
+  std::vector<Fold> all() {
+    const auto number = [](const char* unit, double scale) {
+      return [=](const double& value) { return fmt::format("{:.4g} {}", scale * value, unit); };
+    };
+    const auto word = [](const std::string& text) { return text; };
+    ordered("distance", levels_of<double>(
+                            design_, [](const io::Condition& c) { return c.board_distance; }, number("m", 1)));
+    if (folds_.empty())
+      ordered("integration time",
+              levels_of<double>(
+                  design_, [](const io::Condition& c) { return c.integration_time; }, number("ms", 1e3)));
+    each("target", levels_of<std::string>(
+                       design_, [](const io::Condition& c) { return c.target; }, word));
+    each("session", levels_of<std::string>(
+                        design_, [](const io::Condition& c) { return c.session; }, word));
+    return std::move(folds_);
+  }
+
+ private:
+  void add(const std::string& setting, const Levels& levels, std::span<const std::size_t> chosen, bool extrapolates) {
+    Fold fold{setting, "", {}, extrapolates};
+    std::vector<std::string> names;
+    for (const std::size_t level : chosen) {
+      names.push_back(levels[level].first);
+      std::ranges::copy(levels[level].second, std::back_inserter(fold.held));
+    }
+    std::ranges::sort(fold.held);
+    fold.levels = fmt::format("{}", fmt::join(names, ", "));
+    if (design_.size() - fold.held.size() >= fewest_conditions) folds_.push_back(std::move(fold));
+  }
+
+  void ordered(const std::string& setting, const Levels& levels) {
+    if (levels.size() < fewest_levels) return;
+    const auto ends = static_cast<std::size_t>(std::ceil(end_share * static_cast<double>(levels.size())));
+    std::vector<std::size_t> nearest, farthest;
+    for (std::size_t k = 0; k < ends; ++k) {
+      nearest.push_back(k);
+      farthest.insert(farthest.begin(), levels.size() - 1 - k);
+    }
+    add(setting, levels, nearest, true);
+    const std::size_t inner = levels.size() - 2 * ends, groups = std::min(interleaved, inner);
+    for (std::size_t g = 0; g < groups; ++g) {
+      std::vector<std::size_t> chosen;
+      for (std::size_t k = ends + g; k < levels.size() - ends; k += groups) chosen.push_back(k);
+      add(setting, levels, chosen, false);
+    }
+    add(setting, levels, farthest, true);
+  }
+
+  void each(const std::string& setting, const Levels& levels) {
+    if (levels.size() < 2) return;
+    const std::size_t groups = std::min(fewest_levels, levels.size());
+    for (std::size_t g = 0; g < groups; ++g) {
+      std::vector<std::size_t> chosen;
+      for (std::size_t k = g; k < levels.size(); k += groups) chosen.push_back(k);
+      add(setting, levels, chosen, false);
+    }
+  }
+
+  const Design& design_;
+  std::vector<Fold> folds_;
+};
+
+/// A problem whose targets are those of another one, in their order, then those that are new.
+Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
+  Problem problem{design, data, other.targets, {}};
+  for (const io::Condition& condition : design.conditions()) {
+    auto found = std::ranges::find(problem.targets, condition.target);
+    const bool known = !std::isnan(condition.reflectivity);
+    if (!known && found == problem.targets.end() && problem.light_seen())
+      found = problem.targets.insert(found, condition.target);
+    problem.target.push_back(
+        known || found == problem.targets.end() ? -1 : static_cast<int>(found - problem.targets.begin()));
+  }
+  return problem;
+}
+
+/// Some conditions of a design, with nothing of the others.
+struct Part {
+  Design design;
+  std::vector<Observations> data;
+  Problem problem;
+
+  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen)
+      : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data)) {}
+  /// With the targets of another part, and those that are new.
+  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+       const Part& other)
+      : design(whole.part(chosen)), data(picked(all, chosen)), problem(problem_like(other.problem, design, data)) {}
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+
+  static std::vector<Observations> picked(const std::vector<Observations>& all,
+                                          const std::vector<std::size_t>& chosen) {
+    std::vector<Observations> some;
+    for (const std::size_t i : chosen) some.push_back(all[i]);
+    return some;
+  }
+};
+
+/// A state of the conditions that were left, for those that were put aside: reflectivities of targets that are new are
+/// found from amplitudes, never from distances.
+State carried(const State& state, const Problem& to) {
+  State result = state;
+  result.light.resize(to.targets.size(), 0);
+  if (result.light.size() == state.light.size()) return result;
+  constexpr int rounds = 3;  // other light than the board's answers otherwise
+  for (int round = 0; round < rounds; ++round) {
+    const auto rows = expected(to, result);
+    const std::size_t n = to.design.superpixels();
+    for (std::size_t t = state.light.size(); t < to.targets.size(); ++t) {
+      double sum = 0, count = 0;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (to.target[i] != static_cast<int>(t)) continue;
+        for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
+          if (std::isinf(to.data[i].variance[row])) continue;
+          sum += to.data[i].value[row] - rows[i][row];
+          ++count;
+        }
+      }
+      if (count > 0) result.light[t] += sum / count;
+    }
+  }
+  return result;
+}
+
+double square(const Gram& gram, Eigen::Index column, const Variances& variances) {
+  double determinant = 0;
+  return marginal(gram, variances, determinant)(column, column);
+}
+
+/// Predictions of what was put aside.
+class Prediction {
+ public:
+  Prediction(Part& held, const Fold& fold) : held_(held) {
+    for (const std::size_t i : fold.held) conditions_.push_back({.condition = i});
+  }
+
+  void before(const State& state) {
+    const auto rows = predict(state);
+    const std::vector<Gram> grams = grams_of(held_.problem, rows, {});
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      sums(rows[i], i, conditions_[i].before);
+      conditions_[i].chi_before = square(grams[i], grams[i].cols() - 1, state.variances);
+    }
+  }
+
+  void after(const State& state) {
+    after_ = predict(state);
+    variances_ = state.variances;
+    const std::vector<Gram> grams = grams_of(held_.problem, after_, {});
+    for (std::size_t i = 0; i < after_.size(); ++i) {
+      OutOfFold& one = conditions_[i];
+      sums(after_[i], i, one.after);
+      one.chi_after = square(grams[i], grams[i].cols() - 1, variances_);
+      one.freedom =
+          static_cast<double>(std::ranges::count_if(held_.data[i].variance, [](double v) { return std::isfinite(v); }));
+    }
+  }
+
+  /// With one effect less, fitted without it. The covariance stays that of the model with all.
+  void without(const std::string& effect, const State& state) {
+    const auto rows = predict(state);
+    const Column apart = difference(after_, rows);
+    const std::vector<Gram> grams = grams_of(held_.problem, rows, std::span(&apart, 1));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      std::array<double, observables> squares{};
+      sums(rows[i], i, squares);
+      conditions_[i].without[effect] = {square(grams[i], grams[i].cols() - 1, variances_),
+                                        square(grams[i], 0, variances_), squares[distance]};
+    }
+  }
+
+  std::vector<OutOfFold> take() { return std::move(conditions_); }
+
+ private:
+  std::vector<std::vector<double>> predict(const State& state) {
+    const State there = carried(state, held_.problem);
+    correct(held_.problem, there);
+    return expected(held_.problem, there);
+  }
+
+  void sums(const std::vector<double>& rows, std::size_t i, std::array<double, observables>& squares) {
+    const std::size_t n = held_.design.superpixels();
+    conditions_[i].count = {};
+    for (std::size_t o = 0; o < observables; ++o) {
+      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
+        if (std::isinf(held_.data[i].variance[row])) continue;
+        const double scale = o == distance ? 1 / held_.design.shift(i)[row] : 1;  // half paths become depths
+        squares[o] += std::pow(scale * (held_.data[i].value[row] - rows[row]), 2);
+        ++conditions_[i].count[o];
+      }
+    }
+  }
+
+  Part& held_;
+  std::vector<OutOfFold> conditions_;
+  std::vector<std::vector<double>> after_;
+  Variances variances_;
+};
+
+FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
+                     const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                     const SearchOptions& options) {
+  FoldResult result{fold, {}, {}, ""};
+  std::vector<std::size_t> left;
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!std::ranges::binary_search(fold.held, i)) left.push_back(i);
+  }
+  const Part training(design, data, left);
+  Part held(design, data, fold.held, training);
+  try {
+    Selection selection(training.problem, model, candidates, options, {});
+    selection.begin();
+    selection.grow();
+    Prediction prediction(held, fold);
+    // The model as it was is not refitted, only the reflectivities are.
+    State as_it_was = selection.original().fit.state;
+    as_it_was.terms = model;
+    Problem original = training.problem;
+    if (!model.empty()) correct(original, as_it_was);
+    prediction.before(fit_nuisances(original, as_it_was, selection.weight()).state);
+    prediction.after(selection.best().fit.state);
+    for (const Piece& piece : selection.pieces()) {
+      if (piece.refinement) continue;
+      const std::string name = selection.terms()[piece.term].candidate->name();
+      result.chosen.push_back(name);
+      prediction.without(name, without(selection.problem(), selection.best(), piece, selection.weight()).fit.state);
+    }
+    result.conditions = prediction.take();
+  } catch (const simulation::EffectError& error) {
+    result.failed = error.what();
+  }
+  return result;
+}
+
+/// Over conditions, drawn with replacement.
+CrossFit::Gap gap_over(const std::vector<const OutOfFold*>& conditions, std::size_t o, std::uint64_t seed) {
+  const auto root = [](double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; };
+  double before = 0, after = 0, count = 0;
+  for (const OutOfFold* c : conditions) before += c->before[o], after += c->after[o], count += c->count[o];
+  CrossFit::Gap gap{root(before, count), root(after, count), NAN, NAN};
+  if (conditions.empty() || !(count > 0)) return gap;
+  std::mt19937_64 generator(seed);
+  std::vector<double> drawn;
+  for (int d = 0; d < draws; ++d) {
+    double sum = 0, number = 0;
+    for (std::size_t k = 0; k < conditions.size(); ++k) {
+      const OutOfFold& c = *conditions[generator() % conditions.size()];
+      sum += c.after[o], number += c.count[o];
+    }
+    drawn.push_back(root(sum, number));
+  }
+  std::ranges::sort(drawn);
+  gap.low = drawn[draws / 40];
+  gap.high = drawn[draws - 1 - draws / 40];
+  return gap;
+}
+
+}  // namespace
+
+std::vector<Fold> folds_of(const Design& design) { return Folds(design).all(); }
+
+CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
+                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {
+  CrossFit result;
+  SearchOptions quiet = options;
+  quiet.progress = {};
+  for (const Fold& fold : folds_of(design)) {
+    if (options.progress) options.progress(fmt::format("predicting {} {}", fold.setting, fold.levels));
+    result.folds.push_back(result_of(fold, design, data, model, candidates, quiet));
+  }
+  return result;
+}
+
+double CrossFit::share_of(const std::vector<std::string>& names) const {
+  double chosen = 0, all = 0;
+  for (const FoldResult& fold : folds) {
+    if (!fold.failed.empty()) continue;
+    ++all;
+    const auto among = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
+    chosen += std::ranges::any_of(fold.chosen, among) ? 1 : 0;
+  }
+  return all > 0 ? chosen / all : 0;
+}
+
+CrossFit::Gap CrossFit::gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const {
+  std::vector<const OutOfFold*> conditions;
+  for (const FoldResult& fold : folds) {
+    if (!setting.empty() && fold.fold.setting != setting) continue;
+    for (const OutOfFold& c : fold.conditions) conditions.push_back(&c);
+  }
+  return gap_over(conditions, observable, seed);
+}
+
+CrossFit::Gap CrossFit::extrapolated(std::size_t observable, std::uint64_t seed) const {
+  std::vector<const OutOfFold*> conditions;
+  for (const FoldResult& fold : folds) {
+    if (!fold.fold.extrapolates) continue;
+    for (const OutOfFold& c : fold.conditions) conditions.push_back(&c);
+  }
+  return gap_over(conditions, observable, seed);
+}
+
+Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed) {
+  std::vector<std::pair<double, double>> conditions;  // without, with
+  Fall fall;
+  double depth_without = 0, depth_with = 0, count = 0;
+  for (const FoldResult& fold : cross_fit.folds) {
+    for (const OutOfFold& c : fold.conditions) {
+      const auto less = c.without.find(effect);
+      if (less == c.without.end()) continue;
+      conditions.emplace_back(less->second.chi, c.chi_after);
+      fall.without += less->second.chi;
+      fall.with += c.chi_after;
+      fall.seen += less->second.seen;
+      depth_without += less->second.depth;
+      depth_with += c.after[distance];
+      count += c.count[distance];
+    }
+  }
+  fall.conditions = conditions.size();
+  if (conditions.empty()) return fall;
+  fall.depth_without = std::sqrt(depth_without / count);
+  fall.depth_with = std::sqrt(depth_with / count);
+  std::mt19937_64 generator(seed);
+  std::vector<double> falls;
+  for (int d = 0; d < draws; ++d) {
+    double sum = 0;
+    for (std::size_t k = 0; k < conditions.size(); ++k) {
+      const auto& [without, with] = conditions[generator() % conditions.size()];
+      sum += without - with;
+    }
+    falls.push_back(sum);
+  }
+  std::ranges::sort(falls);
+  fall.low = falls[draws / 40];
+  return fall;
+}
+
+}  // namespace tofgraph::diagnosis

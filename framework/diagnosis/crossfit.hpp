@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Proof out of sample: whole levels of a setting are put aside, effects are selected and fitted without them, and what
+/// comes out predicts them as it is. What is put aside is not there at all: a fold has a design and data of its own.
+#pragma once
+
+#include "diagnosis/selection.hpp"
+#include "diagnosis/validation.hpp"
+
+#include <array>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Conditions that are put aside together.
+struct Fold {
+  std::string setting;            ///< distance, target, session, integration time
+  std::string levels;             ///< "1.2 m, 2.4 m", "white"
+  std::vector<std::size_t> held;  ///< ascending
+  bool extrapolates = false;      ///< beyond all levels that are left
+};
+
+/// Every condition is put aside once for each setting that has levels enough: distances in interleaved groups, with the
+/// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
+/// session. None where too few conditions would be left.
+std::vector<Fold> folds_of(const Design& design);
+
+/// A condition out of fold. Chi-squares are in the covariance of the model that was fitted without it.
+struct OutOfFold {
+  std::size_t condition = 0;
+  std::array<double, observables> before{}, after{};  ///< sums of squares over superpixels, of depth in m^2
+  std::array<double, observables> count{};            ///< superpixels
+  double chi_before = 0, chi_after = 0, freedom = 0;
+  struct Less {
+    double chi = 0, seen = 0, depth = 0;  ///< chi-square, that of what changes, sum of squares of depth in m^2
+  };
+  std::map<std::string, Less> without;  ///< with one effect less, fitted without it
+};
+
+struct FoldResult {
+  Fold fold;
+  std::vector<std::string> chosen;  ///< effects that were added
+  std::vector<OutOfFold> conditions;
+  std::string failed;  ///< why it gave no number, or empty
+};
+
+struct CrossFit {
+  std::vector<FoldResult> folds;
+
+  bool empty() const { return folds.empty(); }
+  /// Share of the folds that chose an effect, or one that it stands for. @param names all of these
+  double share_of(const std::vector<std::string>& names) const;
+  /// Root mean square over superpixels, SI; with the ends of its 95 % interval by whole folds and conditions.
+  struct Gap {
+    double before = 0, after = 0, low = 0, high = 0;
+  };
+  /// @param setting of the folds that count, or "" for all
+  Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
+  /// Of the folds beyond the levels that were left.
+  Gap extrapolated(std::size_t observable, std::uint64_t seed) const;
+};
+
+/// @param data of the whole design @param progress told the fold that begins, may be empty
+CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
+                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options);
+
+/// What an effect brings out of fold: chi-square with all but it, and with all, over the conditions of all folds that
+/// chose it.
+struct Fall {
+  double without = 0, with = 0, seen = 0;  ///< chi-squares
+  double low = 0;                          ///< of without - with, low end of its 95 % interval by conditions
+  double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
+  double depth_with = std::numeric_limits<double>::quiet_NaN();
+  std::size_t conditions = 0;
+};
+Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed);
+
+}  // namespace tofgraph::diagnosis

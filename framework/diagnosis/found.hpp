@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a search found, what could stand in its place, and what it tried.
+#pragma once
+
+#include "diagnosis/candidate.hpp"
+#include "diagnosis/crossfit.hpp"
+#include "diagnosis/patterns.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Another effect in the place of one that was found.
+struct Rival {
+  const Candidate* candidate = nullptr;
+  double deviance = 0;  ///< more than with the one that was found
+  double bic = 0;       ///< likewise
+  bool tied = false;    ///< these data cannot tell which of the two it is
+};
+
+/// A candidate that comes near to what is left.
+struct Near {
+  const Candidate* candidate = nullptr;
+  double capture = 0;  ///< its gain over that of the best generic pattern, 1 at most
+};
+
+struct Found {
+  const Candidate* candidate = nullptr;
+  std::string name;  ///< of the effect, or "effect.parameter" of a refinement
+  double gain = 0;   ///< of the deviance, when it is taken out again
+  double p_value = 1;
+  double capture = 0;          ///< its gain over that of the best generic pattern in its place
+  std::vector<Rival> rivals;   ///< best first
+  std::vector<Pattern> where;  ///< what the gap looks like without it
+  std::string refutation;      ///< why it is not to be named, or empty
+  double chosen = 1;           ///< share of the folds that chose it, or what it cannot be told from
+  Fall fall;                   ///< what it brings out of fold
+
+  /// Its own, and of those that it cannot be told from.
+  std::vector<std::string> names() const;
+};
+
+}  // namespace tofgraph::diagnosis

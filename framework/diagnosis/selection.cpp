@@ -1,0 +1,280 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/selection.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double worth = 10;            ///< least fall of BIC for a set of effects, and for each effect in it
+constexpr std::size_t most_leaps = 3;   ///< enumerations of sets, each in the noise that the best fit before has left
+constexpr double nearly_all = 0.97;     ///< of the gain of the best set: what is missing may be bending
+constexpr double by_chance = 30;        ///< gain that the effects of a set more than needed have
+constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+constexpr double explained = 1.05;      ///< chi-square over its expectation where nothing is left to explain
+
+/// The largest gain that a set promises.
+double most_promised(const std::vector<Subset>& sets) {
+  double most = 0;
+  for (const Subset& set : sets) most = std::max(most, set.merit >= worth ? set.gain : 0);
+  return most;
+}
+
+/// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
+/// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
+/// that misses is found from where its fit leads to.
+std::vector<Subset> worth_fitting(const std::vector<Subset>& sets) {
+  const double needed = nearly_all * most_promised(sets) - by_chance;
+  std::size_t size = std::numeric_limits<std::size_t>::max();
+  for (const Subset& set : sets) {
+    if (set.merit >= worth && set.gain >= needed) size = std::min(size, set.choices.size());
+  }
+  std::vector<Subset> chosen;
+  bool larger = false;
+  for (const Subset& set : sets) {
+    if (set.merit < worth) break;
+    const std::size_t count = set.choices.size();
+    if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
+  }
+  std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
+  return chosen;
+}
+
+}  // namespace
+
+Selection::Selection(const Problem& problem, const std::vector<Term>& model,
+                     const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+                     std::map<std::string, std::string> refused)
+    : problem_(problem),
+      model_(model),
+      candidates_(candidates),
+      options_(options),
+      refused_(std::move(refused)),
+      weight_(problem.data.size(), 1.0) {}
+
+void Selection::begin() {
+  say("fitting the model as it is");
+  State start{model_, first_light(problem_), {}};
+  if (!problem_.design.tells_offset()) start.variances.offset = 0;
+  if (!model_.empty()) correct(problem_, start);
+  take(fit(problem_, start, weight_));
+  original_ = best_;
+  original_.brightening = problem_.brightening;
+  alternatives_ = alternatives_of(problem_, best_.fit.state, candidates_, refused_);
+}
+
+void Selection::take(Fit fit) {
+  best_.columns = own_columns(problem_, fit.state, expected(problem_, fit.state));
+  best_.fit = std::move(fit);
+}
+
+void Selection::settle() {
+  if (terms().empty()) return;
+  say("settling on values");
+  correct(problem_, best_.fit.state, true);
+  take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
+}
+
+void Selection::grow() {
+  add_all();
+  grow_from_maps();
+  drop_needless();
+}
+
+void Selection::add_all() {
+  // What is dropped may be tried again, so the rounds are counted, not the effects alone.
+  for (std::size_t round = 0; round < 2 * options_.max_effects; ++round) {
+    const bool first = terms().size() == model_.size();
+    if (!(leap() || add_maps())) break;
+    if (first) prefer_maps();
+    drop_needless();
+  }
+}
+
+/// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
+/// noise that the best of these leaves, until no other comes out. @returns whether there is one
+bool Selection::leap() {
+  if (terms().size() >= model_.size() + options_.max_effects) return false;
+  say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
+  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_);
+  if (all.list.empty()) return false;
+  SubsetOptions options;
+  options.price = std::log(static_cast<double>(problem_.data.size()));
+  options.prior = 1 / (prior_width * prior_width);
+  options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
+  Fit reference = best_.fit, best = best_.fit;
+  std::vector<std::vector<std::size_t>> fitted;
+  for (std::size_t round = 0; round < most_leaps; ++round) {
+    const Score score = score_of(problem_, reference, best_.columns, all.group, 0, 0);
+    const double before = bic(best);
+    const std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
+    const double needed = nearly_all * most_promised(sets) - by_chance;
+    std::size_t size = 1;
+    for (const Subset& subset : worth_fitting(sets)) {
+      // Where one effect alone does, once it is fitted, what sets promise, these need not be.
+      if (subset.choices.size() > size && reference.deviance - best.deviance >= needed) break;
+      size = subset.choices.size();
+      if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
+      fitted.push_back(subset.choices);
+      std::optional<Fit> next = fitted_set(all, subset);
+      if (next && bic(*next) < bic(best) - 1) best = std::move(*next);
+    }
+    if (bic(best) == before) break;
+    reference.state.variances = best.state.variances;
+  }
+  return bic(best_.fit) - bic(best) >= worth && try_refine(std::move(best.state)).empty();
+}
+
+/// Nothing where an effect gives no number.
+std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& subset) const {
+  State state = best_.fit.state;
+  Eigen::Index at = 0;
+  for (const std::size_t c : subset.choices) {
+    const auto count = static_cast<Eigen::Index>(all.choices[c].columns.size());
+    const Eigen::VectorXd values = subset.values.segment(at, count);
+    state = all.list[c].placed(std::move(state), {values.data(), static_cast<std::size_t>(count)});
+    at += count;
+  }
+  try {
+    return fit_roughly(problem_, std::move(state), weight_);
+  } catch (const simulation::EffectError&) {
+    return std::nullopt;
+  }
+}
+
+bool Selection::beats(const MapTrial& maps) const {
+  return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
+}
+
+std::optional<MapTrial> Selection::maps_on(const Base& base) {
+  return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
+}
+
+/// In the place of all that was found.
+std::optional<MapTrial> Selection::maps_alone() {
+  const InLightOf there(problem_, original_);
+  return maps_on(original_);
+}
+
+/// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or in
+/// its place.
+bool Selection::add_maps() {
+  if (terms().size() >= model_.size() + options_.max_effects) return false;
+  say("looking for what each pixel does");
+  std::optional<MapTrial> maps = maps_on(best_);
+  if (terms().size() > model_.size() && left() >= explained) {
+    std::optional<MapTrial> alone = maps_alone();
+    if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
+  }
+  return maps && beats(*maps) && try_refine(std::move(maps->trial.fit.state)).empty();
+}
+
+/// Where maps alone explain all there is, what was added first stood for a part of them.
+void Selection::prefer_maps() {
+  if (terms().size() == model_.size() || terms().back().maps || left() < explained) return;
+  std::optional<MapTrial> alone = maps_alone();
+  if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
+}
+
+/// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
+/// was hidden behind them.
+void Selection::grow_from_maps() {
+  if (terms().size() == model_.size() || left() < explained) return;
+  const double gained = bic(original_.fit) - bic(best_.fit);
+  std::optional<MapTrial> alone = maps_alone();
+  if (!alone || !significant(alone->trial.score) ||
+      bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
+    return;
+  const State before = best_.fit.state;
+  const double reached = bic(best_.fit);
+  if (!try_refine(std::move(alone->trial.fit.state)).empty()) return;
+  add_all();
+  if (bic(best_.fit) > reached) refine(before);
+}
+
+double Selection::left() const {
+  const Scan rest = scan(problem_, best_.fit, best_.columns, {}, 0, 0);
+  return rest.square / rest.freedom;
+}
+
+std::vector<Piece> Selection::pieces() const {
+  std::vector<Piece> all;
+  for (std::size_t t = 0; t < terms().size(); ++t) {
+    if (t >= model_.size()) all.push_back({t, std::nullopt});
+    for (std::size_t r = 0; r < terms()[t].candidate->refinements().size(); ++r) {
+      if (terms()[t].candidate->refined(r)) all.push_back({t, r});
+    }
+  }
+  return all;
+}
+
+void Selection::drop(const Piece& piece) { refine(without(problem_, best_, piece, weight_).fit.state); }
+
+/// Takes out what is not worth its parameters, the least of it first.
+void Selection::drop_needless() {
+  while (pieces().size() > 1) {
+    std::optional<Base> least;
+    for (const Piece& piece : pieces()) {
+      Base less = without(problem_, best_, piece, weight_);
+      if (bic(less.fit) < bic(least ? least->fit : best_.fit) + (least ? 0 : worth)) least = std::move(less);
+    }
+    if (!least || !try_refine(std::move(least->fit.state)).empty()) return;
+  }
+}
+
+/// Fits with what the coarse grid misses of a state, its maps anew. @throws simulation::EffectError
+void Selection::refine(State state) {
+  correct(problem_, state);
+  take(fit_with_maps(problem_, std::move(state), weight_));
+}
+
+/// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
+std::string Selection::try_refine(State state) {
+  const Base before = best_;
+  auto correction = problem_.correction;
+  auto brightening = problem_.brightening;
+  try {
+    refine(std::move(state));
+    return "";
+  } catch (const simulation::EffectError& error) {
+    best_ = before;
+    problem_.correction = std::move(correction);
+    problem_.brightening = std::move(brightening);
+    return error.what();
+  }
+}
+
+Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight) {
+  Base less{{}, best.columns, {}};
+  State state = best.fit.state;
+  std::size_t first = 0;
+  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
+  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
+  const std::size_t count = values_of(*term, piece).size();
+  if (piece.refinement) {
+    first += term->candidate->place(*piece.refinement);
+    *term = coarser(std::move(*term), *piece.refinement);
+  } else {
+    state.terms.erase(term);
+  }
+  const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
+  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
+  Problem dimmed = problem;
+  brighten(dimmed, state);
+  less.fit = fit_last(dimmed, std::move(state), weight, less.columns);
+  if (has_maps(less.fit.state))
+    less.fit = fit_with_maps(dimmed, less.fit.state, weight);  // maps take over what they can
+  less.brightening = std::move(dimmed.brightening);
+  return less;
+}
+
+InLightOf::InLightOf(Problem& problem, const Base& base)
+    : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Which effects explain what a model does not, by the information criterion alone: no question is put to them.
+#pragma once
+
+#include "diagnosis/alternatives.hpp"
+#include "diagnosis/maps.hpp"
+#include "diagnosis/trials.hpp"
+
+#include <functional>
+
+namespace tofgraph::diagnosis {
+
+struct SearchOptions {
+  std::size_t max_effects = 6;
+  std::uint64_t seed = 1;
+  std::size_t flips = 1000;
+  std::function<void(const std::string& what)> progress;  ///< may be empty
+};
+
+/// A model's effects and those that were added to it, fitted to some conditions.
+class Selection {
+ public:
+  /// @param model terms of the model as it is; these are refitted; all must live on
+  /// @param refused effects that are not tried, and why
+  Selection(const Problem& problem, const std::vector<Term>& model,
+            const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+            std::map<std::string, std::string> refused);
+  Selection(const Selection&) = delete;
+  Selection& operator=(const Selection&) = delete;
+
+  /// Fits the model as it is. To be called first. @throws simulation::EffectError
+  void begin();
+  /// Adds effects until none is worth its parameters, and takes out what is not.
+  void grow();
+  /// A model without a piece in the place of the best one.
+  void drop(const Piece& piece);
+  /// Fits exactly, by every pixel.
+  void settle();
+
+  const Problem& problem() const { return problem_; }
+  const Base& original() const { return original_; }  ///< the model as it is
+  const Base& best() const { return best_; }
+  const std::vector<Term>& terms() const { return best_.fit.state.terms; }
+  /// Every addition: the effects, and the refinements of these and of the model's own.
+  std::vector<Piece> pieces() const;
+  const std::map<std::string, std::string>& refused() const { return refused_; }
+  /// What candidates could change in the model as it is.
+  const Alternatives& alternatives() const { return alternatives_; }
+  double bic(const Fit& fit) const { return fit.bic(problem_.data.size()); }
+  std::span<const double> weight() const { return weight_; }
+
+ protected:
+  void say(const std::string& what) const {
+    if (options_.progress) options_.progress(what);
+  }
+  Problem& mutable_problem() { return problem_; }
+
+ private:
+  void take(Fit fit);
+  bool leap();
+  std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
+  bool beats(const MapTrial& maps) const;
+  std::optional<MapTrial> maps_on(const Base& base);
+  std::optional<MapTrial> maps_alone();
+  bool add_maps();
+  void prefer_maps();
+  void grow_from_maps();
+  void add_all();
+  void drop_needless();
+  void refine(State state);
+  std::string try_refine(State state);
+  double left() const;
+
+  Problem problem_;
+  const std::vector<Term>& model_;
+  const std::vector<std::unique_ptr<Candidate>>& candidates_;
+  const SearchOptions& options_;
+  std::map<std::string, std::string> refused_;
+  std::vector<double> weight_;
+  Base original_, best_;
+  Alternatives alternatives_;
+};
+
+/// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
+Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight);
+
+/// As long as it lives a problem answers to light as a base does.
+class InLightOf {
+ public:
+  InLightOf(Problem& problem, const Base& base);
+  ~InLightOf() { problem_.brightening = std::move(before_); }
+  InLightOf(const InLightOf&) = delete;
+  InLightOf& operator=(const InLightOf&) = delete;
+
+ private:
+  Problem& problem_;
+  std::vector<std::vector<double>> before_;
+};
+
+}  // namespace tofgraph::diagnosis
