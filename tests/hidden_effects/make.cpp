@@ -14,6 +14,8 @@ namespace {
 
 using namespace tofgraph::hidden;
 
+const char* prefix(Draw draw) { return draw == Draw::either_sign ? "+-" : draw == Draw::within ? "within +-" : ""; }
+
 void list() {
   fmt::print("designs\n");
   for (const NamedConditions& design : designs())
@@ -28,7 +30,7 @@ void list() {
       if (parameter.draw == Draw::angle)
         parameters += fmt::format(" {}: drawn", parameter.name);
       else if (parameter.draw != Draw::unused)
-        parameters += fmt::format(" {}: {}{}", parameter.name, parameter.draw == Draw::either_sign ? "+-" : "",
+        parameters += fmt::format(" {}: {}{}", parameter.name, prefix(parameter.draw),
                                   tofgraph::config::format_quantity(parameter.typical, parameter.unit));
     fmt::print("  {:<24}{}\n", effect.name, parameters);
   }
@@ -47,7 +49,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> effects, patterns;
   double size = 1;
   std::string output = "taps";
-  bool show = false;
+  bool show = false, plain = false;
   const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
                                                    {"heavy", NoiseKind::heavy},
                                                    {"drift", NoiseKind::drift},
@@ -58,6 +60,8 @@ int main(int argc, char** argv) {
   app.add_option("--effect", effects, "NAME or NAME:parameter=value,..; several times for several");
   app.add_option("--pattern", patterns, "NAME or NAME:SIZE, an error that is in no catalogue");
   app.add_option("--size", size, "factor on the typical size, where no parameters are given")->capture_default_str();
+  app.add_flag("--plain", plain,
+               "draws the main parameters of an effect alone; the further ones keep their off values");
   app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
       ->transform(CLI::CheckedTransformer(noises));
   app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
@@ -74,7 +78,8 @@ int main(int argc, char** argv) {
   try {
     if (show) return list(), 0;
     if (options.folder.empty()) throw std::invalid_argument("where to? -o DIR is missing");
-    for (const std::string& text : effects) options.effects.add_text(text, size, options.seed);
+    for (const std::string& text : effects)
+      options.effects.add_text(text, size, options.seed, plain ? Drawn::plain : Drawn::all);
     for (const std::string& text : patterns) options.patterns.push_back(parse_pattern(text, size));
     options.taps = output == "taps";
     make_campaign(options);

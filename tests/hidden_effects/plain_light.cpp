@@ -192,8 +192,9 @@ template <class Value> void scatter(const Physics& physics, std::vector<Value>& 
   for (std::size_t i = 0; i < image.size(); ++i) image[i] += fraction * ((1 - share) * wide[i] + share * mean);
 }
 
-double warm(const View& view, const Effects& effects) {
-  return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", "time_constant"));
+/// How far the camera has come since power-on, 0..1. @param time_constant name of the process's
+double warm(const View& view, const Effects& effects, const char* time_constant = "time_constant") {
+  return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", time_constant));
 }
 
 /// What turns the phase at the end of the level, as a distance.
@@ -201,11 +202,15 @@ class Turns {
  public:
   Turns(const Physics& physics, const View& view) : physics_(physics), view_(view) {
     const Effects& e = physics.effects;
-    const double times = view.integration_time / e.value("integration_time_offset", "reference_time");
+    const double reference_time = e.value("integration_time_offset", "reference_time");
+    const double times = view.integration_time / reference_time;
     const double exponent = e.value("integration_time_offset", "exponent");
     const double longer = exponent == 0 ? std::log(times) : (std::pow(times, exponent) - 1) / exponent;
     everywhere_ = view.drift_distance + e.value("warm_up", "drift") * warm(view, e) +
-                  e.value("integration_time_offset", "slope") * longer + e.value("zero_offset", "offset");
+                  e.value("warm_up", "slow_drift") * warm(view, e, "slow_time_constant") +
+                  e.value("integration_time_offset", "slope") * longer +
+                  e.value("integration_time_offset", "linear") * (view.integration_time - reference_time) +
+                  e.value("zero_offset", "offset");
     logarithmic_ = e.value("amplitude_walk", "logarithmic");
     inverse_ = e.value("amplitude_walk", "inverse");
     reference_amplitude_ = e.value("amplitude_walk", "reference_amplitude");
