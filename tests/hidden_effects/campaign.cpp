@@ -135,6 +135,7 @@ class Writer {
         physics_{this_camera(options), options.light, options.effects, draw_maps({}, options.seed), options.patterns},
         conditions_(conditions_of(options.design, options.experiments)),
         views_(measured_views(options, conditions_)),
+        clutter_(add_clutter(options.clutter, options.seed, options.seed, conditions_, views_)),
         defects_(draw_defects(options, physics_.camera)) {
     for (io::Condition& condition : conditions_) condition.capture = folder_ / "captures" / (condition.id + ".h5");
   }
@@ -142,7 +143,7 @@ class Writer {
   void write() {
     fs::create_directories(folder_ / "captures");
     write_captures();
-    write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_);
+    write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_, clutter_);
     write_campaign_file();
   }
 
@@ -245,6 +246,7 @@ class Writer {
   Physics physics_;
   std::vector<io::Condition> conditions_;
   std::vector<View> views_;
+  DrawnClutter clutter_;
   std::vector<Defect> defects_;
 };
 

@@ -17,6 +17,7 @@ struct CampaignOptions {
   Effects effects;
   std::vector<Pattern> patterns;
   NoiseKind noise = NoiseKind::gaussian;
+  Clutter clutter;
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   bool taps = true;        ///< else phases

@@ -302,7 +302,7 @@ TEST(PlainCamera, SeesNearlyTheSameWithAllEffectsAtOnce) {
   Physics physics;
   for (const Effect& effect : catalogue())
     if (effect.name != "temporal_noise" && effect.name != "saturation" && effect.name != "specular")
-      physics.effects.add_typical(effect.name, 1, 7);
+      physics.effects.add_typical(effect.name, 1, 7, Drawn::plain);
   // The reference fixes the order of the levels, not of the effects in a level: products of two small effects remain.
   const Difference all = compare(physics, {board(0.9, 1e-3), board(3.1, 4e-3)}, "all");
   EXPECT_LT(all.distance, 0.3);

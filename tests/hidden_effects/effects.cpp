@@ -44,9 +44,9 @@ const std::vector<Effect>& catalogue() {
        {{"amplitude", "m", 0, 5e-3, scaled},
         {"phase", "rad", 0, 0, angle},
         {"amplitude5", "m", 0, 1.75e-3, scaled, true},
-        {"phase5", "rad", 0, 0, angle, true},
+        {"phase5", "rad", 0, 0, turn, true},
         {"amplitude7", "m", 0, 1e-3, scaled, true},
-        {"phase7", "rad", 0, 0, angle, true}}},
+        {"phase7", "rad", 0, 0, turn, true}}},
       {"even_harmonic", {{"ratio", "", 0, 0.02, either_sign}}},
       {"phase_step_error",
        {{"step1", "rad", 0, 5e-3, either_sign},
@@ -149,6 +149,9 @@ void Effects::add_typical(const std::string& name, double size, std::uint64_t se
         break;
       case Draw::angle:
         values[parameter.name] = 2 * M_PI * uniform;
+        break;
+      case Draw::turn:
+        values[parameter.name] = (2 * uniform - 1) * M_PI;
         break;
     }
   }

@@ -19,6 +19,7 @@ enum class Draw {
   either_sign,  ///< typical value x size, sign drawn
   within,       ///< drawn from +-typical value x size
   angle,        ///< drawn from 0 .. 2 pi
+  turn,         ///< drawn from -pi .. pi
 };
 
 /// Which parameters a typical effect has beside their off values: its main ones, or the further ones too.

@@ -16,6 +16,12 @@ using namespace tofgraph::hidden;
 
 const char* prefix(Draw draw) { return draw == Draw::either_sign ? "+-" : draw == Draw::within ? "within +-" : ""; }
 
+double length(const std::string& text, const char* option) {
+  const tofgraph::config::Quantity quantity = tofgraph::config::parse_quantity(text, "m");
+  if (!quantity.ok()) throw std::invalid_argument(fmt::format("{}: {}", option, quantity.problem));
+  return quantity.value;
+}
+
 void list() {
   fmt::print("designs\n");
   for (const NamedConditions& design : designs())
@@ -27,7 +33,7 @@ void list() {
   for (const Effect& effect : catalogue()) {
     std::string parameters;
     for (const Parameter& parameter : effect.parameters)
-      if (parameter.draw == Draw::angle)
+      if (parameter.draw == Draw::angle || parameter.draw == Draw::turn)
         parameters += fmt::format(" {}: drawn", parameter.name);
       else if (parameter.draw != Draw::unused)
         parameters += fmt::format(" {}: {}{}", parameter.name, prefix(parameter.draw),
@@ -48,7 +54,7 @@ int main(int argc, char** argv) {
   CampaignOptions options;
   std::vector<std::string> effects, patterns;
   double size = 1;
-  std::string output = "taps";
+  std::string output = "taps", warp = "0mm", residue = "0mm", misplaced = "0mm";
   bool show = false, plain = false;
   const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
                                                    {"heavy", NoiseKind::heavy},
@@ -64,6 +70,14 @@ int main(int argc, char** argv) {
                "draws the main parameters of an effect alone; the further ones keep their off values");
   app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
       ->transform(CLI::CheckedTransformer(noises));
+  app.add_option("--warp", warp,
+                 "e.g. 1mm: boards that are not flat, root mean square; the shape moves with the board");
+  app.add_option(
+      "--sessions", options.clutter.sessions,
+      "recorded in so many sessions, each with its own offset (3 mm) and light (2 %); the campaign file does "
+      "not tell them");
+  app.add_option("--residue", residue, "e.g. 0.3mm: an error that is smooth over the image and the order measured");
+  app.add_option("--misplaced", misplaced, "e.g. 20mm: one board stands farther by this than the campaign file says");
   app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
@@ -81,6 +95,9 @@ int main(int argc, char** argv) {
     for (const std::string& text : effects)
       options.effects.add_text(text, size, options.seed, plain ? Drawn::plain : Drawn::all);
     for (const std::string& text : patterns) options.patterns.push_back(parse_pattern(text, size));
+    options.clutter.warp = length(warp, "--warp");
+    options.clutter.residue = length(residue, "--residue");
+    options.clutter.misplaced = length(misplaced, "--misplaced");
     options.taps = output == "taps";
     make_campaign(options);
   } catch (const std::invalid_argument& mistake) {

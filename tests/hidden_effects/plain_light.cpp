@@ -105,7 +105,7 @@ class BoardLight {
 
   PixelLight operator()(const Ray& ray) const {
     const Vector lens{0, 0, physics_.camera.focal_length};
-    const double from_lens = dot(board_.point - lens, board_.normal) / dot(ray.direction, board_.normal);
+    const double from_lens = way_to_board(ray, lens);
     if (!(from_lens > 0)) return {};
     const Vector point = lens + from_lens * ray.direction;
     const Vector facing = dot(board_.normal, lens - point) < 0 ? -1 * board_.normal : board_.normal;
@@ -132,6 +132,18 @@ class BoardLight {
   }
 
  private:
+  /// From the lens to the board, which stands out of its plane by the warp: found by repetition, as its slope is small.
+  /// The light that the board sends on knows the plane's normal alone.
+  double way_to_board(const Ray& ray, Vector lens) const {
+    const double flat = dot(board_.point - lens, board_.normal), along = dot(ray.direction, board_.normal);
+    double way = flat / along;
+    for (int i = 0; view_.warp && i < 6; ++i) {
+      const Vector off = lens + way * ray.direction - board_.point;
+      way = (flat + view_.warp(dot(off, board_.x), dot(off, board_.y))) / along;
+    }
+    return way;
+  }
+
   const Physics& physics_;
   const View& view_;
   Surface surface_;
@@ -222,7 +234,7 @@ class Turns {
     const double per_radian = physics_.camera.metres_per_radian();
     const std::size_t i = static_cast<std::size_t>(row * physics_.camera.width + column);
     const double phase = std::arg(light), distance = per_radian * (phase < 0 ? phase + 2 * M_PI : phase);
-    double sum = everywhere_ + map_scale_ * map(i, distance);
+    double sum = everywhere_ + map_scale_ * map(i, distance) + view_.residue(column, row);
     if (std::abs(light) > 0) {
       const double relative = std::abs(light) / reference_amplitude_;
       sum += per_radian * (logarithmic_ * std::log(relative) + inverse_ / relative);

@@ -16,6 +16,19 @@ void write_whole(const std::filesystem::path& file, const std::string& text) {
   if (!out.flush()) throw std::runtime_error(fmt::format("{} cannot be written", file.string()));
 }
 
+std::string clutter_text(const Clutter& clutter, const std::vector<io::Condition>& conditions,
+                         const DrawnClutter& drawn) {
+  std::string text = fmt::format("clutter: {{warp: {}, residue: {}, misplaced: {}, sessions: {}}}\n", clutter.warp,
+                                 clutter.residue, clutter.misplaced, clutter.sessions);
+  if (clutter.misplaced != 0)
+    text += fmt::format("misplaced: {{id: {}, by: {}}}\n", conditions[drawn.misplaced].id, clutter.misplaced);
+  if (drawn.sessions.empty()) return text;
+  text += "sessions:\n";
+  for (const DrawnClutter::Session& session : drawn.sessions)
+    text += fmt::format("  - {{offset: {}, light: {}}}\n", session.offset, session.light);
+  return text;
+}
+
 }  // namespace
 
 const char* name_of(NoiseKind noise) {
@@ -39,7 +52,8 @@ void write_model(const std::filesystem::path& file, const CampaignOptions& optio
 }
 
 void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
-                 const std::vector<io::Condition>& conditions, const std::vector<View>& views) {
+                 const std::vector<io::Condition>& conditions, const std::vector<View>& views,
+                 const DrawnClutter& clutter) {
   std::string text = fmt::format(
       "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nseed: {}\nlight: {}\nnoise: {}\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
@@ -55,12 +69,16 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
   text += options.patterns.empty() ? "patterns: []\n" : "patterns:\n";
   for (const Pattern& pattern : options.patterns)
     text += fmt::format("  - {{pattern: {}, size: {}}}\n", pattern.name, pattern.size);
+  text += clutter_text(options.clutter, conditions, clutter);
   text += "conditions:\n";
   for (std::size_t i = 0; i < views.size(); ++i)
     text += fmt::format(
-        "  - {{id: {}, order: {}, distance: {}, reflectivity: {}, drift_distance: {}, drift_amplitude: {}}}\n",
+        "  - {{id: {}, order: {}, distance: {}, reflectivity: {}, drift_distance: {}, drift_amplitude: {}{}}}\n",
         conditions[i].id, views[i].order, views[i].distance, views[i].reflectivity, views[i].drift_distance,
-        views[i].drift_amplitude);
+        views[i].drift_amplitude,
+        clutter.sessions.empty()
+            ? ""
+            : fmt::format(", session: {}", session_of(views[i].order, views.size(), clutter.sessions.size())));
   write_whole(file, text);
 }
 
