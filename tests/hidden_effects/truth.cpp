@@ -3,6 +3,7 @@
 #include "tests/hidden_effects/truth.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fstream>
 #include <stdexcept>
@@ -55,9 +56,12 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
                  const std::vector<io::Condition>& conditions, const std::vector<View>& views,
                  const DrawnClutter& clutter) {
   std::string text = fmt::format(
-      "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nseed: {}\nlight: {}\nnoise: {}\n"
+      "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nexperiments: [{}]\nseed: {}\nrig_seed: {}\nlight: "
+      "{}\nnoise: {}\n"
+      "jitter: {}\nframes: {}\noutput: {}\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
-      options.design, options.seed, name_of(options.light), name_of(options.noise), physics.camera.gain,
+      options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
+      name_of(options.noise), options.jitter, options.frames, options.taps ? "taps" : "phases", physics.camera.gain,
       physics.camera.read_noise, physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {
