@@ -59,7 +59,8 @@ class Cells {
       return;
     }
     for (const std::string& effect : what.effects) {
-      Cell& cell = add(score, beside.empty() ? effect : effect + ", " + beside, outcome_of_effect(score, effect));
+      Cell& cell = add(score, fmt::format("{}{}{}", effect, beside.empty() ? "" : ", ", beside),
+                       outcome_of_effect(score, effect));
       for (const HeldInterval& interval : score.intervals) {
         if (!interval.parameter.starts_with(effect + ".")) continue;
         ++cell.intervals;

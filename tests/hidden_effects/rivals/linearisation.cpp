@@ -31,7 +31,7 @@ class File {
   File& operator=(const File&) = delete;
   ~File() { H5Fclose(id_); }
 
-  void write(const std::string& name, const std::vector<double>& values, std::vector<hsize_t> extent) const {
+  void write(const std::string& name, const std::vector<double>& values, const std::vector<hsize_t>& extent) const {
     write(name, values.data(), H5T_NATIVE_DOUBLE, H5T_NATIVE_DOUBLE, extent);
   }
   /// Conditions x rows; single precision is enough for what noise is laid over.
@@ -55,7 +55,8 @@ class File {
     if (id < 0) throw std::runtime_error(what + " cannot be written");
     return id;
   }
-  void write(const std::string& name, const void* data, hid_t memory, hid_t file, std::vector<hsize_t> extent) const {
+  void write(const std::string& name, const void* data, hid_t memory, hid_t file,
+             const std::vector<hsize_t>& extent) const {
     const hid_t space = H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr);
     const hid_t links = H5Pcreate(H5P_LINK_CREATE);
     H5Pset_create_intermediate_group(links, 1);

@@ -69,7 +69,7 @@ def read(path):
 
 
 def with_maps(lin):
-    """The effects that are a number for every pixel: a free value in each superpixel, of the distance or of the light."""
+    """The effects that are a number for every pixel: a free value in each superpixel, of the distance or the light."""
     n = lin.superpixels
     conditions, rows = lin.residual.shape
     maps = np.zeros((2 * n, conditions, rows), dtype=np.float32)
@@ -124,7 +124,7 @@ class Normal:
         return np.sqrt(np.maximum(np.mean(squares, axis=0) - np.mean(noise, axis=0), floor))
 
     def solve(self, total, active):
-        """Values of all columns and reflectivities; what is not active is 0. A weak prior holds what is not determined."""
+        """Values of all columns and reflectivities; what is not active is 0. A weak prior holds what is undetermined."""
         kept = np.concatenate([np.asarray(active, dtype=int), self.count + np.arange(self.targets)]).astype(int)
         values = np.zeros(self.count + self.targets)
         if len(kept):
@@ -133,8 +133,8 @@ class Normal:
         return values
 
     def fit(self, active, rounds=3):
-        """Values and standard deviations that suit each other, on what is not held out. What effects explain cannot make
-        the conditions differ more than they do without: else a bad fit would make its own room."""
+        """Values and standard deviations that suit each other, on what is not held out. What effects explain cannot
+        make the conditions differ more than they do without: else a bad fit would make its own room."""
         sd = self.without_effects
         for _ in range(rounds):
             values = self.solve(self.total(self.lin.trained, sd), active)

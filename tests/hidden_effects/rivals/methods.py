@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Other ways to close a gap. Each takes a Linearised and gives (names, depth that it explains: conditions x superpixels).
+"""Other ways to close a gap. Each takes a Linearised and gives names and the depth that it explains, conditions x
+superpixels.
 
 What is held out is seen by none of them but for what every condition says of itself.
 """
@@ -65,8 +66,8 @@ def z_values(normal, total, active):
 
 
 def group_lasso(lin):
-    """All effects at once (Yuan and Lin 2006); of the supports along the path the one whose refit has the least extended BIC
-    (Chen and Chen 2008): to leave out distances in turn would choose many more."""
+    """All effects at once (Yuan and Lin 2006); of the supports along the path the one whose refit has the least
+    extended BIC (Chen and Chen 2008): to leave out distances in turn would choose many more."""
     normal = Normal(lin)
     effects = sorted(set(lin.effects))
     groups = [np.flatnonzero([effect == e for e in lin.effects]) for effect in effects]
@@ -170,8 +171,8 @@ def process(inputs, values, known, points):
 
 
 def gaussian_process(lin, points=800):
-    """A discrepancy that names nothing: one process for the means of the conditions, over distance, integration time and
-    amplitude, with whose noise a board may stand elsewhere; one for what pixels differ by, over the image too."""
+    """A discrepancy that names nothing: one process for the means of the conditions, over distance, integration time
+    and amplitude, in whose noise a board may stand elsewhere; one for what pixels differ by, over the image too."""
     n = lin.superpixels
     side = int(round(np.sqrt(n)))
     depth = lin.depth(lin.residual)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The rivals on data of which the truth is known: what is planted is found, what is not there is not. Exits with 77 where
-their packages are not installed: ./bootstrap rivals."""
+"""The rivals on data of which the truth is known: what is planted is found, what is not there is not. Exits with 77
+where their packages are not installed: ./bootstrap rivals."""
 
 import sys
 import unittest
@@ -40,7 +40,8 @@ def linearised(seed, planted=(), jitter=5e-4, conditions=40):
     board[:, :N], light[:, N:3 * N] = 1, 1
     target = np.arange(conditions) // 2 % 2
     residual = random.normal(size=board.shape) * NOISE
-    residual += jitter * random.normal(size=(conditions, 1)) * board + 2e-3 * random.normal(size=(conditions, 1)) * light
+    residual += jitter * random.normal(size=(conditions, 1)) * board
+    residual += 2e-3 * random.normal(size=(conditions, 1)) * light
     residual += np.array([0.1, -0.05])[target][:, None] * light
     for index, size in planted:
         residual += size * columns[index]

@@ -5,8 +5,8 @@
 
     python3 tests/hidden_effects/rivals/run.py --suite pairs --seed 33000 --first 5
 
-Makes the campaigns of a suite one after the other, has tofgraph search each and every rival explain it, and prints a table
-in Markdown. The campaigns are deleted again.
+Makes the campaigns of a suite one after the other, has tofgraph search each and every rival explain it, and prints a
+table in Markdown. The campaigns are deleted again.
 """
 
 import argparse
