@@ -55,7 +55,8 @@ class Cells {
     if (what.effects.empty() || !what.without.empty()) {
       std::string name = !what.without.empty() ? what.without : what.pattern;
       if (name.empty()) name = "nothing, " + (beside.empty() ? "gaussian" : beside);
-      add(score, name, outcome_without_name(score));
+      add(score, name, outcome_without_name(score)).disturbed =
+          what.without.empty() && what.pattern.empty() && (what.noise == NoiseKind::drift || !what.clutter.empty());
       return;
     }
     for (const std::string& effect : what.effects) {
@@ -95,7 +96,7 @@ class Cells {
 }  // namespace
 
 double Cell::share() const {
-  return cases == blind ? std::nan("") : static_cast<double>(right + tie) / static_cast<double>(cases - blind);
+  return cases == blind ? std::nan("") : static_cast<double>(good()) / static_cast<double>(cases - blind);
 }
 
 std::vector<Cell> cells_of(const std::vector<Score>& scores) {
@@ -132,9 +133,9 @@ std::string cells_markdown(const std::vector<Score>& scores) {
                         cell.false_names, cell.intervals_hold, cell.intervals);
   }
   if (const Cell* worst = worst_of(cells))
-    text += fmt::format("\nWorst cell: {}, {}, design {}, size {}: {} of {} right or tied, {} wrong.\n", worst->suite,
-                        worst->what, worst->design, worst->size, worst->right + worst->tie, worst->cases - worst->blind,
-                        worst->wrong);
+    text +=
+        fmt::format("\nWorst cell: {}, {}, design {}, size {}: {} of {} without a mistake, {} wrong.\n", worst->suite,
+                    worst->what, worst->design, worst->size, worst->good(), worst->cases - worst->blind, worst->wrong);
   return text;
 }
 

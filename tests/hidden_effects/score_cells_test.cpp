@@ -113,10 +113,11 @@ TEST(Cells, EachCaseIsOneOfSix) {
   EXPECT_EQ(cell(cells, "pairs", "crosstalk").unknown, 1U);
   EXPECT_EQ(cell(cells, "nothing", "nothing, drift+sessions+residue").right, 1U);
   EXPECT_EQ(cell(cells, "nothing", "nothing, drift+sessions+residue").unknown, 1U);
+  EXPECT_EQ(cell(cells, "nothing", "nothing, drift+sessions+residue").good(), 2U) << "something is there";
   EXPECT_EQ(cell(cells, "without", "wiggling").right, 1U);
   EXPECT_EQ(worst_of(cells)->what, "crosstalk");
   EXPECT_THAT(cells_markdown(some_scores()),
-              HasSubstr("\nWorst cell: single, crosstalk, design C, size 1: 0 of 1 right or tied, 1 wrong.\n"));
+              HasSubstr("\nWorst cell: single, crosstalk, design C, size 1: 0 of 1 without a mistake, 1 wrong.\n"));
   EXPECT_THAT(intervals_markdown(some_scores()), HasSubstr("| wiggling.amplitude | 3 | 3 |\n"));
 }
 

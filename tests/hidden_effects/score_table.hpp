@@ -18,8 +18,11 @@ struct Cell {
   std::size_t right = 0, tie = 0, wrong = 0, unknown = 0, nothing = 0, blind = 0;  ///< each case is one of these
   std::size_t false_names = 0;                                                     ///< in all its reports
   std::size_t intervals = 0, intervals_hold = 0;                                   ///< of this effect's parameters
+  bool disturbed = false;  ///< no effect is hidden, but drift or clutter is: "unknown" is no mistake there
 
-  /// Right or tied, of the cases that the search did not declare blind; NaN where all are.
+  /// Cases without a mistake: right or tied.
+  std::size_t good() const { return right + tie + (disturbed ? unknown : 0); }
+  /// Their share of the cases that the search did not declare blind; NaN where all are.
   double share() const;
 };
 
