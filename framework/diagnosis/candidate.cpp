@@ -22,10 +22,24 @@ std::shared_ptr<const graph::ParameterValues> defaults_of(const graph::Plugin& d
   return values;
 }
 
+}  // namespace
+
+double FreeParameter::step() const {
+  const double up = std::min(off + std::abs(typical), maximum) - off,
+               down = std::max(off - std::abs(typical), minimum) - off;
+  return up >= -down ? up : down;
+}
+
+bool FreeParameter::is_angle() const {
+  return shape && unit == "rad" && maximum - minimum > 0.99 * 2 * std::numbers::pi;
+}
+
+namespace {
+
 /// A few values of a shape. An angle that may be anything: around the circle; else about what is usual, within bounds.
 std::vector<double> tried(const FreeParameter& shape) {
   constexpr double turn = 2 * std::numbers::pi;
-  if (shape.unit == "rad" && shape.maximum - shape.minimum > 0.99 * turn) {
+  if (shape.is_angle()) {
     constexpr int steps = 6;
     std::vector<double> values;
     for (int i = 0; i < steps; ++i) values.push_back(shape.minimum + turn * i / steps);
@@ -57,24 +71,66 @@ Candidate::Candidate(const graph::Plugin& plugin)
     : descriptor_(&plugin), owned_(defaults_of(plugin)), written_(owned_.get()) {
   find_free();
   find_maps();
+  find_refinements();
 }
 
 Candidate::Candidate(const simulation::ModelEffect& effect) : descriptor_(effect.descriptor), written_(&effect.values) {
   find_free();
+  find_refinements();
+}
+
+Candidate::Candidate(const Candidate& root, std::size_t refined)
+    : descriptor_(root.descriptor_), written_(root.written_), root_(&root), refined_(refined), free_(root.free_) {
+  for (std::size_t r = 0; r < refinements().size(); ++r) {
+    if (this->refined(r)) std::ranges::copy(refinements()[r].parameters, std::back_inserter(free_));
+  }
+}
+
+FreeParameter Candidate::free_parameter(std::size_t i) const {
+  const tofgraph_parameter& p = descriptor_->parameters[i];
+  const bool shape = !std::isfinite(p.off);
+  const auto bound = [](double value, double none) { return std::isnan(value) ? none : value; };
+  return {i,
+          p.name,
+          p.unit,
+          shape,
+          shape ? p.typical : p.off,
+          p.typical,
+          bound(p.minimum, -std::numeric_limits<double>::infinity()),
+          bound(p.maximum, std::numeric_limits<double>::infinity())};
 }
 
 void Candidate::find_free() {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
-    if (p.kind != TOFGRAPH_KIND_NUMBER || !std::isfinite(p.typical)) continue;
-    const bool shape = !std::isfinite(p.off);
-    const auto bound = [](double value, double none) { return std::isnan(value) ? none : value; };
-    free_.push_back({i, p.name, p.unit, shape, shape ? p.typical : p.off, p.typical,
-                     bound(p.minimum, -std::numeric_limits<double>::infinity()),
-                     bound(p.maximum, std::numeric_limits<double>::infinity())});
+    const bool nested = (p.flags & TOFGRAPH_PARAMETER_NESTED) != 0;
+    if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(free_parameter(i));
   }
   // Without a size nothing can be searched: shapes alone change nothing.
   if (sizes() == 0) free_.clear();
+}
+
+void Candidate::find_refinements() {
+  constexpr std::size_t most = 8;  // there is a variant for each of their combinations
+  for (std::uint64_t i = 0; i < descriptor_->parameter_count && !free_.empty(); ++i) {
+    const tofgraph_parameter& p = descriptor_->parameters[i];
+    if (p.kind != TOFGRAPH_KIND_NUMBER || (p.flags & TOFGRAPH_PARAMETER_NESTED) == 0) continue;
+    FreeParameter parameter = free_parameter(i);
+    if (!parameter.shape) {
+      if (refinements_.size() == most) break;
+      parameter.off = written_->data()[i].number;  // what a model says is what changes nothing
+      refinements_.push_back({p.name, {}});
+    }
+    if (!refinements_.empty()) refinements_.back().parameters.push_back(std::move(parameter));
+  }
+  for (std::size_t bits = 1; bits < std::size_t{1} << refinements_.size(); ++bits)
+    variants_.push_back(std::unique_ptr<Candidate>(new Candidate(*this, bits)));
+}
+
+std::size_t Candidate::place(std::size_t refinement) const {
+  std::size_t at = root_->free_.size();
+  for (std::size_t r = 0; r < refinement; ++r) at += refined(r) ? refinements()[r].parameters.size() : 0;
+  return at;
 }
 
 void Candidate::find_maps() {
@@ -104,9 +160,9 @@ std::vector<double> Candidate::start() const {
   return values;
 }
 
-std::vector<std::vector<double>> Candidate::probes() const {
+std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters) {
   std::vector<std::vector<double>> all(1);
-  for (const FreeParameter& p : free_) {
+  for (const FreeParameter& p : parameters) {
     const std::vector<double> values = p.shape ? tried(p) : std::vector<double>{p.off};
     std::vector<std::vector<double>> longer;
     for (const std::vector<double>& before : all) {
@@ -155,6 +211,32 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
     text += fmt::format(", {}: {{file: {}, dataset: {}}}", map.name, map_file, map_dataset(map));
   }
   return text + "}";
+}
+
+std::span<const double> values_of(const Term& term, const Piece& piece) {
+  if (!piece.refinement) return term.values;
+  const std::size_t count = term.candidate->refinements()[*piece.refinement].parameters.size();
+  return std::span(term.values).subspan(term.candidate->place(*piece.refinement), count);
+}
+
+std::string name_of(const Term& term, const Piece& piece) {
+  const std::string name = term.candidate->name();
+  return piece.refinement ? name + "." + term.candidate->refinements()[*piece.refinement].name : name;
+}
+
+Term refined(Term term, std::size_t refinement, std::span<const double> values) {
+  const auto at = static_cast<std::ptrdiff_t>(term.candidate->place(refinement));
+  term.values.insert(term.values.begin() + at, values.begin(), values.end());
+  term.candidate = &term.candidate->with(refinement);
+  return term;
+}
+
+Term coarser(Term term, std::size_t refinement) {
+  const auto first = term.values.begin() + static_cast<std::ptrdiff_t>(term.candidate->place(refinement));
+  const std::size_t count = term.candidate->refinements()[refinement].parameters.size();
+  term.values.erase(first, first + static_cast<std::ptrdiff_t>(count));
+  term.candidate = &term.candidate->without(refinement);
+  return term;
 }
 
 simulation::ForwardModel forward_model(std::span<const Term> terms, const tofgraph_camera& camera, bool physical) {

@@ -8,6 +8,7 @@
 #include "simulation/forward_model.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,17 @@ struct FreeParameter {
   std::string name, unit;
   bool shape = false;
   double off = 0, typical = 0, minimum = 0, maximum = 0;  ///< SI; off only of a size
+
+  /// Of a size, from where it changes nothing: a typical one, or as much of it as the bounds allow.
+  double step() const;
+  /// A shape that may be anything around the circle.
+  bool is_angle() const;
+};
+
+/// Nested parameters, which are varied only where the data demand it: a size and the shapes that go with it.
+struct Refinement {
+  std::string name;  ///< of the size
+  std::vector<FreeParameter> parameters;
 };
 
 /// A parameter that is a number for every pixel.
@@ -55,6 +67,9 @@ class EstimatedMaps {
   std::vector<tofgraph_view> images_;
 };
 
+/// Sizes where they change nothing, with shapes at which a search begins: the product of a few of each shape.
+std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters);
+
 class Candidate {
  public:
   /// With the defaults of its parameters. @throws config::ConfigurationError when one has none
@@ -62,11 +77,24 @@ class Candidate {
   /// With the values of a model; these must live on.
   explicit Candidate(const simulation::ModelEffect& effect);
 
+  Candidate(const Candidate&) = delete;
+  Candidate& operator=(const Candidate&) = delete;
+
   std::string name() const { return descriptor_->name; }
+  /// The effect without any refinement: the same for all its refinements.
+  const Candidate& root() const { return *root_; }
   const graph::Plugin& descriptor() const { return *descriptor_; }
   const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
   std::size_t sizes() const;
+
+  const std::vector<Refinement>& refinements() const { return root_->refinements_; }
+  bool refined(std::size_t refinement) const { return (refined_ >> refinement & 1U) != 0; }
+  /// The same with one refinement more, or less; these live as long as the effect without any.
+  const Candidate& with(std::size_t refinement) const { return variant(refined_ | std::size_t{1} << refinement); }
+  const Candidate& without(std::size_t refinement) const { return variant(refined_ & ~(std::size_t{1} << refinement)); }
+  /// Where a refinement's parameters stand, or would stand, among free().
+  std::size_t place(std::size_t refinement) const;
 
   /// What can be estimated where it is not given: the maps of an effect that has a size to scale them and nothing else.
   const std::vector<MapParameter>& maps() const { return maps_; }
@@ -75,8 +103,7 @@ class Candidate {
 
   /// Values of the free parameters as they are in the model or by default.
   std::vector<double> start() const;
-  /// Everything that changes nothing, with shapes at which a search begins: the product of a few of each shape.
-  std::vector<std::vector<double>> probes() const;
+  std::vector<std::vector<double>> probes() const { return probes_of(free_); }
   /// @throws simulation::EffectError
   simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera,
                              std::shared_ptr<const EstimatedMaps> maps = nullptr) const;
@@ -87,13 +114,21 @@ class Candidate {
   std::string map_dataset(const MapParameter& map) const { return name() + "_" + map.name; }
 
  private:
+  Candidate(const Candidate& root, std::size_t refined);
   void find_free();
+  void find_refinements();
   void find_maps();
+  FreeParameter free_parameter(std::size_t index) const;
+  const Candidate& variant(std::size_t refined) const { return refined == 0 ? *root_ : *root_->variants_[refined - 1]; }
 
   const graph::Plugin* descriptor_;
   std::shared_ptr<const graph::ParameterValues> owned_;  ///< of defaults
   const graph::ParameterValues* written_;
+  const Candidate* root_ = this;
+  std::size_t refined_ = 0;  ///< a bit for each refinement
   std::vector<FreeParameter> free_;
+  std::vector<Refinement> refinements_;               ///< of the root
+  std::vector<std::unique_ptr<Candidate>> variants_;  ///< of the root, by their bits
   std::vector<MapParameter> maps_;
 };
 
@@ -103,6 +138,22 @@ struct Term {
   std::vector<double> values;
   std::shared_ptr<const EstimatedMaps> maps = nullptr;
 };
+
+/// What may be put into a model or taken out of it: a term, or a refinement of one.
+struct Piece {
+  std::size_t term = 0;  ///< among those of a state that has the piece
+  std::optional<std::size_t> refinement;
+};
+
+/// A term's values, or those of its refinement.
+std::span<const double> values_of(const Term& term, const Piece& piece);
+/// "wiggling" or "wiggling.amplitude5".
+std::string name_of(const Term& term, const Piece& piece);
+
+/// A term with a refinement more. @param values of the refinement's parameters
+Term refined(Term term, std::size_t refinement, std::span<const double> values);
+/// A term with a refinement less.
+Term coarser(Term term, std::size_t refinement);
 
 /// The forward model with some effects. @throws simulation::EffectError
 simulation::ForwardModel forward_model(std::span<const Term> terms, const tofgraph_camera& camera, bool physical);

@@ -15,7 +15,7 @@ namespace {
 bool right(const SearchResult& result, const Candidate& truth) {
   if (result.found.size() != 1) return false;
   const Found& found = result.found.front();
-  return found.candidate == &truth ||
+  return &found.candidate->root() == &truth ||
          std::ranges::any_of(found.rivals, [&](const Rival& r) { return r.tied && r.candidate == &truth; });
 }
 

@@ -138,13 +138,22 @@ bool hardly_differ(const Problem& problem, const State& one, const State& other,
   return square < limit && importance(problem, apart) < 1;
 }
 
-std::vector<Column> signature(const Problem& problem, const State& without, const Term& term) {
-  State with = without;
-  with.terms.push_back(term);
-  const auto rows = expected(problem, with);
+std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const Piece& piece) {
+  State state = without;
+  const Term& term = with.terms[piece.term];
+  const std::span<const double> values = values_of(term, piece);
+  std::size_t at = state.terms.size(), first = 0;
+  if (piece.refinement) {
+    at = piece.term;
+    state.terms[at] = refined(state.terms[at], *piece.refinement, values);
+    first = state.terms[at].candidate->place(*piece.refinement);
+  } else {
+    state.terms.push_back(term);
+  }
+  const auto rows = expected(problem, state);
   std::vector<Column> columns = {difference(rows, expected(problem, without))};
-  for (std::size_t k = 0; k < term.candidate->free().size(); ++k)
-    columns.push_back(derivative(problem, with, rows, with.terms.size() - 1, k));
+  for (std::size_t k = first; k < first + values.size(); ++k)
+    columns.push_back(derivative(problem, state, rows, at, k));
   return columns;
 }
 

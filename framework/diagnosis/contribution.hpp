@@ -35,8 +35,8 @@ std::string refuted(const HeldOutFall& fall);
 /// anywhere: however sure that is, it tells nothing apart. @param limit of chi-square for the former
 bool hardly_differ(const Problem& problem, const State& one, const State& other, double limit);
 
-/// The change that the last term makes at its values, and its derivatives there: what is scored against generic
-/// patterns. @throws simulation::EffectError
-std::vector<Column> signature(const Problem& problem, const State& without, const Term& term);
+/// The change that a piece makes at its values, and its derivatives there: what is scored against generic patterns.
+/// @param with a state that has the piece @throws simulation::EffectError
+std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const Piece& piece);
 
 }  // namespace tofgraph::diagnosis

@@ -181,6 +181,11 @@ class Run {
         effect.parameters.push_back(
             {term.candidate->free()[k].name, term.candidate->free()[k].unit, term.values[k],
              term.maps ? Interval{NAN, NAN} : all[at]});  // of a scale only the product with its maps is known
+      for (std::size_t r = 0; r < term.candidate->refinements().size(); ++r) {
+        if (term.candidate->refined(r)) continue;
+        const FreeParameter& size = term.candidate->refinements()[r].parameters.front();
+        effect.fixed.push_back({size.name, size.unit, size.off, {NAN, NAN}});
+      }
       if (t >= d_->model_terms.size()) {
         const Found& found = d_->search.found[t - d_->model_terms.size()];
         effect.gain = found.gain;
@@ -209,7 +214,7 @@ class Run {
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)
-      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.candidate->name(), tried.refutation));
+      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
   }
 
   /// The first that fits, in the order of the verdicts.

@@ -40,6 +40,7 @@ struct EffectResult {
   std::vector<std::string> tied_with;
   std::string where;
   std::vector<ParameterResult> parameters;
+  std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
   double held_out_before = 0, held_out_after = 0;  ///< gap without and with it, m
   double gain = 0, p_value = 1, capture = 0;
   std::vector<Rival> rivals;

@@ -21,8 +21,6 @@ double of_maps(const State& state) {
   return dimension;
 }
 
-bool is_angle(const FreeParameter& p) { return p.unit == "rad" && p.maximum - p.minimum > 6.28; }
-
 double turned_by(const FreeParameter& p, double value, double angle) {
   const double next = value + angle;
   return next - 2 * std::numbers::pi * std::floor((next - p.minimum) / (2 * std::numbers::pi));
@@ -30,7 +28,7 @@ double turned_by(const FreeParameter& p, double value, double angle) {
 
 /// A step of a parameter in its unit, kept within bounds and, for shapes, short.
 double moved(const FreeParameter& p, double value, double step) {
-  if (is_angle(p)) {
+  if (p.is_angle()) {
     return turned_by(p, value, std::clamp(step, -0.7, 0.7));
   }
   if (p.shape) {
@@ -63,7 +61,7 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
     for (std::size_t k = 0; k < term.values.size(); ++k, ++j) {
       const FreeParameter& p = term.candidate->free()[k];
       const double change = step(j) * p.typical, value = term.values[k];
-      if (!is_angle(p) && ((value >= p.maximum && change > 0) || (value <= p.minimum && change < 0))) continue;
+      if (!p.is_angle() && ((value >= p.maximum && change > 0) || (value <= p.minimum && change < 0))) continue;
       kept.push_back(j);
     }
   }
@@ -187,7 +185,7 @@ State with_positive_sizes(const Problem& problem, State state) {
     for (std::size_t size = 0; size < free.size(); ++size) {
       if (free[size].shape || free[size].minimum >= 0 || state.terms[t].values[size] >= 0) continue;
       for (std::size_t angle = 0; angle < free.size(); ++angle) {
-        if (!free[angle].shape || !is_angle(free[angle])) continue;
+        if (!free[angle].shape || !free[angle].is_angle()) continue;
         State turned = state;
         std::vector<double>& values = turned.terms[t].values;
         values[size] = -values[size];

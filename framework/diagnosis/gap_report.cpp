@@ -96,6 +96,8 @@ class Report {
       for (const ParameterResult& p : e.parameters)
         parameters += fmt::format("{}{} {}{}", parameters.empty() ? "" : "; ", p.name,
                                   config::format_quantity(p.value, p.unit), interval(p));
+      for (const ParameterResult& p : e.fixed)
+        parameters += fmt::format("; {} fixed at {}", p.name, config::format_quantity(p.value, p.unit));
       const bool added = e.change == "added";
       rows.push_back(
           {e.name, e.change, fmt::format("{}", fmt::join(e.tied_with, ", ")), parameters, e.where,

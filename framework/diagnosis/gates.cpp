@@ -97,14 +97,21 @@ double Gates::capture(const Base& less, const Group& group) const {
   return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
 }
 
-Base Gates::without(const Base& best, std::size_t term) const {
+Base Gates::without(const Base& best, const Piece& piece) const {
   Base less{{}, best.columns, {}};
   State state = best.fit.state;
   std::size_t first = 0;
-  for (std::size_t t = 0; t < term; ++t) first += state.terms[t].values.size();
+  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
+  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
+  const std::size_t count = values_of(*term, piece).size();
+  if (piece.refinement) {
+    first += term->candidate->place(*piece.refinement);
+    *term = coarser(std::move(*term), *piece.refinement);
+  } else {
+    state.terms.erase(term);
+  }
   const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
-  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(state.terms[term].values.size()));
-  state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
+  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
   Problem dimmed = problem_;
   brighten(dimmed, state);
   less.fit = fit_last(dimmed, std::move(state), weight_, less.columns);
@@ -114,14 +121,15 @@ Base Gates::without(const Base& best, std::size_t term) const {
   return less;
 }
 
-Found Gates::examined(const Base& best, std::size_t t) {
-  const Term& term = best.fit.state.terms[t];
+Found Gates::examined(const Base& best, const Piece& piece) {
+  const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
-  const Base less = without(best, t);
+  found.name = name_of(term, piece);
+  const Base less = without(best, piece);
   found.held_out = held_out_fall(problem_, best.fit.state, less.fit.state, held_, seed_);
   found.gain = less.fit.deviance - best.fit.deviance;
-  const Group group{term.candidate->name(), signature(problem_, less.fit.state, term)};
+  const Group group{found.name, signature(problem_, less.fit.state, best.fit.state, piece)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
   const Group direction{group.name, {group.columns[0]}};
   const bool wanders = !term.maps && !beyond_wandering(best.fit, less, direction);

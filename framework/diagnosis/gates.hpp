@@ -36,10 +36,10 @@ class Gates {
 
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
-  /// The model without a term. The derivatives are those of the model with it. @throws simulation::EffectError
-  Base without(const Base& best, std::size_t term) const;
-  /// A term of the best model against the model without it; its refutation is empty when it passes.
-  Found examined(const Base& best, std::size_t term);
+  /// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
+  Base without(const Base& best, const Piece& piece) const;
+  /// A piece of the best model against the model without it; its refutation is empty when it passes.
+  Found examined(const Base& best, const Piece& piece);
 
  private:
   /// Whether a change is more than what a camera may do that wanders in the order measured, where one does.

@@ -152,7 +152,10 @@ State corrected(const Problem& problem, State state, std::size_t term) {
 
 MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candidate, const Response& maps,
                 std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
-  MapTrial result{{&candidate, {}, score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
+  MapTrial result{{&candidate,
+                   {base.fit.state.terms.size(), std::nullopt},
+                   {},
+                   score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
   State state = base.fit.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));

@@ -8,27 +8,19 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// From where a size changes nothing, a typical step or as much of it as the bounds allow.
-double whole_step(const FreeParameter& p) {
-  const double up = std::min(p.off + std::abs(p.typical), p.maximum) - p.off,
-               down = std::max(p.off - std::abs(p.typical), p.minimum) - p.off;
-  return up >= -down ? up : down;
-}
-
 /// The change by one step of a parameter, and where the effect cannot do that by one to the other side.
-Column change(const Problem& problem, State state, const std::vector<std::vector<double>>& rows, std::size_t parameter,
-              double step) {
-  double& value = state.terms.back().values[parameter];
-  const double here = value;
+Column change(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
+              const Probe& probe, std::size_t parameter, double step) {
+  std::vector<double> values = probe.values;
   Column column;
   double sign = 1;
-  value = here + step;
+  values[parameter] += step;
   try {
-    column = expected(problem, state);
+    column = expected(problem, probe.placed(state, values));
   } catch (const simulation::EffectError&) {
     sign = -1;
-    value = here - step;
-    column = expected(problem, state);
+    values[parameter] -= 2 * step;
+    column = expected(problem, probe.placed(state, values));
   }
   for (std::size_t i = 0; i < column.size(); ++i) {
     for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = sign * (column[i][row] - rows[i][row]);
@@ -36,27 +28,40 @@ Column change(const Problem& problem, State state, const std::vector<std::vector
   return column;
 }
 
+/// A probe and its group for each of the shapes at which a piece is scored. @param piece see Probe
 void probe(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
-           const Candidate& candidate, Probes& probes) {
-  for (std::vector<double>& values : candidate.probes()) {
-    State with = state;
-    with.terms.push_back({&candidate, values});
-    Probe one{&candidate, std::move(values), {}, {}};
-    Group group{candidate.name(), {}};
-    for (std::size_t k = 0; k < candidate.free().size(); ++k) {
-      const FreeParameter& p = candidate.free()[k];
-      if (p.shape) continue;
-      one.sizes.push_back(k);
-      one.steps.push_back(whole_step(p));
-      group.columns.push_back(change(problem, with, rows, k, one.steps.back()));
-    }
-    if (group.columns.empty()) continue;
+           const Candidate& candidate, const Piece& piece, Probes& probes) {
+  Probe one{&candidate, piece, {}, {}, {}};
+  const std::vector<FreeParameter>& parameters = one.parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].shape) continue;
+    one.sizes.push_back(k);
+    one.steps.push_back(parameters[k].step());
+  }
+  if (one.sizes.empty()) return;
+  const std::string name =
+      piece.refinement ? candidate.name() + "." + candidate.refinements()[*piece.refinement].name : candidate.name();
+  for (std::vector<double>& values : probes_of(parameters)) {
+    one.values = std::move(values);
+    Group group{name, {}};
+    for (std::size_t c = 0; c < one.sizes.size(); ++c)
+      group.columns.push_back(change(problem, state, rows, one, one.sizes[c], one.steps[c]));
     probes.groups.push_back(std::move(group));
-    probes.list.push_back(std::move(one));
+    probes.list.push_back(one);
   }
 }
 
 }  // namespace
+
+State Probe::placed(State state, std::span<const double> chosen) const {
+  if (!piece.refinement) {
+    state.terms.push_back({candidate, {chosen.begin(), chosen.end()}});
+    return state;
+  }
+  Term& term = state.terms[piece.term];
+  term = refined(std::move(term), *piece.refinement, chosen);
+  return state;
+}
 
 bool is_in(const State& state, const Candidate& candidate) {
   return std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == candidate.name(); });
@@ -70,11 +75,30 @@ Probes probes_of(const Problem& problem, const State& state,
     if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
     const std::size_t before = probes.list.size();
     try {
-      probe(problem, state, rows, *candidate, probes);
+      probe(problem, state, rows, *candidate, {state.terms.size(), std::nullopt}, probes);
     } catch (const simulation::EffectError& error) {
       probes.refused[candidate->name()] = error.what();
       probes.list.resize(before);
       probes.groups.resize(before);
+    }
+  }
+  return probes;
+}
+
+Probes refinement_probes(const Problem& problem, const State& state) {
+  Probes probes;
+  const auto rows = expected(problem, state);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const Candidate& candidate = *state.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      const std::size_t before = probes.list.size();
+      try {
+        probe(problem, state, rows, candidate.with(r), {t, r}, probes);
+      } catch (const simulation::EffectError&) {
+        probes.list.resize(before);
+        probes.groups.resize(before);
+      }
     }
   }
   return probes;

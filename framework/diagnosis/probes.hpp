@@ -10,12 +10,20 @@
 
 namespace tofgraph::diagnosis {
 
-/// A candidate with shapes at which its sizes are scored.
+/// A candidate, or a refinement of a term that is in the model, with shapes at which its sizes are scored.
 struct Probe {
-  const Candidate* candidate = nullptr;
+  const Candidate* candidate = nullptr;  ///< of a refinement the one that has it
+  Piece piece;                           ///< of a refinement: the term that gets it
   std::vector<double> values;
-  std::vector<std::size_t> sizes;  ///< the free parameters that the columns of its group stand for
+  std::vector<std::size_t> sizes;  ///< the parameters that the columns of its group stand for
   std::vector<double> steps;       ///< of these, SI: what one column is for
+
+  /// Those that `values` are of.
+  const std::vector<FreeParameter>& parameters() const {
+    return piece.refinement ? candidate->refinements()[*piece.refinement].parameters : candidate->free();
+  }
+  /// A state with it. @param chosen values of its parameters
+  State placed(State state, std::span<const double> chosen) const;
 };
 
 /// Probes and their columns: the change that a typical step of each size makes. A whole step and not a derivative,
@@ -28,6 +36,9 @@ struct Probes {
 
 /// @param state what the changes are made to; candidates that are in it are left out
 Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates);
+
+/// Of the refinements that the terms of a state do not have. Those that give no number are not among them.
+Probes refinement_probes(const Problem& problem, const State& state);
 
 /// Whether a state has an effect of this name.
 bool is_in(const State& state, const Candidate& candidate);

@@ -30,11 +30,9 @@ json effect_of(const EffectResult& effect) {
   for (const ParameterResult& p : effect.parameters)
     parameters[p.name] = {
         {"value", p.value}, {"unit", p.unit}, {"low", number(p.interval.low)}, {"high", number(p.interval.high)}};
-  json result = {{"name", effect.name},
-                 {"change", effect.change},
-                 {"tied_with", effect.tied_with},
-                 {"where", effect.where},
-                 {"parameters", parameters}};
+  json result = {{"name", effect.name},   {"change", effect.change},  {"tied_with", effect.tied_with},
+                 {"where", effect.where}, {"parameters", parameters}, {"fixed", json::object()}};
+  for (const ParameterResult& p : effect.fixed) result["fixed"][p.name] = {{"value", p.value}, {"unit", p.unit}};
   if (effect.change != "added") return result;
   result["held_out_gap_before"] = number(effect.held_out_before);
   result["held_out_gap_after"] = number(effect.held_out_after);
@@ -78,7 +76,7 @@ json unexplained_of(const Diagnosis& d) {
   for (const Rival& rival : d.search.nearest)
     result["nearest"].push_back({{"effect", rival.candidate->name()}, {"capture", rival.bic}});
   for (const Found& tried : d.search.dropped)
-    result["refuted"].push_back({{"effect", tried.candidate->name()}, {"why", tried.refutation}});
+    result["refuted"].push_back({{"effect", tried.name}, {"why", tried.refutation}});
   return result;
 }
 
@@ -111,7 +109,8 @@ std::string refitted(const Diagnosis& d) {
   for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
     for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
       const ParameterResult& p = d.effects[t].parameters[k];
-      const double before = d.model_terms[t].values[k];
+      const std::vector<double>& written = d.model_terms[t].values;  // refinements come after these
+      const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
                                       config::format_quantity(before, p.unit),

@@ -218,6 +218,7 @@ Whitened whiten(const Projected& projected, Score& score) {
   score.norm = values.size() > 0 ? std::sqrt(values.maxCoeff()) : 0;
   const Eigen::MatrixXd root = solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
   Whitened result{projected.scores * root};
+  score.score = projected.scores.colwise().sum();
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
   score.values = root * total;

@@ -34,6 +34,7 @@ struct Score {
   double norm = 0;              ///< of the columns after the nuisances are taken out, in standard deviations
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
+  Eigen::VectorXd score;        ///< of the residual in them, likewise
 };
 
 /// Whether chance does not do as much.

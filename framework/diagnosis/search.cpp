@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search.hpp"
 
+#include "diagnosis/alternatives.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/structure.hpp"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -22,6 +24,8 @@ namespace {
 constexpr double worth = 10;            ///< least fall of BIC for an effect more
 constexpr double tie_limit = 10;        ///< of deviance or BIC
 constexpr std::size_t most_rounds = 3;  ///< of swapping at the end; one after each addition
+constexpr std::size_t most_leaps = 3;   ///< enumerations of sets, each in the noise that the best fit before has left
+constexpr std::size_t most_fitted = 6;  ///< sets that are fitted after each
 constexpr double promising = 0.3;       ///< of the best linear gain: what bending could still make of a candidate
 constexpr double rival_share = 0.5;     ///< likewise, to take the place of one that is in the model
 /// Of the gain of the best generic pattern: less is no effect's own signature, whatever else is in the data.
@@ -57,6 +61,7 @@ class Search {
     for (const auto& [name, why] : refused) trials_.refuse(name, why);
     say("asking where the gap is");
     result_.where = finder_.find(problem_, best_.fit, best_.columns, options_.flips, options_.seed + 1).patterns;
+    leap();
     grow();
     grow_from_maps();
     exchange(most_rounds);
@@ -92,9 +97,58 @@ class Search {
     take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
   }
 
+  /// To the best set of effects: the best of the linearised problem are fitted, and again in the noise that the best of
+  /// these leaves, until no other set comes out.
+  void leap() {
+    say("enumerating sets of effects");
+    std::map<std::string, std::string> refused = trials_.refused();
+    Alternatives all = alternatives_of(problem_, original_.fit.state, candidates_, refused);
+    for (const auto& [name, why] : refused) trials_.refuse(name, why);
+    if (all.list.empty()) return;
+    SubsetOptions options;
+    options.price = std::log(static_cast<double>(problem_.data.size()));
+    options.prior = 1 / (prior_width * prior_width);
+    Fit reference = original_.fit, best = original_.fit;
+    std::set<std::vector<std::size_t>> tried;
+    for (std::size_t round = 0; round < most_leaps; ++round) {
+      const Score score = score_of(problem_, reference, original_.columns, all.group, 0, 0);
+      bool better = false;
+      std::size_t fitted = 0;
+      for (const Subset& subset : best_subsets(score.information, score.score, all.choices, options)) {
+        if (subset.merit < worth || fitted == most_fitted) break;
+        if (!tried.insert(subset.choices).second) continue;
+        ++fitted;
+        std::optional<Fit> next = fitted_set(all, subset);
+        if (!next || bic(best) - bic(*next) < 1) continue;
+        best = std::move(*next);
+        better = true;
+      }
+      if (!better) break;
+      reference.state.variances = best.state.variances;
+    }
+    if (bic(original_.fit) - bic(best) >= worth) try_refine(std::move(best.state));
+  }
+
+  /// Nothing where an effect gives no number.
+  std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) {
+    State state = original_.fit.state;
+    Eigen::Index at = 0;
+    for (const std::size_t c : subset.choices) {
+      const auto count = static_cast<Eigen::Index>(all.choices[c].columns.size());
+      const Eigen::VectorXd values = subset.values.segment(at, count);
+      state.terms.push_back(all.list[c].term({values.data(), static_cast<std::size_t>(count)}));
+      at += count;
+    }
+    try {
+      return fit(problem_, std::move(state), weight_);
+    } catch (const simulation::EffectError&) {
+      return std::nullopt;
+    }
+  }
+
   void grow() {
     // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-    for (std::size_t round = 0; round < 2 * options_.max_effects; ++round) {
+    for (std::size_t round = 0; round < 4 * options_.max_effects; ++round) {
       const bool first = terms().size() == model_.size();
       if (terms().size() == model_.size() + options_.max_effects || !(add() || add_maps())) break;
       if (first) prefer_maps();
@@ -104,26 +158,28 @@ class Search {
 
   bool add() {
     say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
-    for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising)) {
+    for (Trial& t : trials_.best(best_, options_.flips, options_.seed, nullptr, promising, true)) {
       if (bic(best_.fit) - bic(t.fit) < worth) return false;
       if (!significant(t.score)) continue;
-      const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
+      const std::string name = name_of(t.fit.state.terms[t.piece.term], t.piece);
+      const Group group{name, signature(problem_, best_.fit.state, t.fit.state, t.piece)};
       if (importance(problem_, group.columns[0]) <= 1) {
-        note_small(*t.candidate);
+        note_small(*t.candidate, name);
         continue;
       }
       if (gates_.capture(best_, group) < hopeless) continue;
       const std::string failed = try_refine(std::move(t.fit.state));
       if (failed.empty()) return true;
-      trials_.refuse(t.candidate->name(), failed);
+      if (!t.piece.refinement) trials_.refuse(name, failed);
     }
     return false;
   }
 
-  void note_small(const Candidate& candidate) {
-    if (std::ranges::find(result_.dropped, &candidate, &Found::candidate) != result_.dropped.end()) return;
+  void note_small(const Candidate& candidate, const std::string& name) {
+    if (std::ranges::find(result_.dropped, name, &Found::name) != result_.dropped.end()) return;
     Found small;
     small.candidate = &candidate;
+    small.name = name;
     small.refutation = Gates::too_small;
     result_.dropped.push_back(std::move(small));
   }
@@ -208,46 +264,64 @@ class Search {
     }
   }
 
+  /// Every addition: the effects, and the refinements of these and of the model's own.
+  std::vector<Piece> pieces() const {
+    std::vector<Piece> all;
+    for (std::size_t t = 0; t < terms().size(); ++t) {
+      if (t >= model_.size()) all.push_back({t, std::nullopt});
+      for (std::size_t r = 0; r < terms()[t].candidate->refinements().size(); ++r) {
+        if (terms()[t].candidate->refined(r)) all.push_back({t, r});
+      }
+    }
+    return all;
+  }
+
   /// Takes each addition out again: drops it where it is not missed, swaps it where another does better.
   void exchange(std::size_t rounds) {
-    for (std::size_t round = 0; round < rounds && terms().size() > model_.size() + 1; ++round) {
+    for (std::size_t round = 0; round < rounds && pieces().size() > 1; ++round) {
       std::optional<State> changed;
-      for (std::size_t t = model_.size(); t < terms().size() && !changed; ++t) changed = better(t);
+      for (const Piece& piece : pieces()) {
+        changed = better(piece);
+        if (changed) break;
+      }
       if (!changed) break;
       if (!try_refine(std::move(*changed)).empty()) break;  // the candidate that came in cannot do its images
     }
   }
 
-  /// A better model without a term of the best one, or with another in its place.
-  std::optional<State> better(std::size_t t) {
-    const Candidate* candidate = terms()[t].candidate;
-    say(fmt::format("asking whether {} is needed", candidate->name()));
-    Base less = gates_.without(best_, t);
+  /// A better model without a piece of the best one, or with another effect in its place.
+  std::optional<State> better(const Piece& piece) {
+    const Candidate* candidate = terms()[piece.term].candidate;
+    say(fmt::format("asking whether {} is needed", name_of(terms()[piece.term], piece)));
+    Base less = gates_.without(best_, piece);
     if (bic(less.fit) < bic(best_.fit) + worth) return std::move(less.fit.state);
-    if (t + 1 == terms().size()) return std::nullopt;  // the last one has just been chosen among all
+    // The last one has just been chosen among all.
+    if (piece.refinement || piece.term + 1 == terms().size()) return std::nullopt;
     const InLightOf there(problem_, less);
-    std::vector<Trial> others = trials_.best(less, 0, options_.seed, candidate, rival_share);
+    std::vector<Trial> others = trials_.best(less, 0, options_.seed, candidate, rival_share, true);
     if (!others.empty() && bic(others.front().fit) < bic(best_.fit) - 1) return std::move(others.front().fit.state);
     return std::nullopt;
   }
 
-  /// Puts the gates to every effect that was found, and drops the one that does worst of those that do not pass.
+  /// Puts the gates to every addition, and drops the one that does worst of those that do not pass.
   /// @returns whether all passed
   bool confirm() {
+    const std::vector<Piece> all = pieces();
     std::vector<Found> found;
     std::size_t worst = 0;
     const auto rank = [](const Found& f) { return std::pair(f.refutation.empty(), f.capture); };
-    for (std::size_t t = model_.size(); t < terms().size(); ++t) {
-      say(fmt::format("checking {}", terms()[t].candidate->name()));
-      found.push_back(gates_.examined(best_, t));
+    for (const Piece& piece : all) {
+      say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
+      found.push_back(gates_.examined(best_, piece));
       if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
     }
     if (found.empty() || found[worst].refutation.empty()) {
-      result_.found = std::move(found);
+      for (std::size_t i = 0; i < all.size(); ++i)
+        (all[i].refinement ? result_.refinements : result_.found).push_back(std::move(found[i]));
       return true;
     }
-    say(fmt::format("dropping {}", found[worst].candidate->name()));
-    refine(gates_.without(best_, model_.size() + worst).fit.state);
+    say(fmt::format("dropping {}", found[worst].name));
+    refine(gates_.without(best_, all[worst]).fit.state);
     result_.dropped.push_back(std::move(found[worst]));
     return false;
   }
@@ -256,11 +330,11 @@ class Search {
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
     say(fmt::format("comparing {} with its rivals", found.candidate->name()));
-    const Base less = gates_.without(best_, t);
+    const Base less = gates_.without(best_, {t, std::nullopt});
     const InLightOf there(problem_, less);
     found.where = finder_.find(problem_, less.fit, less.columns, options_.flips, options_.seed + 1).patterns;
     const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);
-    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, alike)) {
+    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, false, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
       Rival rival{trial.candidate, trial.fit.deviance - best_.fit.deviance, bic(trial.fit) - bic(best_.fit), false};
       rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
@@ -282,8 +356,8 @@ class Search {
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem_, best_.fit.state, options_.seed);
     if (!result_.something_left()) return;
-    for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising)) {
-      const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state.terms.back())};
+    for (const Trial& t : trials_.best(best_, 0, options_.seed, nullptr, promising, false)) {
+      const Group group{t.candidate->name(), signature(problem_, best_.fit.state, t.fit.state, t.piece)};
       const double capture = std::min(gates_.capture(best_, group), 1.0);
       if (capture > hardly)
         result_.nearest.push_back({t.candidate, t.fit.deviance - best_.fit.deviance, capture, false});

@@ -30,7 +30,8 @@ struct Rival {
 
 struct Found {
   const Candidate* candidate = nullptr;
-  double gain = 0;  ///< of the deviance, when it is taken out again
+  std::string name;  ///< of the effect, or "effect.parameter" of a refinement
+  double gain = 0;   ///< of the deviance, when it is taken out again
   double p_value = 1;
   double capture = 0;          ///< its gain over that of the best generic pattern in its place
   HeldOutFall held_out;        ///< what it brings on conditions that were put aside
@@ -42,6 +43,7 @@ struct Found {
 struct SearchResult {
   Fit before, after;                           ///< the model as it was, and with what was found
   std::vector<Found> found;                    ///< in the order of after.state.terms, from the first that was added
+  std::vector<Found> refinements;              ///< of any effect of the model
   std::vector<Found> dropped;                  ///< what was tried and did not pass the gates, in that order
   std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
   std::vector<Pattern> where;                  ///< patterns of the gap before the search, by p-value and gain

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -19,37 +18,34 @@ constexpr double hardly_moved = 0.02;   ///< in typical steps
 /// Where a fit begins: at the sizes that the score suggests; with those that it says nothing of at half their typical
 /// value, as a size may need another one to show; and where the effect changes nothing.
 std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
-  Term guess{probe.candidate, probe.values}, other = guess;
+  std::vector<double> guess = probe.values, other = guess;
   bool unmoved = false;
   for (std::size_t c = 0; c < probe.sizes.size(); ++c) {
     const std::size_t k = probe.sizes[c];
-    const FreeParameter& p = probe.candidate->free()[k];
+    const FreeParameter& p = probe.parameters()[k];
     const double share = score.values(static_cast<Eigen::Index>(c));
-    guess.values[k] = other.values[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
+    guess[k] = other[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
     if (std::abs(share) > hardly_moved) continue;
-    other.values[k] = p.off + probe.steps[c] / 2;
+    other[k] = p.off + probe.steps[c] / 2;
     unmoved = true;
   }
-  std::vector<State> result;
-  const auto add = [&](const Term& term) {
-    result.push_back(state);
-    result.back().terms.push_back(term);
-  };
-  add(guess);
-  if (unmoved) add(other);
-  add({probe.candidate, probe.values});
+  std::vector<State> result = {probe.placed(state, guess)};
+  if (unmoved) result.push_back(probe.placed(state, other));
+  result.push_back(probe.placed(state, probe.values));
   return result;
 }
 
 Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) const {
-  Trial result{probe.candidate, {}, score};
+  Trial result{probe.candidate, probe.piece, {}, score};
+  if (!probe.piece.refinement) result.piece.term = base.fit.state.terms.size();
   const std::vector<State> all = starts(base.fit.state, probe, score);
   for (std::size_t s = 0; s < all.size(); ++s) {
     // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
     if (s + 1 == all.size() && result.fit.deviance < base.fit.deviance) break;
     try {
-      Fit fit = fit_last(problem_, all[s], weight_, base.columns);
-      if (fit.deviance < result.fit.deviance) result.fit = std::move(fit);
+      Fit next =
+          probe.piece.refinement ? fit(problem_, all[s], weight_) : fit_last(problem_, all[s], weight_, base.columns);
+      if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
     }
@@ -58,19 +54,23 @@ Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) c
 }
 
 std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                                double promising, std::span<const std::string> always) const {
-  std::vector<std::size_t> order;
+                                double promising, bool refine, std::span<const std::string> always) const {
+  std::vector<const Probe*> probes;
   std::vector<const Group*> groups;
   for (std::size_t p = 0; p < probes_.list.size(); ++p) {
-    if (is_in(base.fit.state, *probes_.list[p].candidate) ||
-        probes_.refused.contains(probes_.list[p].candidate->name()))
-      continue;
-    order.push_back(p);
+    const Probe& probe = probes_.list[p];
+    if (is_in(base.fit.state, *probe.candidate) || probes_.refused.contains(probe.candidate->name())) continue;
+    probes.push_back(&probe);
     groups.push_back(&probes_.groups[p]);
+  }
+  const Probes further = refine ? refinement_probes(problem_, base.fit.state) : Probes{};
+  for (std::size_t p = 0; p < further.list.size(); ++p) {
+    probes.push_back(&further.list[p]);
+    groups.push_back(&further.groups[p]);
   }
   if (groups.empty()) return {};
   const Scan scanned = scan(problem_, base.fit, base.columns, groups, flips, seed);
-  std::vector<std::size_t> ranked(order.size());
+  std::vector<std::size_t> ranked(probes.size());
   for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
   const double price = std::log(static_cast<double>(problem_.data.size()));
   const auto merit = [&](std::size_t i) { return scanned.scores[i].gain - scanned.scores[i].dimension * price; };
@@ -79,10 +79,11 @@ std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64
   std::vector<Trial> result;
   std::map<const Candidate*, std::pair<std::size_t, double>> tried;  // starts, and the first one's gain
   for (const std::size_t i : ranked) {
-    const Probe& probe = probes_.list[order[i]];
+    const Probe& probe = *probes[i];
     const Score& score = scanned.scores[i];
     const bool asked = std::ranges::find(always, probe.candidate->name()) != always.end();
-    if (probe.candidate == except || (!asked && score.gain < promising * most)) continue;
+    const bool out = except != nullptr && &probe.candidate->root() == &except->root();
+    if (out || (!asked && score.gain < promising * most)) continue;
     if (!asked && !tried.contains(probe.candidate) && tried.size() >= shortlist) continue;
     auto& [starts, first_gain] = tried.try_emplace(probe.candidate, 0, score.gain).first->second;
     const bool again = starts > 0 && score.gain > 0.999 * first_gain;  // an angle half a turn on, with the other sign

@@ -17,6 +17,7 @@ struct Base {
 /// A candidate in a model, with its score before it was fitted.
 struct Trial {
   const Candidate* candidate = nullptr;
+  Piece piece;
   Fit fit;
   Score score;
 };
@@ -36,8 +37,9 @@ class Trials {
   /// @param except a candidate that is scored and not fitted, or nullptr
   /// @param promising share of the best score below which none is fitted
   /// @param always names of those that are fitted whatever their score
+  /// @param refine whether refinements of what is in the base are among them
   std::vector<Trial> best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                          double promising, std::span<const std::string> always = {}) const;
+                          double promising, bool refine, std::span<const std::string> always = {}) const;
 
  private:
   std::vector<State> starts(const State& state, const Probe& probe, const Score& score) const;

@@ -107,6 +107,7 @@ nlohmann::json describe_parameter(const tofgraph_parameter& p) {
   if (*p.choices != 0) json[file ? "companions" : "choices"] = p.choices;
   if ((p.flags & TOFGRAPH_PARAMETER_LIVE) != 0) json["live"] = true;
   if ((p.flags & TOFGRAPH_PARAMETER_IN_PLACE) != 0) json["in_place"] = true;
+  if ((p.flags & TOFGRAPH_PARAMETER_NESTED) != 0) json["nested"] = true;
   if (!std::isnan(p.off)) json["off"] = p.off;
   if (!std::isnan(p.typical)) json["typical"] = p.typical;
   return json;

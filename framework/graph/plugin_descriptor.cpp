@@ -161,7 +161,8 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
     wrong("chooses among the channels of a port, so it must be a choice");
   if (p.kind < TOFGRAPH_KIND_BOOL || p.kind > TOFGRAPH_KIND_IMAGE)
     wrong(fmt::format("has the invalid kind {}", p.kind));
-  constexpr std::uint32_t known = TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE | TOFGRAPH_PARAMETER_IN_PLACE;
+  constexpr std::uint32_t known =
+      TOFGRAPH_PARAMETER_REQUIRED | TOFGRAPH_PARAMETER_LIVE | TOFGRAPH_PARAMETER_IN_PLACE | TOFGRAPH_PARAMETER_NESTED;
   if ((p.flags & ~known) != 0) wrong(fmt::format("has the flags {}, some of which are unknown", p.flags));
   if ((p.flags & TOFGRAPH_PARAMETER_LIVE) != 0 && plugin.change == nullptr) wrong("may change, but change() is null");
   if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0 && p.default_value != nullptr)
@@ -171,6 +172,8 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
   if (p.kind == TOFGRAPH_KIND_CHOICE && split_words(p.choices).empty()) wrong("is a choice but lists no choices");
   const auto outside = [&](double value) { return value < p.minimum || value > p.maximum; };
   if (outside(p.off)) wrong(fmt::format("is off at {}, which is outside its bounds", p.off));
+  if ((p.flags & TOFGRAPH_PARAMETER_NESTED) != 0 && std::isnan(p.typical))
+    wrong("is nested, so a search varies it, and has no typical value");
   if (outside(p.typical)) wrong(fmt::format("is typically {}, which is outside its bounds", p.typical));
 }
 

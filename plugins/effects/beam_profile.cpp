@@ -12,8 +12,16 @@ struct BeamProfile final : Effect {
                                    .experiment = "short distances, tilts, one source at a time"};
   Param<double> exponent{
       this, "exponent", {.default_value = "0", .min = -50, .max = 200, .text = "n", .off = 0, .typical = 2}};
-  Param<double> toe{
-      this, "toe", {.unit = "rad", .default_value = "0 rad", .min = -1, .max = 1, .text = "of each axis, outwards"}};
+  Param<double> toe{this,
+                    "toe",
+                    {.unit = "rad",
+                     .default_value = "0 rad",
+                     .min = -1,
+                     .max = 1,
+                     .text = "of each axis, outwards",
+                     .off = 0,
+                     .typical = 20e-3,
+                     .nested = true}};
 
   void apply(PhasorLevel& light) const {
     if (*exponent == 0) return;

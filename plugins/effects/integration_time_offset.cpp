@@ -36,10 +36,15 @@ struct IntegrationTimeOffset final : Effect {
                         .text = "increase per second; 1 m/s is 1 mm per ms",
                         .off = 0,
                         .typical = 1}};
-  Param<double> exponent{
-      this,
-      "exponent",
-      {.default_value = "0", .min = -4, .max = 4, .text = "q of the slope's power law, not fitted; 0: the logarithm"}};
+  Param<double> exponent{this,
+                         "exponent",
+                         {.default_value = "0",
+                          .min = -4,
+                          .max = 4,
+                          .text = "q of the slope's power law; 0: the logarithm",
+                          .off = 0,
+                          .typical = 0.3,
+                          .nested = true}};
   Param<double> reference_time{
       this, "reference_time", {.unit = "s", .default_value = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{

@@ -10,23 +10,24 @@ struct LensDistortion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "stray_light fixed_pattern",
                                    .experiment = "corners of a chessboard; a tilted board"};
-  static constexpr ParamSpec length(const char* text, double typical = ParamSpec::none) {
+  static constexpr ParamSpec added(double typical, bool nested = true) {
     return {.default_value = "0",
             .min = -2,
             .max = 2,
-            .text = text,
-            .off = typical == typical ? 0 : ParamSpec::none,
-            .typical = typical};
+            .text = "added to the profile's",
+            .off = 0,
+            .typical = typical,
+            .nested = nested};
   }
-  Param<double> k1{this, "k1", length("added to the profile's", -0.1)};
-  Param<double> k2{this, "k2", length("added to the profile's")};
-  Param<double> p1{this, "p1", length("added to the profile's")};
-  Param<double> p2{this, "p2", length("added to the profile's")};
-  Param<double> k3{this, "k3", length("added to the profile's")};
+  Param<double> k1{this, "k1", added(-0.1, false)};
+  Param<double> k2{this, "k2", added(0.1)};
+  Param<double> p1{this, "p1", added(2e-3)};
+  Param<double> p2{this, "p2", added(2e-3)};
+  Param<double> k3{this, "k3", added(0.1)};
 
   void apply(GeometryLevel& light) const {
-    const double added[] = {*k1, *k2, *p1, *p2, *k3};
-    for (std::size_t i = 0; i < 5; ++i) light.state.distortion[i] += added[i];
+    const double change[] = {*k1, *k2, *p1, *p2, *k3};
+    for (std::size_t i = 0; i < 5; ++i) light.state.distortion[i] += change[i];
   }
 };
 

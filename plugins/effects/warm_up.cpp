@@ -33,18 +33,34 @@ struct WarmUp final : Effect {
                        .text = "of the light until it is warm",
                        .off = 0,
                        .typical = 0.03}};
-  Param<double> slow_drift{
-      this,
-      "slow_drift",
-      {.unit = "m", .default_value = "0 mm", .min = -1, .max = 1, .text = "of a second, slower process, not fitted"}};
-  Param<double> slow_time_constant{
-      this,
-      "slow_time_constant",
-      {.unit = "s", .default_value = "4 h", .min = 1, .max = 360000, .text = "of the slow drift, not fitted"}};
-  Param<double> exponent{
-      this,
-      "exponent",
-      {.default_value = "0", .min = -4, .max = 4, .text = "of the integration time, which heats, not fitted"}};
+  Param<double> slow_drift{this,
+                           "slow_drift",
+                           {.unit = "m",
+                            .default_value = "0 mm",
+                            .min = -1,
+                            .max = 1,
+                            .text = "of a second, slower process",
+                            .off = 0,
+                            .typical = 5e-3,
+                            .nested = true}};
+  Param<double> slow_time_constant{this,
+                                   "slow_time_constant",
+                                   {.unit = "s",
+                                    .default_value = "4 h",
+                                    .min = 1,
+                                    .max = 360000,
+                                    .text = "of the slow drift",
+                                    .typical = 14400,
+                                    .nested = true}};
+  Param<double> exponent{this,
+                         "exponent",
+                         {.default_value = "0",
+                          .min = -4,
+                          .max = 4,
+                          .text = "of the integration time, which heats",
+                          .off = 0,
+                          .typical = 0.3,
+                          .nested = true}};
   Param<double> reference_time{this,
                                "reference_time",
                                {.unit = "s",

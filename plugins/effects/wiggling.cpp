@@ -13,24 +13,31 @@ struct Wiggling final : Effect {
       .confused_with = "adc_nonlinearity",
       .experiment =
           "a rail span of more than 1.9 m, or an electronic delay; series of reflectivity and integration time"};
-  static constexpr ParamSpec size(const char* text) {
-    return {.unit = "m", .default_value = "0 mm", .min = -0.5, .max = 0.5, .text = text, .off = 0, .typical = 5e-3};
+  static constexpr ParamSpec size(const char* text, double typical, bool nested = true) {
+    return {.unit = "m",
+            .default_value = "0 mm",
+            .min = -0.5,
+            .max = 0.5,
+            .text = text,
+            .off = 0,
+            .typical = typical,
+            .nested = nested};
   }
-  static constexpr ParamSpec angle(const char* text) {
-    return {.unit = "rad", .default_value = "0 rad", .min = -M_PI, .max = M_PI, .text = text, .typical = 1};
+  static constexpr ParamSpec angle(const char* text, bool nested = true) {
+    return {.unit = "rad",
+            .default_value = "0 rad",
+            .min = -M_PI,
+            .max = M_PI,
+            .text = text,
+            .typical = 1,
+            .nested = nested};
   }
-  static constexpr ParamSpec higher(const char* text) {
-    return {.unit = "m", .default_value = "0 mm", .min = -0.5, .max = 0.5, .text = text};
-  }
-  static constexpr ParamSpec fixed_angle(const char* text) {
-    return {.unit = "rad", .default_value = "0 rad", .min = -M_PI, .max = M_PI, .text = text};
-  }
-  Param<double> amplitude{this, "amplitude", size("of the error due to the third harmonic, as a length")};
-  Param<double> phase{this, "phase", angle("psi3")};
-  Param<double> amplitude5{this, "amplitude5", higher("the same for the fifth harmonic")};
-  Param<double> phase5{this, "phase5", fixed_angle("psi5")};
-  Param<double> amplitude7{this, "amplitude7", higher("the same for the seventh harmonic")};
-  Param<double> phase7{this, "phase7", fixed_angle("psi7")};
+  Param<double> amplitude{this, "amplitude", size("of the error due to the third harmonic, as a length", 5e-3, false)};
+  Param<double> phase{this, "phase", angle("psi3", false)};
+  Param<double> amplitude5{this, "amplitude5", size("the same for the fifth harmonic", 2e-3)};
+  Param<double> phase5{this, "phase5", angle("psi5")};
+  Param<double> amplitude7{this, "amplitude7", size("the same for the seventh harmonic", 1e-3)};
+  Param<double> phase7{this, "phase7", angle("psi7")};
 
   void apply(SamplesLevel& light) const {
     add(light, 3, *amplitude, *phase);

@@ -4,7 +4,8 @@
 /// How an effect is written, a piece of the simulator's physics: its parameters, what is known of it, and `apply`,
 /// whose argument says at which level it acts. A parameter with an `off` value is a size, a usual one is `typical`;
 /// with `typical` alone it is a shape (a phase, a time constant); with neither it is fixed. A search for missing
-/// effects varies sizes and shapes within their bounds. With all sizes off, nothing may change, not one bit.
+/// effects varies sizes and shapes within their bounds; a size that is `nested`, and the shapes declared `nested` after
+/// it, only when the data demand it. With all sizes off, nothing may change, not one bit.
 ///
 ///     struct EvenHarmonic final : tofgraph::Effect {
 ///       static constexpr tofgraph::EffectInfo info{.touches = "null2", .confused_with = "phase_gain"};

@@ -61,8 +61,12 @@ enum { /* clang-format off */
   TOFGRAPH_KIND_FRAME_FILES = 9, TOFGRAPH_KIND_INPUT_FOLDER = 10, TOFGRAPH_KIND_IMAGE = 11
 }; /* clang-format on */
 /** Flags of a parameter. LIVE: may change between frames, told by change(). IN_PLACE: of an INPUT_FILE, what it would
- * hold may be written instead of its path; the text is then YAML, "{..}", with absolute paths. */
-enum { TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2, TOFGRAPH_PARAMETER_IN_PLACE = 4 };
+ * hold may be written instead of its path; the text is then YAML, "{..}", with absolute paths. NESTED: of an effect, a
+ * refinement that a search varies only when the data demand it; shapes that follow it in the declaration go with it. */
+enum { /* clang-format off */
+  TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2, TOFGRAPH_PARAMETER_IN_PLACE = 4,
+  TOFGRAPH_PARAMETER_NESTED = 8
+}; /* clang-format on */
 
 /** Metadata bits: what is known of every frame of a stream. */
 enum { /* clang-format off */

@@ -27,6 +27,7 @@ struct ParamSpec {
   const char *choices = "", *text = "";
   double off = none, typical = none;
   bool in_place = false;  ///< of an InputFile: its content may be written instead, the value is then "{..}"
+  bool nested = false;    ///< of an effect: a refinement that a search varies only when the data demand it
 };
 
 struct Choice : std::string {};       ///< one of the words in `choices`
@@ -90,7 +91,8 @@ class ParamBase {
       : parameter_{name,
                    kind,
                    (spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U) |
-                       (spec.in_place ? TOFGRAPH_PARAMETER_IN_PLACE + 0U : 0U),
+                       (spec.in_place ? TOFGRAPH_PARAMETER_IN_PLACE + 0U : 0U) |
+                       (spec.nested ? TOFGRAPH_PARAMETER_NESTED + 0U : 0U),
                    spec.unit,
                    spec.default_value,
                    spec.min,

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The best sets of effects of a linearised problem, by enumeration.
+#pragma once
+
+#include <Eigen/Dense>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// One way in which an effect may enter a model: with one value of its shapes, with some of its refinements.
+struct Choice {
+  std::size_t effect = 0;             ///< two choices of one effect are never together in a set
+  std::vector<Eigen::Index> columns;  ///< among those of the information
+  double dimension = 0;               ///< parameters that it costs, shapes included
+};
+
+struct Subset {
+  std::vector<std::size_t> choices;  ///< ascending
+  double gain = 0;                   ///< of the deviance
+  double merit = 0;                  ///< gain less what its parameters cost
+  Eigen::VectorXd values;            ///< of its columns, choice after choice
+};
+
+struct SubsetOptions {
+  std::size_t most_effects = 4;
+  std::size_t kept = 12;     ///< sets that are returned, each of other effects
+  double price = 5;          ///< of a parameter, in deviance: ln of the number of conditions
+  double prior = 1e-4;       ///< added to the diagonal of the information, see prior_width
+  std::size_t beam = 20000;  ///< sets of one size that are enlarged; with fewer in all, nothing is left out
+};
+
+/// The sets with the greatest merit, greatest first; sets of the same effects count once, with their best choices. A
+/// set of k effects is a set of k - 1 with one more: where these are fewer than the beam, as they are for pairs and
+/// triples of some 60 effects, the enumeration is complete; beyond that the best ones alone are enlarged.
+/// @param information of all columns, nuisances taken out, and @param score of the residual in them: the gain of
+/// columns S is score_S' (information_SS + prior)^-1 score_S
+std::vector<Subset> best_subsets(const Eigen::MatrixXd& information, const Eigen::VectorXd& score,
+                                 std::span<const Choice> choices, const SubsetOptions& options = {});
+
+}  // namespace tofgraph::diagnosis
