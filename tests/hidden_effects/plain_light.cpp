@@ -209,6 +209,14 @@ double warm(const View& view, const Effects& effects, const char* time_constant 
   return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", time_constant));
 }
 
+/// Both processes of the drift; a longer exposure heats otherwise.
+double warm_up(const View& view, const Effects& e) {
+  const double heating =
+      std::pow(view.integration_time / e.value("warm_up", "reference_time"), e.value("warm_up", "exponent"));
+  return heating * (e.value("warm_up", "drift") * warm(view, e) +
+                    e.value("warm_up", "slow_drift") * warm(view, e, "slow_time_constant"));
+}
+
 /// What turns the phase at the end of the level, as a distance.
 class Turns {
  public:
@@ -218,9 +226,7 @@ class Turns {
     const double times = view.integration_time / reference_time;
     const double exponent = e.value("integration_time_offset", "exponent");
     const double longer = exponent == 0 ? std::log(times) : (std::pow(times, exponent) - 1) / exponent;
-    everywhere_ = view.drift_distance + e.value("warm_up", "drift") * warm(view, e) +
-                  e.value("warm_up", "slow_drift") * warm(view, e, "slow_time_constant") +
-                  e.value("integration_time_offset", "slope") * longer +
+    everywhere_ = view.drift_distance + warm_up(view, e) + e.value("integration_time_offset", "slope") * longer +
                   e.value("integration_time_offset", "linear") * (view.integration_time - reference_time) +
                   e.value("zero_offset", "offset");
     logarithmic_ = e.value("amplitude_walk", "logarithmic");

@@ -13,8 +13,10 @@
 #include <hdf5.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <stdexcept>
 
 namespace {
@@ -118,7 +120,7 @@ void write_columns(const File& file, const Probes& probes) {
     for (std::size_t k = 0; k < probe.sizes.size(); ++k) {
       file.write(fmt::format("columns/{:03}", effects.size()), probes.groups[p].columns[k]);
       effects.push_back(probe.candidate->name());
-      parameters.push_back(probe.candidate->free()[probe.sizes[k]].name);
+      parameters.push_back(probe.parameters()[probe.sizes[k]].name);
       start.push_back(static_cast<double>(p));
       steps.push_back(probe.steps[k]);
     }
@@ -129,6 +131,21 @@ void write_columns(const File& file, const Probes& probes) {
   file.write("names/probe", start,
              {n});                       // columns of one probe are tried together, at one value of the effect's shapes
   file.write("names/step", steps, {n});  // SI, what a column is for
+}
+
+/// Of the refinements too, each beside its effect where that changes nothing.
+Probes all_probes(const Problem& problem, const State& state,
+                  const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  Probes all = probes_of(problem, state, candidates);
+  for (const auto& candidate : candidates) {
+    if (candidate->refinements().empty() || all.refused.contains(candidate->name())) continue;
+    State with = state;
+    with.terms.push_back({candidate.get(), candidate->probes().front()});
+    Probes more = refinement_probes(problem, with);
+    std::ranges::move(more.list, std::back_inserter(all.list));
+    std::ranges::move(more.groups, std::back_inserter(all.groups));
+  }
+  return all;
 }
 
 void write_alike(const File& file, const std::vector<std::unique_ptr<Candidate>>& candidates) {
@@ -167,7 +184,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   file.write("observables", std::vector<std::string>(observable_names.begin(), observable_names.end()));
   file.write("superpixels", {static_cast<double>(design.superpixels())}, {1});
   write_conditions(file, problem, seed);
-  write_columns(file, probes_of(problem, state, candidates));
+  write_columns(file, all_probes(problem, state, candidates));
   write_alike(file, candidates);
 }
 
