@@ -5,6 +5,7 @@
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
 #include "tests/hidden_effects/designs.hpp"
+#include "tests/hidden_effects/like.hpp"
 #include "tests/hidden_effects/truth.hpp"
 
 #include <tofgraph/array.hpp>
@@ -33,6 +34,7 @@ enum Purpose : std::uint64_t { camera_draw = 1, order_draw, maps_draw, drift_dra
 
 /// Settings that the search is not told: light power and noise of this very camera.
 Camera this_camera(const CampaignOptions& options) {
+  if (options.like) return options.like->camera;
   Camera camera;
   if (options.noise == NoiseKind::none) return camera;
   std::mt19937_64 random = generator(options.seed, camera_draw);
@@ -41,6 +43,11 @@ Camera this_camera(const CampaignOptions& options) {
   camera.read_noise *= about(0.3);
   camera.shot_noise *= about(0.3);
   return camera;
+}
+
+std::vector<io::Condition> conditions_for(const CampaignOptions& options) {
+  std::vector<io::Condition> conditions = conditions_of(options.design, options.experiments);
+  return options.like ? between(std::move(conditions), options.seed) : conditions;
 }
 
 View view_of(const io::Condition& condition) {
@@ -101,7 +108,7 @@ enum class Defect { none, dead, hot, noisy };
 std::vector<Defect> draw_defects(const CampaignOptions& options, const Camera& camera) {
   std::vector<Defect> defects(camera.pixels(), Defect::none);
   if (options.noise != NoiseKind::heavy) return defects;
-  std::mt19937_64 random = generator(options.seed, bad_pixels_draw);
+  std::mt19937_64 random = generator(options.rig_seed(), bad_pixels_draw);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (Defect& defect : defects)
     if (const double u = uniform(random); u < 0.05)
@@ -132,9 +139,11 @@ class Writer {
   Writer(const CampaignOptions& options, fs::path folder)
       : options_(options),
         folder_(std::move(folder)),
-        physics_{this_camera(options), options.light, options.effects, draw_maps({}, options.seed), options.patterns},
-        conditions_(conditions_of(options.design, options.experiments)),
+        physics_{this_camera(options), options.light, options.effects, draw_maps({}, options.rig_seed()),
+                 options.patterns},
+        conditions_(conditions_for(options)),
         views_(measured_views(options, conditions_)),
+        clutter_(add_clutter(options.clutter, options.seed, options.rig_seed(), conditions_, views_)),
         defects_(draw_defects(options, physics_.camera)) {
     for (io::Condition& condition : conditions_) condition.capture = folder_ / "captures" / (condition.id + ".h5");
   }
@@ -142,7 +151,7 @@ class Writer {
   void write() {
     fs::create_directories(folder_ / "captures");
     write_captures();
-    write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_);
+    write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_, clutter_);
     write_campaign_file();
   }
 
@@ -245,6 +254,7 @@ class Writer {
   Physics physics_;
   std::vector<io::Condition> conditions_;
   std::vector<View> views_;
+  DrawnClutter clutter_;
   std::vector<Defect> defects_;
 };
 

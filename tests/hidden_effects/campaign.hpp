@@ -6,10 +6,17 @@
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tofgraph::hidden {
+
+/// Camera and boards of another campaign.
+struct Rig {
+  Camera camera;
+  std::uint64_t seed = 1;  ///< that its maps, bad pixels and boards were drawn from
+};
 
 struct CampaignOptions {
   std::string design = "B";
@@ -17,11 +24,15 @@ struct CampaignOptions {
   Effects effects;
   std::vector<Pattern> patterns;
   NoiseKind noise = NoiseKind::gaussian;
+  Clutter clutter;
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   bool taps = true;        ///< else phases
   std::size_t frames = 4;  ///< of each condition
   std::uint64_t seed = 1;
+  std::optional<Rig> like;  ///< measured once more with these, at distances between those of the design
+
+  std::uint64_t rig_seed() const { return like ? like->seed : seed; }
   std::size_t threads = 0;  ///< 0: as many as there are cores
   std::filesystem::path folder;
 };

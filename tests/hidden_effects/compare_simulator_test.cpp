@@ -205,6 +205,9 @@ TEST(PlainCamera, SeesWhatTheSimulatorSees) {
 TEST(PlainCamera, SeesTheSameWithTheRarerParameters) {
   for (const std::string effect :
        {"wiggling:amplitude=20mm,phase=0.4rad,amplitude5=8mm,phase5=-1rad,amplitude7=3mm,phase7=2rad",
+        "integration_time_offset:slope=8mm,linear=1m/s,exponent=0.3",
+        "warm_up:drift=10mm,time_constant=720s,droop=3%,slow_drift=5mm,slow_time_constant=3600s,exponent=0.4,"
+        "reference_time=1ms",
         "ambient_light:rate=1e5counts/s,suppression=900counts", "beam_profile:exponent=3.5,toe=80mrad",
         "surface_reflectance:lambert=0.4,roughness=0.6rad", "saturation:full_well=1500counts",
         "lens_distortion:k1=-0.44,k2=0.22,p1=0.002,p2=-0.005,k3=0.01", "adc_nonlinearity:quadratic=4%,cubic=8%",
@@ -300,7 +303,7 @@ TEST(PlainCamera, SeesNearlyTheSameWithAllEffectsAtOnce) {
   Physics physics;
   for (const Effect& effect : catalogue())
     if (effect.name != "temporal_noise" && effect.name != "saturation" && effect.name != "specular")
-      physics.effects.add_typical(effect.name, 1, 7);
+      physics.effects.add_typical(effect.name, 1, 7, Drawn::plain);
   // The reference fixes the order of the levels, not of the effects in a level: products of two small effects remain.
   const Difference all = compare(physics, {board(0.9, 1e-3), board(3.1, 4e-3)}, "all");
   EXPECT_LT(all.distance, 0.3);

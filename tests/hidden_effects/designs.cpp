@@ -209,12 +209,16 @@ const std::vector<NamedConditions>& experiments() {
   return all;
 }
 
+void name_conditions(std::vector<io::Condition>& all) {
+  for (std::size_t i = 0; i < all.size(); ++i)
+    all[i].id = fmt::format("{:03}-{:04.0f}mm-{:.1f}ms", i, all[i].board_distance * 1e3, all[i].integration_time * 1e3);
+}
+
 std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added) {
   Conditions all = named(designs(), design, "design").make();
   for (const std::string& name : added)
     for (const io::Condition& condition : named(experiments(), name, "experiment").make()) all.push_back(condition);
-  for (std::size_t i = 0; i < all.size(); ++i)
-    all[i].id = fmt::format("{:03}-{:04.0f}mm-{:.1f}ms", i, all[i].board_distance * 1e3, all[i].integration_time * 1e3);
+  name_conditions(all);
   return all;
 }
 

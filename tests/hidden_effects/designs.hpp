@@ -21,6 +21,9 @@ const std::vector<NamedConditions>& designs();
 /// roll, velocity, reference, capped, rail, single_sources, tilts, warm_up, ambient.
 const std::vector<NamedConditions>& experiments();
 
+/// Gives all conditions unique ids that tell distance and integration time.
+void name_conditions(std::vector<io::Condition>& conditions);
+
 /// The conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
 /// @throws std::invalid_argument for a name that is not there
 std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added);

@@ -43,10 +43,10 @@ const std::vector<Effect>& catalogue() {
       {"wiggling",
        {{"amplitude", "m", 0, 5e-3, scaled},
         {"phase", "rad", 0, 0, angle},
-        {"amplitude5", "m", 0, 0, unused},
-        {"phase5", "rad", 0, 0, unused},
-        {"amplitude7", "m", 0, 0, unused},
-        {"phase7", "rad", 0, 0, unused}}},
+        {"amplitude5", "m", 0, 1.75e-3, scaled, true},
+        {"phase5", "rad", 0, 0, turn, true},
+        {"amplitude7", "m", 0, 1e-3, scaled, true},
+        {"phase7", "rad", 0, 0, turn, true}}},
       {"even_harmonic", {{"ratio", "", 0, 0.02, either_sign}}},
       {"phase_step_error",
        {{"step1", "rad", 0, 5e-3, either_sign},
@@ -59,7 +59,8 @@ const std::vector<Effect>& catalogue() {
       {"integration_time_offset",
        {{"slope", "m", 0, 8e-3, either_sign},
         {"reference_time", "s", 1e-3, 1e-3, constant},
-        {"exponent", "", 0, 0, unused}}},
+        {"exponent", "", 0, 0.3, either_sign, true},
+        {"linear", "m/s", 0, 0.4, either_sign, true}}},
       {"amplitude_walk",
        {{"logarithmic", "rad", 0, 8e-3, either_sign},
         {"inverse", "rad", 0, 3e-3, either_sign},
@@ -71,7 +72,11 @@ const std::vector<Effect>& catalogue() {
       {"warm_up",
        {{"drift", "m", 0, 10e-3, either_sign},
         {"time_constant", "s", 720, 720, constant},
-        {"droop", "", 0, 0.03, scaled}}},
+        {"droop", "", 0, 0.03, scaled},
+        {"slow_drift", "m", 0, 3e-3, either_sign, true},
+        {"slow_time_constant", "s", 14400, 14400, constant},
+        {"exponent", "", 0, 0.3, either_sign, true},
+        {"reference_time", "s", 1e-3, 1e-3, constant}}},
       {"fixed_pattern", {{"scale", "", 0, 1, scaled}}},
       {"pixel_response", {{"scale", "", 0, 1, scaled}}},
       {"adc_nonlinearity",
@@ -86,16 +91,16 @@ const std::vector<Effect>& catalogue() {
        {{"separation", "m", 0, 4e-3, either_sign},
         {"shift", "m", 0, 4e-3, either_sign},
         {"depth", "m", 0, 4e-3, either_sign}}},
-      {"beam_profile", {{"exponent", "", 0, 2, scaled}, {"toe", "rad", 0, 0, unused}}},
+      {"beam_profile", {{"exponent", "", 0, 2, scaled}, {"toe", "rad", 0, 40e-3, within, true}}},
       {"vignetting", {{"exponent", "", 0, 4, scaled}}},
       {"surface_reflectance", {{"lambert", "", 0, 1, constant}, {"roughness", "rad", 0, 0.3, scaled}}},
       {"specular", {{"strength", "", 0, 0.3, scaled}, {"exponent", "", 60, 60, constant}}},
       {"lens_distortion",
        {{"k1", "", 0, -0.1, scaled},
-        {"k2", "", 0, 0, unused},
-        {"p1", "", 0, 0, unused},
-        {"p2", "", 0, 0, unused},
-        {"k3", "", 0, 0, unused}}},
+        {"k2", "", 0, 0.03, either_sign, true},
+        {"p1", "", 0, 1e-3, either_sign, true},
+        {"p2", "", 0, 1e-3, either_sign, true},
+        {"k3", "", 0, 0.02, either_sign, true}}},
       {"principal_point", {{"x", "px", 0, 1.2, either_sign}, {"y", "px", 0, 1.2, either_sign}}},
       {"board_tilt", {{"x", "rad", 0, 5e-3, either_sign}, {"y", "rad", 0, 5e-3, either_sign}}},
       {"rail_scale", {{"scale", "", 0, 1e-3, either_sign}}},
@@ -119,13 +124,15 @@ void Effects::add(const std::string& name, const std::map<std::string, double>& 
   values_[name] = all;
 }
 
-void Effects::add_typical(const std::string& name, double size, std::uint64_t seed) {
+void Effects::add_typical(const std::string& name, double size, std::uint64_t seed, Drawn drawn) {
   std::uint64_t mixed = seed;  // another draw for each effect of a campaign
   for (const char letter : name) mixed = mixed * 1099511628211ULL + static_cast<unsigned char>(letter);
   std::mt19937_64 random(mixed);
   std::map<std::string, double> values;
   for (const Parameter& parameter : kind_of(name).parameters) {
+    // Drawn whether it is used or not: the parameters before and after it stay those of the seed.
     const double uniform = std::uniform_real_distribution<double>(0, 1)(random);
+    if (parameter.further && drawn == Drawn::plain) continue;
     const double scaled = parameter.off + size * (parameter.typical - parameter.off);
     switch (parameter.draw) {
       case Draw::unused:
@@ -139,8 +146,14 @@ void Effects::add_typical(const std::string& name, double size, std::uint64_t se
       case Draw::either_sign:
         values[parameter.name] = uniform < 0.5 ? -scaled : scaled;
         break;
+      case Draw::within:
+        values[parameter.name] = (2 * uniform - 1) * scaled;
+        break;
       case Draw::angle:
         values[parameter.name] = 2 * M_PI * uniform;
+        break;
+      case Draw::turn:
+        values[parameter.name] = (2 * uniform - 1) * M_PI;
         break;
     }
   }
@@ -148,10 +161,10 @@ void Effects::add_typical(const std::string& name, double size, std::uint64_t se
   add(name, values);
 }
 
-void Effects::add_text(std::string_view text, double size, std::uint64_t seed) {
+void Effects::add_text(std::string_view text, double size, std::uint64_t seed, Drawn drawn) {
   const std::size_t colon = text.find(':');
   const std::string name(text.substr(0, colon));
-  if (colon == std::string_view::npos) return add_typical(name, size, seed);
+  if (colon == std::string_view::npos) return add_typical(name, size, seed, drawn);
   std::map<std::string, double> values;
   for (std::string_view rest = text.substr(colon + 1); !rest.empty();) {
     const std::size_t comma = std::min(rest.find(','), rest.size());

@@ -4,6 +4,7 @@
 #include "config/quantity.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/designs.hpp"
+#include "tests/hidden_effects/like.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -13,6 +14,14 @@
 namespace {
 
 using namespace tofgraph::hidden;
+
+const char* prefix(Draw draw) { return draw == Draw::either_sign ? "+-" : draw == Draw::within ? "within +-" : ""; }
+
+double length(const std::string& text, const char* option) {
+  const tofgraph::config::Quantity quantity = tofgraph::config::parse_quantity(text, "m");
+  if (!quantity.ok()) throw std::invalid_argument(fmt::format("{}: {}", option, quantity.problem));
+  return quantity.value;
+}
 
 void list() {
   fmt::print("designs\n");
@@ -25,10 +34,10 @@ void list() {
   for (const Effect& effect : catalogue()) {
     std::string parameters;
     for (const Parameter& parameter : effect.parameters)
-      if (parameter.draw == Draw::angle)
+      if (parameter.draw == Draw::angle || parameter.draw == Draw::turn)
         parameters += fmt::format(" {}: drawn", parameter.name);
       else if (parameter.draw != Draw::unused)
-        parameters += fmt::format(" {}: {}{}", parameter.name, parameter.draw == Draw::either_sign ? "+-" : "",
+        parameters += fmt::format(" {}: {}{}", parameter.name, prefix(parameter.draw),
                                   tofgraph::config::format_quantity(parameter.typical, parameter.unit));
     fmt::print("  {:<24}{}\n", effect.name, parameters);
   }
@@ -37,46 +46,95 @@ void list() {
     fmt::print("  {:<24} {}: {}\n", kind.name, tofgraph::config::format_quantity(kind.typical, kind.unit), kind.text);
 }
 
+/// What the command line says.
+struct Asked {
+  CampaignOptions options;
+  std::vector<std::string> effects, patterns;
+  double size = 1;
+  std::string output = "taps", warp = "0mm", residue = "0mm", misplaced = "0mm";
+  std::filesystem::path like;
+  bool list = false, plain = false;
+};
+
+void declare_clutter(CLI::App& app, Asked& asked) {
+  app.add_option("--warp", asked.warp,
+                 "e.g. 1mm: boards that are not flat, root mean square; the shape moves with the board");
+  app.add_option(
+      "--sessions", asked.options.clutter.sessions,
+      "recorded in so many sessions, each with its own offset (3 mm) and light (2 %); the campaign file does "
+      "not tell them");
+  app.add_option("--residue", asked.residue,
+                 "e.g. 0.3mm: an error that is smooth over the image and the order measured");
+  app.add_option("--misplaced", asked.misplaced,
+                 "e.g. 20mm: one board stands farther by this than the campaign file says");
+}
+
+/// All that decides what a campaign is, but for its seed.
+void declare_campaign(CLI::App& app, Asked& asked) {
+  static const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
+                                                          {"heavy", NoiseKind::heavy},
+                                                          {"drift", NoiseKind::drift},
+                                                          {"none", NoiseKind::none}};
+  static const std::map<std::string, Light> lights = {{"reference", Light::reference}, {"physical", Light::physical}};
+  CampaignOptions& options = asked.options;
+  app.add_option("--design", options.design, "small, A, B or C")->capture_default_str();
+  app.add_option("--add", options.experiments, "experiments to append, with commas")->delimiter(',');
+  app.add_option("--effect", asked.effects, "NAME or NAME:parameter=value,..; several times for several");
+  app.add_option("--pattern", asked.patterns, "NAME or NAME:SIZE, an error that is in no catalogue");
+  app.add_option("--size", asked.size, "factor on the typical size, where no parameters are given")
+      ->capture_default_str();
+  app.add_flag("--plain", asked.plain,
+               "draws the main parameters of an effect alone; the further ones keep their off values");
+  app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
+      ->transform(CLI::CheckedTransformer(noises));
+  declare_clutter(app, asked);
+  app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
+  app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
+  app.add_option("--output", asked.output, "taps or phases")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"taps", "phases"}));
+}
+
+CampaignOptions campaign_of(const Asked& asked) {
+  if (!asked.like.empty()) return like(asked.like, asked.options.seed);
+  CampaignOptions options = asked.options;
+  for (const std::string& text : asked.effects)
+    options.effects.add_text(text, asked.size, options.seed, asked.plain ? Drawn::plain : Drawn::all);
+  for (const std::string& text : asked.patterns) options.patterns.push_back(parse_pattern(text, asked.size));
+  options.clutter.warp = length(asked.warp, "--warp");
+  options.clutter.residue = length(asked.residue, "--residue");
+  options.clutter.misplaced = length(asked.misplaced, "--misplaced");
+  options.taps = asked.output == "taps";
+  return options;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
       "Makes a measuring campaign in which effects are hidden, by a model of the camera that shares no code "
       "with the simulator."};
-  CampaignOptions options;
-  std::vector<std::string> effects, patterns;
-  double size = 1;
-  std::string output = "taps";
-  bool show = false;
-  const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
-                                                   {"heavy", NoiseKind::heavy},
-                                                   {"drift", NoiseKind::drift},
-                                                   {"none", NoiseKind::none}};
-  const std::map<std::string, Light> lights = {{"reference", Light::reference}, {"physical", Light::physical}};
-  app.add_option("--design", options.design, "small, A, B or C")->capture_default_str();
-  app.add_option("--add", options.experiments, "experiments to append, with commas")->delimiter(',');
-  app.add_option("--effect", effects, "NAME or NAME:parameter=value,..; several times for several");
-  app.add_option("--pattern", patterns, "NAME or NAME:SIZE, an error that is in no catalogue");
-  app.add_option("--size", size, "factor on the typical size, where no parameters are given")->capture_default_str();
-  app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
-      ->transform(CLI::CheckedTransformer(noises));
-  app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
-  app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
-  app.add_option("--output", output, "taps or phases")->capture_default_str()->check(CLI::IsMember({"taps", "phases"}));
-  app.add_option("--seed", options.seed, "of everything that is drawn")->capture_default_str();
-  app.add_option("--threads", options.threads, "0: one a core")->capture_default_str();
-  app.add_option("-o,--out", options.folder, "the folder to make");
-  app.add_flag("--list", show, "shows designs, experiments, effects and patterns");
+  Asked asked;
+  declare_campaign(app, asked);
+  const std::vector<CLI::Option*> decided = app.get_options([](const CLI::Option* o) { return !o->check_name("-h"); });
+  CLI::Option* same = app.add_option("--like", asked.like,
+                                     "truth.yaml of a campaign: the same camera, boards and hidden effects once more, "
+                                     "at distances between those; all but --seed, --threads and --out is its");
+  for (CLI::Option* option : decided) same->excludes(option);
+  app.add_option("--seed", asked.options.seed, "of everything that is drawn")->capture_default_str();
+  app.add_option("--threads", asked.options.threads, "0: one a core")->capture_default_str();
+  app.add_option("-o,--out", asked.options.folder, "the folder to make");
+  app.add_flag("--list", asked.list, "shows designs, experiments, effects and patterns");
   CLI11_PARSE(app, argc, argv);
   try {
-    if (show) return list(), 0;
-    if (options.folder.empty()) throw std::invalid_argument("where to? -o DIR is missing");
-    for (const std::string& text : effects) options.effects.add_text(text, size, options.seed);
-    for (const std::string& text : patterns) options.patterns.push_back(parse_pattern(text, size));
-    options.taps = output == "taps";
+    if (asked.list) return list(), 0;
+    if (asked.options.folder.empty()) throw std::invalid_argument("where to? -o DIR is missing");
+    CampaignOptions options = campaign_of(asked);
+    options.folder = asked.options.folder;
+    options.threads = asked.options.threads;
     make_campaign(options);
   } catch (const std::invalid_argument& mistake) {
     fmt::print(stderr, "hidden_effects_make: {}\n", mistake.what());

@@ -49,7 +49,7 @@ TEST_F(ModelCorrection, KeepsTheNoise) {
                              "integration_time_offset", "fixed_pattern", "modulation_frequency"}) {
     Physics with, without;
     with.maps = maps();
-    with.effects.add_typical(effect, 2, 13);
+    with.effects.add_typical(effect, 2, 13, Drawn::plain);
     Harness stage("model_correction model=" + model_of(with));
     stage.camera("camcube2");
     View view = boards()[1];

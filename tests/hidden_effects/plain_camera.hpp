@@ -5,6 +5,7 @@
 /// SI, double, images row by row. The README beside this file says what was decided where the reference is open.
 #pragma once
 
+#include "tests/hidden_effects/clutter.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/patterns.hpp"
 
@@ -51,8 +52,11 @@ struct View {
   double velocity = std::numeric_limits<double>::quiet_NaN();            ///< m/s; NaN: not stated
   bool laser = false, capped = false, covered = false;  ///< reference: laser, lens: capped, rail: covered
   double drift_distance = 0, drift_amplitude = 1;       ///< of the camera itself, at this moment
-  std::size_t order = 0;                                ///< place in the order measured
-  double earlier_distance = 1;                          ///< m, of the condition measured before
+  Smooth warp;  ///< m that the board stands out, away from the camera, over its own x and y in m from its point on the
+                ///< axis
+  Smooth residue;               ///< m that the distance errs, over column and row
+  std::size_t order = 0;        ///< place in the order measured
+  double earlier_distance = 1;  ///< m, of the condition measured before
 };
 
 enum class Light { reference, physical };

@@ -168,6 +168,12 @@ TEST(PlainCamera, TurnsOfThePhase) {
   for_some_pixels("integration_time_offset:slope=8mm", [&](const Decoded& ideal, const Decoded& seen) {
     EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 8e-3 * std::log(2.0), 1e-12);
   });
+  for_some_pixels("integration_time_offset:slope=8mm,exponent=0.3", [&](const Decoded& ideal, const Decoded& seen) {
+    EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 8e-3 * (std::pow(2.0, 0.3) - 1) / 0.3, 1e-12);
+  });
+  for_some_pixels("integration_time_offset:linear=0.4m/s", [&](const Decoded& ideal, const Decoded& seen) {
+    EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 0.4 * (2e-3 - 1e-3), 1e-12);
+  });
   for_some_pixels("amplitude_walk:logarithmic=8mrad,inverse=3mrad", [&](const Decoded& ideal, const Decoded& seen) {
     const double relative = ideal.amplitude / 1000;
     EXPECT_NEAR(turned(seen.phase, ideal.phase), 8e-3 * std::log(relative) + 3e-3 / relative, 1e-12);
@@ -176,6 +182,20 @@ TEST(PlainCamera, TurnsOfThePhase) {
     EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 10e-3, 1e-12);  // an unknown time: warm
     EXPECT_NEAR(seen.intensity, 0.97 * ideal.intensity, 1e-9 * ideal.intensity);
   });
+}
+
+TEST(PlainCamera, WarmsUpInTwoTimes) {
+  View early = board(1.1);
+  early.time_since_power_on = 600;
+  const double drift = std::sqrt(2.0) *  // of 2 ms against 1 ms
+                       (10e-3 * (1 - std::exp(-600.0 / 720)) + 3e-3 * (1 - std::exp(-600.0 / 7200)));
+  const Taps ideal = expected_taps(with(""), early);
+  const Taps seen =
+      expected_taps(with("warm_up:drift=10mm,time_constant=720s,slow_drift=3mm,slow_time_constant=7200s,exponent=0.5,"
+                         "reference_time=1ms"),
+                    early);
+  for (std::size_t i = 0; i < ideal.a[0].size(); i += 977)
+    EXPECT_NEAR(Camera().metres_per_radian() * turned(decoded(seen, i).phase, decoded(ideal, i).phase), drift, 1e-12);
 }
 
 TEST(PlainCamera, QuadraticConverterOnlyCompresses) {

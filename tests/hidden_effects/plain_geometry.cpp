@@ -25,10 +25,12 @@ Plane board_of(const Physics& physics, const View& view, double displacement) {
   const Effects& effects = physics.effects;
   double z = view.distance;
   if (!view.laser) z = z * (1 + effects.value("rail_scale", "scale")) + effects.value("rail_offset", "offset");
-  const Vector stated = about_y(view.tilt_y, about_x(view.tilt_x, {0, 0, 1}));
-  const Vector normal = about_y(effects.value("board_tilt", "y"), about_x(effects.value("board_tilt", "x"), stated));
-  // The camera turns by roll, so the world turns back in its frame.
-  return {{0, 0, z + displacement}, about_z(-view.roll, normal)};
+  const auto turned = [&](Vector v) {
+    const Vector stated = about_y(view.tilt_y, about_x(view.tilt_x, v));
+    const Vector tilted = about_y(effects.value("board_tilt", "y"), about_x(effects.value("board_tilt", "x"), stated));
+    return about_z(-view.roll, tilted);  // the camera turns by roll, so the world turns back in its frame
+  };
+  return {{0, 0, z + displacement}, turned({0, 0, 1}), turned({1, 0, 0}), turned({0, 1, 0})};
 }
 
 std::vector<Ray> rays_of(const Physics& physics) {

@@ -25,9 +25,10 @@ Vector about_x(double angle, Vector v);
 Vector about_y(double angle, Vector v);
 Vector about_z(double angle, Vector v);
 
-/// The board as the camera sees it: a point and the normal that looks away from the camera.
+/// The board as the camera sees it: a point, the normal that looks away from the camera, and the directions of its own
+/// coordinates.
 struct Plane {
-  Vector point, normal;
+  Vector point, normal, x, y;
 };
 Plane board_of(const Physics& physics, const View& view, double displacement);
 

@@ -105,7 +105,7 @@ class BoardLight {
 
   PixelLight operator()(const Ray& ray) const {
     const Vector lens{0, 0, physics_.camera.focal_length};
-    const double from_lens = dot(board_.point - lens, board_.normal) / dot(ray.direction, board_.normal);
+    const double from_lens = way_to_board(ray, lens);
     if (!(from_lens > 0)) return {};
     const Vector point = lens + from_lens * ray.direction;
     const Vector facing = dot(board_.normal, lens - point) < 0 ? -1 * board_.normal : board_.normal;
@@ -132,6 +132,18 @@ class BoardLight {
   }
 
  private:
+  /// From the lens to the board, which stands out of its plane by the warp: found by repetition, as its slope is small.
+  /// The light that the board sends on knows the plane's normal alone.
+  double way_to_board(const Ray& ray, Vector lens) const {
+    const double flat = dot(board_.point - lens, board_.normal), along = dot(ray.direction, board_.normal);
+    double way = flat / along;
+    for (int i = 0; view_.warp && i < 6; ++i) {
+      const Vector off = lens + way * ray.direction - board_.point;
+      way = (flat + view_.warp(dot(off, board_.x), dot(off, board_.y))) / along;
+    }
+    return way;
+  }
+
   const Physics& physics_;
   const View& view_;
   Surface surface_;
@@ -192,8 +204,17 @@ template <class Value> void scatter(const Physics& physics, std::vector<Value>& 
   for (std::size_t i = 0; i < image.size(); ++i) image[i] += fraction * ((1 - share) * wide[i] + share * mean);
 }
 
-double warm(const View& view, const Effects& effects) {
-  return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", "time_constant"));
+/// How far the camera has come since power-on, 0..1. @param time_constant name of the process's
+double warm(const View& view, const Effects& effects, const char* time_constant = "time_constant") {
+  return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", time_constant));
+}
+
+/// Both processes of the drift; a longer exposure heats otherwise.
+double warm_up(const View& view, const Effects& e) {
+  const double heating =
+      std::pow(view.integration_time / e.value("warm_up", "reference_time"), e.value("warm_up", "exponent"));
+  return heating * (e.value("warm_up", "drift") * warm(view, e) +
+                    e.value("warm_up", "slow_drift") * warm(view, e, "slow_time_constant"));
 }
 
 /// What turns the phase at the end of the level, as a distance.
@@ -201,11 +222,13 @@ class Turns {
  public:
   Turns(const Physics& physics, const View& view) : physics_(physics), view_(view) {
     const Effects& e = physics.effects;
-    const double times = view.integration_time / e.value("integration_time_offset", "reference_time");
+    const double reference_time = e.value("integration_time_offset", "reference_time");
+    const double times = view.integration_time / reference_time;
     const double exponent = e.value("integration_time_offset", "exponent");
     const double longer = exponent == 0 ? std::log(times) : (std::pow(times, exponent) - 1) / exponent;
-    everywhere_ = view.drift_distance + e.value("warm_up", "drift") * warm(view, e) +
-                  e.value("integration_time_offset", "slope") * longer + e.value("zero_offset", "offset");
+    everywhere_ = view.drift_distance + warm_up(view, e) + e.value("integration_time_offset", "slope") * longer +
+                  e.value("integration_time_offset", "linear") * (view.integration_time - reference_time) +
+                  e.value("zero_offset", "offset");
     logarithmic_ = e.value("amplitude_walk", "logarithmic");
     inverse_ = e.value("amplitude_walk", "inverse");
     reference_amplitude_ = e.value("amplitude_walk", "reference_amplitude");
@@ -217,7 +240,7 @@ class Turns {
     const double per_radian = physics_.camera.metres_per_radian();
     const std::size_t i = static_cast<std::size_t>(row * physics_.camera.width + column);
     const double phase = std::arg(light), distance = per_radian * (phase < 0 ? phase + 2 * M_PI : phase);
-    double sum = everywhere_ + map_scale_ * map(i, distance);
+    double sum = everywhere_ + map_scale_ * map(i, distance) + view_.residue(column, row);
     if (std::abs(light) > 0) {
       const double relative = std::abs(light) / reference_amplitude_;
       sum += per_radian * (logarithmic_ * std::log(relative) + inverse_ / relative);

@@ -4,6 +4,7 @@
 
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/patterns.hpp"
+#include "tests/hidden_effects/truth.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <random>
+#include <stdexcept>
 
 namespace tofgraph::hidden {
 namespace {
@@ -39,12 +41,32 @@ std::vector<Case> single(std::uint64_t seed, std::size_t draws) {
   return cases;
 }
 
+/// All noise models and all clutter in turn, the latter alone, with drift, and with outliers.
 std::vector<Case> nothing(std::uint64_t seed, std::size_t draws) {
+  struct Surroundings {
+    NoiseKind noise;
+    std::vector<std::string> clutter;
+  };
+  using enum NoiseKind;
+  static const std::vector<Surroundings> all = {{gaussian, {}},
+                                                {heavy, {}},
+                                                {drift, {}},
+                                                {gaussian, {"warp"}},
+                                                {gaussian, {"sessions"}},
+                                                {gaussian, {"residue"}},
+                                                {gaussian, {"misplaced"}},
+                                                {drift, {"sessions", "residue"}},
+                                                {heavy, {"warp", "misplaced"}},
+                                                {drift, {"warp", "sessions", "residue", "misplaced"}}};
+  constexpr std::array designs = {"A", "B", "C"};
   std::vector<Case> cases;
-  for (std::size_t i = 0; i < 100 * draws; ++i) {
-    const std::array designs = {"A", "B", "C"};
-    cases.push_back(
-        {.suite = "nothing", .design = designs[i % 3], .noise = noises[i / 3 % noises.size()], .seed = ++seed});
+  for (std::size_t i = 0; i < 90 * draws; ++i) {
+    const Surroundings& here = all[i / designs.size() % all.size()];
+    cases.push_back({.suite = "nothing",
+                     .design = designs[i % designs.size()],
+                     .noise = here.noise,
+                     .clutter = here.clutter,
+                     .seed = ++seed});
   }
   return cases;
 }
@@ -135,28 +157,44 @@ std::vector<Case> quick(std::uint64_t seed, std::size_t) {
 }  // namespace
 
 std::string Case::key() const {
-  constexpr std::array names = {"none", "gaussian", "heavy", "drift"};
-  const auto noise_name = [&] {
-    switch (noise) {
-      case NoiseKind::gaussian:
-        return names[1];
-      case NoiseKind::heavy:
-        return names[2];
-      case NoiseKind::drift:
-        return names[3];
-      default:
-        return names[0];
-    }
-  };
-  return fmt::format("{},{},{},{},{},{},{},{},{}", suite, design, fmt::join(experiments, "+"), fmt::join(effects, "+"),
-                     size, pattern, without, noise_name(), seed);
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{}", suite, design, fmt::join(experiments, "+"),
+                     fmt::join(effects, "+"), size, drawn == Drawn::all ? "all" : "plain", pattern, without,
+                     name_of(noise), fmt::join(clutter, "+"), seed);
+}
+
+Clutter clutter_of(const std::vector<std::string>& names) {
+  Clutter clutter;
+  for (const std::string& name : names) {
+    if (name == "warp")
+      clutter.warp = 1e-3;
+    else if (name == "sessions")
+      clutter.sessions = 3;
+    else if (name == "residue")
+      clutter.residue = 0.3e-3;
+    else if (name == "misplaced")
+      clutter.misplaced = 20e-3;
+    else
+      throw std::invalid_argument(
+          fmt::format("there is no clutter '{}'; there are warp, sessions, residue, misplaced", name));
+  }
+  return clutter;
+}
+
+std::vector<Case> cases_of(const Suite& suite, std::uint64_t seed, std::size_t draws, std::size_t count) {
+  std::vector<Case> cases = suite.make(seed, draws);
+  while (cases.size() < count) {  // what was drawn before stays first, and some suites cannot be drawn anew
+    std::vector<Case> more = suite.make(seed, ++draws);
+    if (more.size() == cases.size()) break;
+    cases = std::move(more);
+  }
+  return cases;
 }
 
 const std::vector<Suite>& suites() {
   static const std::vector<Suite> all = {
       {"quick", "a small design, some of everything", quick},
       {"single", "each effect alone, designs B and C, half, once and twice its typical size", single},
-      {"nothing", "100 campaigns without an effect, designs A, B, C, three noise models", nothing},
+      {"nothing", "90 campaigns without an effect, designs A, B, C, all noise models and clutter", nothing},
       {"pairs", "two effects", pairs},
       {"triples", "three effects", triples},
       {"without", "an effect that the search does not know", without},

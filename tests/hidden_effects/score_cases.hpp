@@ -15,9 +15,11 @@ struct Case {
   std::vector<std::string> experiments;  ///< appended to the design
   std::vector<std::string> effects;      ///< hidden
   double size = 1;                       ///< of effects and patterns, as a factor on the typical one
+  Drawn drawn = Drawn::all;              ///< parameters of the effects
   std::string pattern;                   ///< hidden, in no catalogue
   std::string without;                   ///< taken out of the search's catalogue
   NoiseKind noise = NoiseKind::gaussian;
+  std::vector<std::string> clutter;  ///< warp, sessions, residue, misplaced: at their usual sizes
   std::uint64_t seed = 1;
 
   /// One line that no other case has.
@@ -29,8 +31,14 @@ struct Suite {
   std::vector<Case> (*make)(std::uint64_t seed, std::size_t draws);
 };
 
+/// What the clutter of these names is: 1 mm of warp, 3 sessions, 0.3 mm of residue, a board misplaced by 20 mm.
+Clutter clutter_of(const std::vector<std::string>& names);
+
 /// quick, single, nothing, pairs, triples, without, patterns, ties.
 const std::vector<Suite>& suites();
+
+/// Cases of a suite, drawn as often as are asked for. @param draws of each case at least
+std::vector<Case> cases_of(const Suite& suite, std::uint64_t seed, std::size_t draws, std::size_t count);
 
 /// Effects that a campaign of boards cannot show: they act on the noise, on masked pixels or on edges alone.
 bool is_hidden_from_boards(const std::string& effect);

@@ -17,13 +17,14 @@ Score run(const Case& what, const Bench& bench) {
   const std::filesystem::path folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
   std::filesystem::remove_all(folder);
   Effects effects;
-  for (const std::string& name : what.effects) effects.add_text(name, what.size, what.seed);
+  for (const std::string& name : what.effects) effects.add_text(name, what.size, what.seed, what.drawn);
   CampaignOptions options;
   options.design = what.design;
   options.experiments = what.experiments;
   options.effects = effects;
   if (!what.pattern.empty()) options.patterns.push_back(parse_pattern(what.pattern, what.size));
   options.noise = what.noise;
+  options.clutter = clutter_of(what.clutter);
   options.seed = what.seed;
   options.folder = folder;
   make_campaign(options);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/score_run.hpp"
+#include "tests/hidden_effects/score_table.hpp"
 #include "tests/program.hpp"
 
 #include <cmath>

@@ -7,32 +7,40 @@
 
 #include <nlohmann/json.hpp>
 
+#include <iosfwd>
 #include <optional>
 
 namespace tofgraph::hidden {
+
+/// A 95 % interval of a report, and whether the truth lies in it.
+struct HeldInterval {
+  std::string parameter;  ///< "wiggling.amplitude"
+  bool holds = false;
+};
 
 /// One case's outcome, as a line of scores.csv.
 struct Score {
   Case what;
   std::string verdict;
-  std::vector<std::string> names;                 ///< effects that were added
-  std::vector<std::string> tied;                  ///< with one of them
-  bool blind = false;                             ///< the search says that this design cannot show what is hidden
-  std::size_t found = 0;                          ///< hidden effects that are among names or tied
-  std::size_t wrong = 0;                          ///< names that are not hidden, nor tied with what is
-  double before = 0, after = 0, floor = 0;        ///< held-out depth gap, m
-  std::size_t intervals = 0, intervals_hold = 0;  ///< 95 % intervals of effects that were named alone
+  std::vector<std::string> names;           ///< effects that were added
+  std::vector<std::string> tied;            ///< with one of them
+  bool blind = false;                       ///< the search says that this design cannot show what is hidden
+  std::size_t found = 0;                    ///< hidden effects that are among names or tied
+  std::size_t wrong = 0;                    ///< names that are not hidden, nor tied with what is
+  double before = 0, after = 0, floor = 0;  ///< held-out depth gap, m
+  std::vector<HeldInterval> intervals;      ///< of hidden effects that were named, beside whatever else
   double seconds = 0;
 
   std::string line() const;
 };
 
 inline constexpr const char* score_header =
-    "suite,design,experiments,effects,size,pattern,without,noise,seed,verdict,names,tied,blind,found,wrong,"
-    "before_mm,after_mm,floor_mm,intervals,intervals_hold,seconds";
+    "suite,design,experiments,effects,size,drawn,pattern,without,noise,clutter,seed,verdict,names,tied,blind,found,"
+    "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds";
 
-/// A line of scores.csv. @throws std::invalid_argument when it is none
-Score parse_score(const std::string& line);
+/// The lines of a scores.csv; columns that earlier files did not have may be missing.
+/// @throws std::invalid_argument for a line that is none
+std::vector<Score> read_scores(std::istream& in);
 
 /// @param report what the search wrote, report.json
 /// @param hidden the effects with their values
@@ -45,10 +53,7 @@ bool is_right(const Score& score);
 /// the noise. Of a gap that is no number the share is NaN, which is no share that is great enough.
 std::optional<double> closed(const Score& score);
 
-/// The table of the suites, as Markdown.
-std::string table(const std::vector<Score>& scores);
-
-/// What was hidden against what was named, as the bytes of a PNG.
-std::string confusion_png(const std::vector<Score>& scores);
+/// A tie with an effect that the reference does not list as alike to what is hidden.
+bool has_loose_tie(const Score& score);
 
 }  // namespace tofgraph::hidden

@@ -3,6 +3,7 @@
 #include "tests/hidden_effects/truth.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <fstream>
 #include <stdexcept>
@@ -14,6 +15,19 @@ void write_whole(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
   if (!out.flush()) throw std::runtime_error(fmt::format("{} cannot be written", file.string()));
+}
+
+std::string clutter_text(const Clutter& clutter, const std::vector<io::Condition>& conditions,
+                         const DrawnClutter& drawn) {
+  std::string text = fmt::format("clutter: {{warp: {}, residue: {}, misplaced: {}, sessions: {}}}\n", clutter.warp,
+                                 clutter.residue, clutter.misplaced, clutter.sessions);
+  if (clutter.misplaced != 0)
+    text += fmt::format("misplaced: {{id: {}, by: {}}}\n", conditions[drawn.misplaced].id, clutter.misplaced);
+  if (drawn.sessions.empty()) return text;
+  text += "sessions:\n";
+  for (const DrawnClutter::Session& session : drawn.sessions)
+    text += fmt::format("  - {{offset: {}, light: {}}}\n", session.offset, session.light);
+  return text;
 }
 
 }  // namespace
@@ -39,11 +53,15 @@ void write_model(const std::filesystem::path& file, const CampaignOptions& optio
 }
 
 void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
-                 const std::vector<io::Condition>& conditions, const std::vector<View>& views) {
+                 const std::vector<io::Condition>& conditions, const std::vector<View>& views,
+                 const DrawnClutter& clutter) {
   std::string text = fmt::format(
-      "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nseed: {}\nlight: {}\nnoise: {}\n"
+      "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nexperiments: [{}]\nseed: {}\nrig_seed: {}\nlight: "
+      "{}\nnoise: {}\n"
+      "jitter: {}\nframes: {}\noutput: {}\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
-      options.design, options.seed, name_of(options.light), name_of(options.noise), physics.camera.gain,
+      options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
+      name_of(options.noise), options.jitter, options.frames, options.taps ? "taps" : "phases", physics.camera.gain,
       physics.camera.read_noise, physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {
@@ -55,12 +73,16 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
   text += options.patterns.empty() ? "patterns: []\n" : "patterns:\n";
   for (const Pattern& pattern : options.patterns)
     text += fmt::format("  - {{pattern: {}, size: {}}}\n", pattern.name, pattern.size);
+  text += clutter_text(options.clutter, conditions, clutter);
   text += "conditions:\n";
   for (std::size_t i = 0; i < views.size(); ++i)
     text += fmt::format(
-        "  - {{id: {}, order: {}, distance: {}, reflectivity: {}, drift_distance: {}, drift_amplitude: {}}}\n",
+        "  - {{id: {}, order: {}, distance: {}, reflectivity: {}, drift_distance: {}, drift_amplitude: {}{}}}\n",
         conditions[i].id, views[i].order, views[i].distance, views[i].reflectivity, views[i].drift_distance,
-        views[i].drift_amplitude);
+        views[i].drift_amplitude,
+        clutter.sessions.empty()
+            ? ""
+            : fmt::format(", session: {}", session_of(views[i].order, views.size(), clutter.sessions.size())));
   write_whole(file, text);
 }
 

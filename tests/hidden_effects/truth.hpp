@@ -12,7 +12,8 @@ namespace tofgraph::hidden {
 void write_model(const std::filesystem::path& file, const CampaignOptions& options);
 /// All that was hidden or drawn, in SI.
 void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
-                 const std::vector<io::Condition>& conditions, const std::vector<View>& views);
+                 const std::vector<io::Condition>& conditions, const std::vector<View>& views,
+                 const DrawnClutter& clutter);
 
 const char* name_of(NoiseKind noise);
 const char* name_of(Light light);
