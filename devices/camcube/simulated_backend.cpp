@@ -24,7 +24,7 @@ class Simulated final : public Backend {
       throw SettingError("scene", "a simulated camera needs a scene, e.g. scene: pipelines/scenes/board.yaml");
     config::Diagnostics diagnostics;
     try {
-      simulation_ = read_scene(diagnostics);
+      simulation_ = read_scene(settings_.integration_time, diagnostics);
     } catch (const config::ConfigurationError& error) {
       throw SettingError("scene", error.what());
     }
@@ -62,9 +62,9 @@ class Simulated final : public Backend {
   void close() noexcept override {}
 
   std::string why_not_adjustable() const override { return {}; }
-  void set_integration_time(double) override {
+  void set_integration_time(double time) override {
     config::Diagnostics diagnostics;
-    auto changed = read_scene(diagnostics);
+    auto changed = read_scene(time, diagnostics);
     if (!changed) throw Fault(diagnostics.text(), false);
     prepared_.reset();  // it looks at the former
     simulation_ = std::move(changed);
@@ -98,11 +98,12 @@ class Simulated final : public Backend {
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::unique_ptr<const simulation::Simulation> read_scene(config::Diagnostics& diagnostics) const {
+  std::unique_ptr<const simulation::Simulation> read_scene(double integration_time,
+                                                           config::Diagnostics& diagnostics) const {
     simulation::SimulationChanges changes;
     changes.host = reader_.host();
     changes.output = {"taps"};
-    if (std::isfinite(settings_.integration_time)) changes.integration_time = settings_.integration_time;
+    if (std::isfinite(integration_time)) changes.integration_time = integration_time;
     return simulation::Simulation::read(settings_.scene, reader_.registry(), changes, diagnostics);
   }
 

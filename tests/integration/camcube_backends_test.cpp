@@ -87,6 +87,26 @@ TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
   }
 }
 
+/// The stand-in has times in steps of 10 us: the controller takes what is nearest, and the run goes on.
+TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
+  const auto brighter = [&](std::uint16_t a) {
+    std::vector<std::uint16_t> taps(8U * 204 * 204, 0);
+    std::fill(taps.begin(), taps.begin() + 204 * 204, a);  // A of one image: the amplitude is a / 2
+    return taps;
+  };
+  write_dump(file("dump.raw"), brighter(1234), 204 * 204);
+  const Outcome outcome = run("PMD_STAND_IN_RATE=40 PMD_STAND_IN_FRAMES=dump.raw",
+                              "camcube:pmdsdk library=" + stand_in +
+                                  " auto_integration_time=true integration_time=\"1 ms\" ! capture_writer path=a.h5",
+                              "--frames 20");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
+  ASSERT_EQ(times.size(), 20U);
+  // sqrt(1000 * 8000) / 617 = 4.5842: the images stay as they are, so that it goes on from there to the longest.
+  EXPECT_EQ(std::count_if(times.begin(), times.end(), [](double t) { return std::abs(t - 4.58e-3) < 1e-9; }) > 0, true);
+  EXPECT_DOUBLE_EQ(times.back(), 50e-3);
+}
+
 TEST_F(CameraBackends, TheVendorsLibraryIsFoundBelowItsFolder) {
   std::filesystem::create_directories(file("sdk/lib"));
   std::filesystem::create_directories(file("sdk/plugins"));
@@ -186,6 +206,14 @@ TEST_F(CameraBackends, FaultsOfTheVendorsCamera) {
     EXPECT_EQ(outcome.exit_code, 1) << environment;
     EXPECT_THAT(outcome.err, HasSubstr(text)) << environment;
   }
+  // A call that never comes back is waited for, and no second camera is opened beside it.
+  const Outcome stuck =
+      shell("PMD_STAND_IN_FAULT=block PMD_STAND_IN_LOG=stuck.txt \"$TOFGRAPH\" run '" + camera +
+                " reconnect=true timeout=\"0.2 s\" ! null' & pid=$!; sleep 4; kill -TERM $pid; wait $pid",
+            folder.path());
+  EXPECT_THAT(stuck.err, HasSubstr("has not returned yet: the camera cannot be opened again before"));
+  const std::string calls = read_text(file("stuck.txt"));
+  EXPECT_EQ(calls.find("open "), calls.rfind("open ")) << calls;
   const Outcome back = run("PMD_STAND_IN_FAULT=disconnect PMD_STAND_IN_RETURNS=0.4",
                            camera + " reconnect=true ! frame_audit path=audit.json", "--frames 40");
   EXPECT_EQ(back.exit_code, 0) << back.err;
