@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "config/overtaken.hpp"
 #include "config/quantity.hpp"
-#include "config/say.hpp"
 #include "devices/camcube/backend.hpp"
 #include "devices/camcube/camcube_parameters.hpp"
 #include "devices/camcube/frame_counter.hpp"
@@ -60,8 +60,7 @@ struct CamCube final : CamCubeParameters {
 
   void finish() {
     camera_->close();
-    if (const std::uint64_t frames = camera_->overtaken(); frames != 0)
-      warn(config::counted(frames, "frame") + " came faster than they were taken, and made room for newer ones");
+    if (const std::uint64_t frames = camera_->overtaken(); frames != 0) warn(config::overtaken_text(frames));
   }
   void stop() {
     stopped_ = true;
