@@ -246,6 +246,28 @@ TEST_F(CameraBackends, RecordingsKeepTheirPace) {
   EXPECT_EQ(json_in(file("audit.json"))["frames"], 4);  // once, and the end
 }
 
+/// Nobody vouches for what is recorded: clocks are set back, and files are damaged.
+TEST_F(CameraBackends, NoTimeStampMakesAReplayWait) {
+  write_text(file("scene.yaml"), scene);
+  ASSERT_EQ(shell("\"$TOFGRAPH\" simulate scene.yaml -o sim.h5", folder.path()).exit_code, 0);
+  const std::int64_t hour = 3'600'000'000'000, great = std::numeric_limits<std::int64_t>::max();
+  const std::vector<std::int64_t> cases[] = {
+      {1000, hour, hour + 12'500'000, hour + 25'000'000}, {great - 1, -great, great, 5}, {hour, 10, 20, 30}};
+  for (const std::vector<std::int64_t>& stamps : cases) {
+    const hid_t capture = H5Fopen(file("sim.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+                set = H5Dopen2(capture, "/frames/timestamp_ns", H5P_DEFAULT);
+    H5Dwrite(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, stamps.data());
+    H5Dclose(set);
+    H5Fclose(capture);
+    const Outcome outcome =
+        run("", "replay:sim.h5 loop=true ! frame_audit path=audit.json", "--force --frames 6 --stats stats.json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("of its time stamps"));
+    EXPECT_LT(json_in(file("stats.json"))["wall_s"].get<double>(), 12);
+    EXPECT_EQ(json_in(file("audit.json"))["frames"], 6);
+  }
+}
+
 TEST_F(CameraBackends, TheSimulatedCameraHonoursItsSettings) {
   write_text(file("scene.yaml"), scene);
   const Outcome outcome =
