@@ -107,6 +107,19 @@ TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
   EXPECT_DOUBLE_EQ(times.back(), 50e-3);
 }
 
+/// A computer that stands still for a second: what the camera's own queue had no place for is not in the recording.
+TEST_F(CameraBackends, FramesThatMadeRoomAreCountedAsLost) {
+  const Outcome outcome =
+      shell("PMD_STAND_IN_RATE=80 \"$TOFGRAPH\" record --camera camcube:pmdsdk --set library=" + stand_in +
+                " -o a.h5 --frames 60 & P=$!; until [ -e a.h5.part ]; do sleep 0.02; done; "
+                "kill -STOP $P; sleep 1.5; kill -CONT $P; wait $P",
+            folder.path());
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("came faster than they were taken"),
+                                 HasSubstr("that came from the camera are not in the recording")));
+  EXPECT_GT(raw_values<double>(file("a.h5"), "/frames/integration_time_s").size(), 10U) << "what came is there";
+}
+
 TEST_F(CameraBackends, TheVendorsLibraryIsFoundBelowItsFolder) {
   std::filesystem::create_directories(file("sdk/lib"));
   std::filesystem::create_directories(file("sdk/plugins"));
