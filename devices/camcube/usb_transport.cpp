@@ -120,17 +120,18 @@ void UsbTransport::wait_for_events() {
 }
 
 void UsbTransport::stop() noexcept {
+  if (!transfers_) return;
   stopping_.store(true);
   libusb_interrupt_event_handler(context_);
   if (thread_.joinable())
     thread_.join();
   else
     cancel_all();
-  if (in_flight_ == 0) return transfers_->clear();
+  if (in_flight_ == 0) return transfers_.reset();
   // What the system still has it may write into, and libusb may say so later: it is left to the process.
   for (Transfer& transfer : *transfers_) transfer.owner = nullptr;
-  static_cast<void>(transfers_.release());
-  transfers_ = std::make_unique<std::vector<Transfer>>();
+  static auto* const left = new std::vector<std::unique_ptr<std::vector<Transfer>>>;
+  left->push_back(std::move(transfers_));
 }
 
 void LIBUSB_CALL UsbTransport::completed(libusb_transfer* transfer) {

@@ -71,7 +71,7 @@ class UsbTransport {
   libusb_device_handle* handle_;
   const std::uint8_t endpoint_;
   const TransportEvents events_;
-  std::unique_ptr<std::vector<Transfer>> transfers_;
+  std::unique_ptr<std::vector<Transfer>> transfers_;  ///< null after stop()
   // Of the thread while it runs.
   std::size_t in_flight_ = 0, failures_ = 0;  // failures: since the last message
   bool stalled_ = false, gone_ = false, cancelling_ = false;

@@ -94,7 +94,7 @@ CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder, CameraIdentity
   lock_ = lock_folder(folder_);
   const std::size_t conditions = plan_.campaign.conditions.size();
   for (std::size_t i = 0; i < conditions; ++i) {
-    if (fs::exists(capture_of(i))) captures_[i] = facts_of(i);
+    if (fs::exists(capture_of(i))) captures_[i] = facts_of(capture_of(i), i);
   }
   // All is of this plan: only now anything is touched.
   for (std::size_t i = 0; i < conditions; ++i) static_cast<void>(prepare_recording(i));
@@ -149,8 +149,7 @@ std::string CampaignFolder::difference(const io::CaptureReader& capture, std::si
   return {};
 }
 
-CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
-  const fs::path file = capture_of(condition);
+CampaignFolder::Facts CampaignFolder::facts_of(const fs::path& file, std::size_t condition) const {
   const io::CaptureReader reader(file);
   if (const std::string problem = difference(reader, condition); !problem.empty())
     throw std::runtime_error(
@@ -164,8 +163,10 @@ CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
 }
 
 void CampaignFolder::keep(std::size_t condition) {
-  fs::rename(unfinished() / file_of(condition), capture_of(condition));
-  captures_[condition] = facts_of(condition);
+  const fs::path recorded = unfinished() / file_of(condition);
+  const Facts facts = facts_of(recorded, condition);
+  fs::rename(recorded, capture_of(condition));
+  captures_[condition] = facts;
   std::error_code error;
   fs::remove(unfinished(), error);  // where it is empty
   write();

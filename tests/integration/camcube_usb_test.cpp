@@ -204,6 +204,14 @@ TEST_F(UsbCamera, IsAskedForNoTimeThatItsCommandCannotSay) {
   EXPECT_EQ(report()["integration_time_us"], 65'535);
 }
 
+TEST_F(UsbCamera, ThatDoesNotGiveItsTransfersBackIsLeftAlone) {
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome outcome = audited("--fault cling", "", "--frames 20");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(audit()["frames"], 20);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(sanitized ? 20 : 4));
+}
+
 TEST_F(UsbCamera, ThatNeedsMoreMemoryThanThereIsSaysWhichKey) {
   std::string protocol = read_text(TOFGRAPH_SOURCE_DIR "/devices/camcube/software_camera.yaml");
   const auto replace = [&](const std::string& from, const std::string& to) {
