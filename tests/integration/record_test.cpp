@@ -36,9 +36,11 @@ class Record : public testing::Test {
 };
 
 TEST_F(Record, WritesTheFramesOfACameraWithItsSettings) {
-  const Outcome outcome = run(record + "-o a.h5 --frames 20 --set integration_time='2 ms' --set capture.compression=1");
+  const Outcome outcome = run(record +
+                              "-o a.h5 --frames 20 --set frame_rate='10 Hz' --set integration_time='2 ms' "
+                              "--set capture.compression=1");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  expect_words(outcome.err, {"a.h5: 20 frames in", "80.0 frames/s"});
+  expect_words(outcome.err, {"a.h5: 20 frames in", "10.0 frames/s"});
   EXPECT_EQ(outcome.out, "");
   EXPECT_EQ(raw_values<double>(file("a.h5"), "/frames/integration_time_s"), std::vector<double>(20, 2e-3));
   EXPECT_EQ(raw_values<std::uint16_t>(file("a.h5"), "/frames/taps").size(), 20U * 8 * 204 * 204);
