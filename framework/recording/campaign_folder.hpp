@@ -48,7 +48,7 @@ class CampaignFolder {
   std::filesystem::path unfinished() const { return folder_ / "captures" / ".unfinished"; }
   void check_names() const;
   std::string difference(const io::CaptureReader& capture, std::size_t condition) const;
-  /// @throws std::runtime_error the file is no recording of the condition
+  /// @throws std::runtime_error the file is not a whole recording of the condition
   Facts facts_of(const std::filesystem::path& file, std::size_t condition) const;
 
   const Plan& plan_;
