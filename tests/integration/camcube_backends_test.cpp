@@ -111,7 +111,7 @@ TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
 TEST_F(CameraBackends, FramesThatMadeRoomAreCountedAsLost) {
   const Outcome outcome =
       shell("PMD_STAND_IN_RATE=80 \"$TOFGRAPH\" record --camera camcube:pmdsdk --set library=" + stand_in +
-                " -o a.h5 --frames 60 & P=$!; until [ -e a.h5.part ]; do sleep 0.02; done; "
+                " --set timeout=10s -o a.h5 --frames 60 & P=$!; until [ -e a.h5.part ]; do sleep 0.02; done; "
                 "kill -STOP $P; sleep 1.5; kill -CONT $P; wait $P",
             folder.path());
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
