@@ -66,7 +66,8 @@ TEST(Protocol, NumbersAreDecimalOrHexadecimalOfEitherOrder) {
 }
 
 TEST(Protocol, ANumberWithoutRoomIsNotCutOff) {
-  const Protocol protocol = read(head + "message: frame\ncommands: {start: [{bulk: 1, data: integration_time:u16le}]}\n");
+  const Protocol protocol =
+      read(head + "message: frame\ncommands: {start: [{bulk: 1, data: integration_time:u16le}]}\n");
   EXPECT_EQ(protocol.commands.at("start").front().bytes({0xffff, 0}).size(), 2U);
   EXPECT_THROW(static_cast<void>(protocol.commands.at("start").front().bytes({0x10000, 0})), std::out_of_range);
 }
