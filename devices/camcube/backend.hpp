@@ -6,6 +6,7 @@
 #include <tofgraph/frame.hpp>
 
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -75,7 +76,10 @@ class Backend {
   virtual std::string why_not_adjustable() const {
     return "a recording has the times that it was recorded with; remove it";
   }
-  /// For the frames to come, soon; whole microseconds within the camera's range. @throws Fault
+  /// s, that can be asked for and told; after open().
+  virtual double longest_integration_time() const { return std::numeric_limits<double>::infinity(); }
+  /// For the frames to come, soon; whole microseconds within the camera's range, or the nearest that the camera has.
+  /// Each frame says its own. @throws Fault
   virtual void set_integration_time(double) {}
   /// Frames that came faster than they were read, so far.
   virtual std::uint64_t overtaken() const { return 0; }
@@ -89,6 +93,8 @@ BackendPtr make_usb(const Stage& stage, const Settings& settings);
 BackendPtr make_replay(const Stage& stage, const Settings& settings);
 BackendPtr make_simulated(const Stage& stage, const Settings& settings);
 
+/// s, in whole microseconds within the range of the profile.
+double nearest_integration_time(const Settings& settings, double time);
 /// Whole microseconds within the range of the profile. @throws SettingError that says the nearest valid time
 void check_integration_time(const Settings& settings);
 

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "config/overtaken.hpp"
 #include "config/quantity.hpp"
-#include "config/say.hpp"
 #include "devices/camcube/backend.hpp"
 #include "devices/camcube/camcube_parameters.hpp"
 #include "devices/camcube/frame_counter.hpp"
@@ -37,6 +37,7 @@ struct CamCube final : CamCubeParameters {
     if (!started_) begin();
     while (!ending()) {
       try {
+        if (later_) throw *std::exchange(later_, std::nullopt);
         switch (camera_->read(frame, patience)) {
           case Backend::Got::end:
             return false;
@@ -59,8 +60,7 @@ struct CamCube final : CamCubeParameters {
 
   void finish() {
     camera_->close();
-    if (const std::uint64_t frames = camera_->overtaken(); frames != 0)
-      warn(config::counted(frames, "frame") + " came faster than they were taken, and made room for newer ones");
+    if (const std::uint64_t frames = camera_->overtaken(); frames != 0) warn(config::overtaken_text(frames));
   }
   void stop() {
     stopped_ = true;
@@ -91,7 +91,7 @@ struct CamCube final : CamCubeParameters {
     provide(setup, delivery);
     is_device_ = used == "usb" || used == "pmdsdk";
     description_ = delivery.text;
-    if (control_) check_control(delivery);
+    if (limits_) check_control(delivery);
     note(description_);
     nlohmann::json source = {{"backend", used}, {"live", delivery.live}};
     if (!delivery.serial.empty()) source["serial"] = delivery.serial;
@@ -111,28 +111,41 @@ struct CamCube final : CamCubeParameters {
       const double recommended = camcube::use_calibration(*calibration, settings_.camera, limits);
       if (!std::isfinite(settings_.integration_time)) settings_.integration_time = recommended;
     }
-    control_.emplace(limits);
+    limits_ = limits;
   }
 
-  void check_control(const camcube::Delivery& delivery) const {
+  void check_control(const camcube::Delivery& delivery) {
     if (std::ranges::count(delivery.channels, "taps") == 0 || (delivery.known & TOFGRAPH_KNOWS_INTEGRATION_TIME) == 0)
       throw ConfigError("auto_integration_time",
                         "needs raw data (taps) whose integration time the camera tells; remove it");
     if (const std::string problem = camera_->why_not_adjustable(); !problem.empty())
       throw ConfigError("auto_integration_time", problem);
+    const double longest = camera_->longest_integration_time();
+    if (!(limits_->times[0] <= longest))
+      throw ConfigError(
+          "auto_integration_time",
+          fmt::format("this camera can be told of times up to {}, those that may be chosen begin at {}",
+                      config::format_quantity(longest, "s"), config::format_quantity(limits_->times[0], "s")));
+    limits_->times[1] = std::min(limits_->times[1], longest);
+    control_.emplace(*limits_);
   }
 
-  /// Between two frames: the next ones may have another time.
+  /// Between two frames: the next ones may have another time. This one is whole, whatever comes of it.
   void adjust(const Frame& frame) {
     const Array<const std::uint16_t> image(frame.find("taps"));
     if (image.extent(0) != RawSourceData::images)
       throw std::runtime_error(
           fmt::format("auto_integration_time needs frames of {} phase images, there are {}; remove it",
                       RawSourceData::images, image.extent(0)));
+    // What it is opened with again: what it has taken, not what it was asked for.
+    settings_.integration_time = camcube::nearest_integration_time(settings_, frame.metadata().integration_time);
     const auto time = control_->next(image.span(), frame.metadata().integration_time);
     if (!time) return;
-    settings_.integration_time = *time;
-    camera_->set_integration_time(*time);
+    try {
+      camera_->set_integration_time(*time);
+    } catch (const Fault& fault) {
+      later_ = fault;
+    }
   }
 
   void read_parameters() {
@@ -281,7 +294,9 @@ struct CamCube final : CamCubeParameters {
   camcube::BackendPtr camera_;
   std::string description_;
   camcube::FrameCounter counter_;
+  std::optional<camcube::ControlLimits> limits_;
   std::optional<camcube::IntegrationControl> control_;
+  std::optional<Fault> later_;  // when the frame before it has left
   std::atomic<bool> stopped_{false};
   bool started_ = false, is_device_ = false;  // device: one that has to answer
   int faults_ = 0;

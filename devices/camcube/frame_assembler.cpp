@@ -19,40 +19,32 @@ FrameAssembler::FrameAssembler(const Protocol& protocol, const RawSourceData& la
   frame_.bytes.resize(frame_bytes_);
 }
 
-void FrameAssembler::message(std::span<const std::uint8_t> bytes) {
+void FrameAssembler::message(Bytes bytes) {
+  if (protocol_.whole_frames) skipping_ = false;
   if (bytes.size() != message_bytes()) {
-    spoil(fmt::format("a transfer brought {} bytes, {} of this camera has {}", bytes.size(),
-                      protocol_.whole_frames ? "a frame" : "an image", message_bytes()));
-    return;
+    return spoil(fmt::format("a transfer brought {} bytes, {} of this camera has {}", bytes.size(),
+                             protocol_.whole_frames ? "a frame" : "an image", message_bytes()));
   }
-  for (std::size_t at = 0; at < bytes.size(); at += image_bytes_) image(bytes.subspan(at, image_bytes_));
+  if (!protocol_.whole_frames) return image(bytes);
+  for (std::size_t at = 0; at < bytes.size() && !skipping_; at += image_bytes_) image(bytes.subspan(at, image_bytes_));
 }
 
-void FrameAssembler::image(std::span<const std::uint8_t> bytes) {
-  const auto header = bytes.first(RawSourceData::header_bytes);
+void FrameAssembler::image(Bytes bytes) {
+  const Bytes header = bytes.first(RawSourceData::header_bytes);
   if (!begins_well(header)) return;
   const std::uint64_t index = protocol_.image ? protocol_.image->read(header) : next_image_;
   if (index >= RawSourceData::images)
     return spoil(fmt::format("a header says image {} of a frame that has {}", index, RawSourceData::images));
-  if (index == 0) {
+  if (begins_frame(header, index)) {
     if (next_image_ != 0) spoil(fmt::format("half a frame: its image {} is missing", next_image_));
-    skipping_ = false;
-    if (!begin_frame(header)) return;
+    begin_frame(header);
   }
-  if (skipping_) {
-    next_image_ = protocol_.image ? 0 : (next_image_ + 1) % RawSourceData::images;
-    skipping_ = protocol_.image || next_image_ != 0;
-    return;
-  }
-  if (index != next_image_) return spoil(fmt::format("half a frame: its image {} is missing", next_image_));
-  if (protocol_.number && protocol_.number->read(header) != *raw_)
-    return spoil(fmt::format("image {} is of frame {}, those before it of frame {}", index,
-                             protocol_.number->read(header), *raw_));
-  std::ranges::copy(bytes, frame_.bytes.begin() + static_cast<std::ptrdiff_t>(index * image_bytes_));
+  if (skipping_ || !belongs_to_frame(header, index)) return;
+  std::ranges::copy(bytes, frame_.bytes.begin() + static_cast<std::ptrdiff_t>(next_image_ * image_bytes_));
   if (++next_image_ == RawSourceData::images) finish_frame();
 }
 
-bool FrameAssembler::begins_well(std::span<const std::uint8_t> header) {
+bool FrameAssembler::begins_well(Bytes header) {
   if (!protocol_.magic) return true;
   const auto found = header.subspan(protocol_.magic->offset, protocol_.magic->bytes.size());
   if (std::ranges::equal(found, protocol_.magic->bytes)) return true;
@@ -61,56 +53,87 @@ bool FrameAssembler::begins_well(std::span<const std::uint8_t> header) {
   return false;
 }
 
-/// The counter of the headers, without wrapping around. @returns false for a frame that came before
-bool FrameAssembler::begin_frame(std::span<const std::uint8_t> header) {
-  if (!protocol_.number) {
+bool FrameAssembler::begins_frame(Bytes header, std::uint64_t index) const {
+  if (protocol_.whole_frames) return next_image_ == 0;
+  if (protocol_.image) return index == 0;
+  return !raw_ || protocol_.number->read(header) != *raw_;
+}
+
+void FrameAssembler::begin_frame(Bytes header) {
+  skipping_ = false;
+  next_image_ = 0;
+  if (protocol_.number)
+    raw_ = protocol_.number->read(header);
+  else
     frame_.number = count_++;
+}
+
+/// Spoils the frame where it does not.
+bool FrameAssembler::belongs_to_frame(Bytes header, std::uint64_t index) {
+  const bool numbered = protocol_.number.has_value();
+  const std::uint64_t number = numbered ? protocol_.number->read(header) : 0;
+  if (protocol_.image && index != next_image_)
+    spoil(fmt::format("half a frame: its image {} is missing", next_image_));
+  else if (numbered && next_image_ == 0 && number == last_raw_)
+    spoil(fmt::format("frame {} came twice", number));
+  else if (numbered && number != raw_)
+    spoil(fmt::format("image {} is of frame {}, those before it of frame {}", next_image_, number, raw_.value_or(0)));
+  else
     return true;
-  }
-  const std::uint64_t raw = protocol_.number->read(header);
-  const std::size_t bits = 8 * protocol_.number->type.bytes;
-  const std::uint64_t mask = bits < 64 ? (std::uint64_t{1} << bits) - 1 : UINT64_MAX;
-  const std::uint64_t step = raw_ ? (raw - *raw_) & mask : 1;
-  if (step == 0) {
-    spoil(fmt::format("frame {} came twice", raw));
-    return false;
-  }
-  if (step > mask / 2) {
-    spoil(fmt::format("the camera's counter went from {} back to {}", *raw_, raw));
-    skipping_ = false;
-    number_.reset();
-  }
-  number_ = number_ ? *number_ + step : raw;
-  raw_ = raw;
-  frame_.number = *number_;
-  return true;
+  return false;
 }
 
 void FrameAssembler::finish_frame() {
+  if (!take_settings()) return;
+  if (protocol_.number) count_frame();
   next_image_ = 0;
-  const std::span<const std::uint8_t> header(frame_.bytes.data(), RawSourceData::header_bytes);
-  const auto value = [&](const std::optional<Field>& field, double unit, double otherwise) {
-    return field ? static_cast<double>(field->read(header)) * unit : otherwise;
-  };
-  frame_.integration_time = value(protocol_.integration_time, 1e-6, defaults_.integration_time);
-  frame_.modulation_frequency = value(protocol_.modulation_frequency, 1, defaults_.modulation_frequency);
   const double exposure = static_cast<double>(RawSourceData::images) * frame_.integration_time;
   frame_.timestamp_ns = now_ns() - (std::isfinite(exposure) ? std::llround(exposure * 1e9) : 0);
   frames_.offer(frame_);
 }
 
-void FrameAssembler::spoil(const std::string& text) {
-  if (!skipping_) frames_.fail(Fault(text, false));
-  if (next_image_ == 0) ++count_;  // no image of it was counted
-  skip_to_next_frame();
+/// What the headers say of the exposure. @returns false when it cannot be, which spoils the frame
+bool FrameAssembler::take_settings() {
+  const Bytes header(frame_.bytes.data(), RawSourceData::header_bytes);
+  const auto value = [&](const std::optional<Field>& field, double unit, double otherwise) {
+    return field ? static_cast<double>(field->read(header)) * unit : otherwise;
+  };
+  frame_.integration_time = value(protocol_.integration_time, 1e-6, defaults_.integration_time);
+  frame_.modulation_frequency = value(protocol_.modulation_frequency, 1, defaults_.modulation_frequency);
+  const double longest = defaults_.longest_time * (1 + 1e-9);
+  if (protocol_.integration_time && !(frame_.integration_time > 0 && frame_.integration_time <= longest))
+    spoil(fmt::format("a header says an integration time of {:.0f} us, this camera has up to {:.0f} us",
+                      frame_.integration_time * 1e6, defaults_.longest_time * 1e6));
+  else if (protocol_.modulation_frequency && !(frame_.modulation_frequency > 0))
+    spoil("a header says a modulation frequency of 0 Hz");
+  else
+    return true;
+  return false;
 }
 
-void FrameAssembler::skip_to_next_frame() {
-  if (protocol_.image)
-    next_image_ = 0;
-  else
-    next_image_ = (next_image_ + 1) % RawSourceData::images;
-  skipping_ = protocol_.image || next_image_ != 0;
+/// The counter of the headers, without wrapping around.
+void FrameAssembler::count_frame() {
+  const std::size_t bits = 8 * protocol_.number->type.bytes;
+  const std::uint64_t mask = bits < 64 ? (std::uint64_t{1} << bits) - 1 : UINT64_MAX;
+  const std::uint64_t step = last_raw_ ? (*raw_ - *last_raw_) & mask : 1;
+  if (step > mask / 2) {
+    frames_.fail(Fault(fmt::format("the camera's counter went from {} back to {}", *last_raw_, *raw_), false));
+    last_number_.reset();
+  }
+  last_raw_ = raw_;
+  last_number_ = last_number_ ? *last_number_ + step : *raw_;
+  frame_.number = *last_number_;
+}
+
+void FrameAssembler::interrupted() {
+  if (!skipping_ && next_image_ == 0) ++count_;  // no image of it was counted
+  next_image_ = 0;
+  skipping_ = true;
+}
+
+void FrameAssembler::spoil(const std::string& text) {
+  if (!skipping_) frames_.fail(Fault(text, false));
+  interrupted();
 }
 
 }  // namespace tofgraph::camcube

@@ -14,8 +14,11 @@ namespace tofgraph::camcube {
 /// What a frame has where its headers do not say; s, Hz, NaN: not known.
 struct FrameDefaults {
   double integration_time, modulation_frequency;
+  double longest_time = 1;  ///< s, that a header may say
 };
 
+/// Where a frame begins is known from each message, not counted on from the one before: by the message itself where it
+/// is a whole frame, else by the header's index of the image, else by the number of the frame, which changes there.
 /// Not thread-safe: all calls come from one thread.
 class FrameAssembler {
  public:
@@ -26,26 +29,33 @@ class FrameAssembler {
   std::size_t message_bytes() const { return protocol_.whole_frames ? frame_bytes_ : image_bytes_; }
   /// A transfer's whole content, an image or a frame.
   void message(std::span<const std::uint8_t> bytes);
-  /// Something was lost between two transfers: the frame under way is too.
-  void interrupted() { skip_to_next_frame(); }
+  /// Something was lost between two transfers, nobody knows how much: the frame under way is spoiled.
+  void interrupted();
 
  private:
-  void image(std::span<const std::uint8_t> bytes);
-  bool begins_well(std::span<const std::uint8_t> header);
-  bool begin_frame(std::span<const std::uint8_t> header);
+  using Bytes = std::span<const std::uint8_t>;
+
+  void image(Bytes bytes);
+  bool begins_well(Bytes header);
+  bool begins_frame(Bytes header, std::uint64_t index) const;
+  void begin_frame(Bytes header);
+  bool belongs_to_frame(Bytes header, std::uint64_t index);
   void finish_frame();
+  void count_frame();
+  bool take_settings();
   void spoil(const std::string& text);
-  void skip_to_next_frame();
 
   const Protocol& protocol_;
   const std::size_t image_bytes_, frame_bytes_;
   const FrameDefaults defaults_;
   FrameExchange& frames_;
-  RawFrame frame_;                             ///< under way
-  std::size_t next_image_ = 0;                 ///< of it
-  bool skipping_ = false;                      ///< to the first image of a frame
-  std::uint64_t count_ = 0;                    ///< of frames begun, where headers have no number
-  std::optional<std::uint64_t> raw_, number_;  ///< of the last frame, as in its header and without wrapping around
+  RawFrame frame_;                    ///< under way
+  std::size_t next_image_ = 0;        ///< of it; 0: none is under way
+  bool skipping_ = false;             ///< to the beginning of a frame
+  std::optional<std::uint64_t> raw_;  ///< as in the headers of the frame that began last
+  std::optional<std::uint64_t> last_raw_,
+      last_number_;          ///< of the last whole frame, the latter without wrapping around
+  std::uint64_t count_ = 0;  ///< of frames begun, where headers have no number
 };
 
 }  // namespace tofgraph::camcube

@@ -27,17 +27,19 @@ struct RawFrame {
   double integration_time = 0, modulation_frequency = 0;  ///< s, Hz
 };
 
-/// Nothing allocates once all frames have their size. [any thread]
+/// Frames and faults in the order in which they came. Nothing allocates once all frames have their size, but for
+/// faults. [any thread]
 class FrameExchange {
  public:
   /// @param frames that may wait @param bytes of each
   FrameExchange(std::size_t frames, std::size_t bytes) : waiting_(frames) {
-    for (RawFrame& frame : waiting_) frame.bytes.resize(bytes);
+    for (Waiting& one : waiting_) one.frame.bytes.resize(bytes);
   }
 
   /// Takes a frame; gives back the memory of another. Where all places are taken the oldest makes room.
   void offer(RawFrame& frame);
-  /// What went wrong, for the reader once it has read what came before; the first of several is kept.
+  /// What went wrong, for the reader when it has read what came before. Of several between two frames the first is
+  /// kept, or the first that lost the device.
   void fail(const Fault& fault);
   /// Waits for a frame. @returns false when none came in time, or after wake() @throws Fault
   bool take(RawFrame& frame, std::chrono::milliseconds patience);
@@ -49,11 +51,18 @@ class FrameExchange {
   std::uint64_t overtaken() const;
 
  private:
+  using MaybeFault = std::optional<std::pair<std::string, bool>>;  // text, device lost: an exception has one thread
+  struct Waiting {
+    RawFrame frame;
+    MaybeFault before;  // this frame came
+  };
+  static void merge(MaybeFault& earlier, MaybeFault later);
+
   mutable std::mutex mutex_;  // all below
   std::condition_variable changed_;
-  std::vector<RawFrame> waiting_;  // a ring
+  std::vector<Waiting> waiting_;  // a ring
   std::size_t first_ = 0, count_ = 0;
-  std::optional<std::pair<std::string, bool>> fault_;  // text, device lost: an exception belongs to one thread
+  MaybeFault last_fault_;  // behind the last frame
   std::uint64_t overtaken_ = 0;
   bool woken_ = false;
 };

@@ -72,8 +72,8 @@ void IntegrationControl::measure(std::span<const std::uint16_t> taps) {
 
 std::optional<double> IntegrationControl::next(std::span<const std::uint16_t> taps, double time) {
   if (taps.size() < 8 || !(time > 0)) return std::nullopt;
-  if (asked_ && std::abs(*asked_ - time) > 0.6e-6 && ++ignored_ < max_ignored) return std::nullopt;
-  asked_.reset();
+  if (before_ && std::abs(*before_ - time) <= 0.6e-6 && ++ignored_ < max_ignored) return std::nullopt;
+  before_.reset();
   ignored_ = 0;
   measure(taps);
   const double amplitude = std::max(percentile(amplitudes_, limits_.percentile), 1.0F);
@@ -86,7 +86,7 @@ std::optional<double> IntegrationControl::next(std::span<const std::uint16_t> ta
   factor = std::clamp(factor, 1 / max_change, max_change);
   const double wanted = std::round(std::clamp(time * factor, limits_.times[0], limits_.times[1]) * 1e6) * 1e-6;
   if (std::abs(wanted - time) < not_worth * time) return std::nullopt;
-  asked_ = wanted;
+  before_ = time;
   return wanted;
 }
 

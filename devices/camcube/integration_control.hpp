@@ -38,8 +38,8 @@ class IntegrationControl {
   void measure(std::span<const std::uint16_t> taps);
 
   ControlLimits limits_;
-  std::optional<double> asked_;  ///< s, and not seen yet
-  int ignored_ = 0;              ///< frames since then
+  std::optional<double> before_;  ///< s, of the frames before another time was asked for, and none since has another
+  int ignored_ = 0;               ///< frames since then
   std::vector<float> amplitudes_, taps_;
 };
 

@@ -14,6 +14,7 @@ namespace tofgraph::camcube {
 namespace {
 
 constexpr std::size_t waiting_frames = 4;
+constexpr auto least_pause = std::chrono::milliseconds(5);  ///< between two calls that bring nothing
 
 std::size_t bytes_of(const RawSourceData& layout, bool images) {
   return images ? 4 * layout.pixels() * sizeof(float) : layout.frame_bytes();
@@ -66,20 +67,21 @@ std::string PmdSession::try_command(const std::string& text, bool processing) co
   }
 }
 
-void PmdSession::set_number(const char* parameter, const char* what, const char* unit, double factor,
-                            double value) const {
+void PmdSession::set_number(const char* parameter, const char* what, const char* unit, double factor, double value,
+                            bool nearest) const {
   const double scaled = value / factor;
   if (!(scaled >= 0 && scaled <= std::numeric_limits<unsigned>::max()))
     throw SettingError(parameter, fmt::format("{} is out of range", config::format_quantity(value, unit)));
-  const auto wanted = static_cast<unsigned>(std::llround(scaled));
+  auto wanted = static_cast<unsigned>(std::llround(scaled));
   const auto text = [&](unsigned number) { return config::format_quantity(number * factor, unit); };
   const std::string valid_name = fmt::format("pmdGetValid{}", what), set_name = fmt::format("pmdSet{}", what);
   if (auto* valid = library_->find<pmd::GetValidNumber>(valid_name.c_str()); valid != nullptr) {
-    unsigned nearest = wanted;
-    const int result = valid(handle_, &nearest, 0, pmd::close_to, wanted);
-    if (result == pmd::ok && (nearest != wanted || std::abs(scaled - wanted) > 1e-6))
+    unsigned has = wanted;
+    const int result = valid(handle_, &has, 0, pmd::close_to, wanted);
+    if (result == pmd::ok && !nearest && (has != wanted || std::abs(scaled - wanted) > 1e-6))
       throw SettingError(parameter, fmt::format("{} is not valid for this camera; the nearest valid value is {}",
-                                                config::format_quantity(value, unit), text(nearest)));
+                                                config::format_quantity(value, unit), text(has)));
+    if (result == pmd::ok) wanted = has;
   }
   const int result = library_->need<pmd::SetNumber>(set_name.c_str(), parameter)(handle_, 0, wanted);
   if (result != pmd::ok)
@@ -102,11 +104,10 @@ void PmdSession::start() {
   std::thread([self = shared_from_this()] { self->work(); }).detach();
 }
 
-void PmdSession::close(std::shared_ptr<PmdSession> session) noexcept {
+bool PmdSession::close(const std::shared_ptr<PmdSession>& session) noexcept {
   session->stopping_.store(true);
   std::unique_lock lock(session->mutex_);
-  session->ended_.wait_for(lock, std::chrono::seconds(1), [&] { return !session->running_; });
-  lock.unlock();  // before the session ends, where this is its last owner
+  return session->ended_.wait_for(lock, std::chrono::seconds(1), [&] { return !session->running_; });
 }
 
 void PmdSession::work() {
@@ -116,8 +117,12 @@ void PmdSession::work() {
   try {
     while (!stopping_.load()) {
       take_wanted_time();
+      const auto start = std::chrono::steady_clock::now();
       const int result = update(handle_);
-      if (result == pmd::timed_out) continue;  // whoever waits for the frame knows for how long
+      if (result == pmd::timed_out) {  // whoever waits for the frame knows for how long
+        std::this_thread::sleep_until(start + least_pause);
+        continue;
+      }
       if (result == pmd::disconnected)
         throw Fault("the camera was disconnected: " + library_->error_text(handle_, result), true);
       check(result, "no frame came");
@@ -138,7 +143,11 @@ void PmdSession::work() {
 void PmdSession::take_wanted_time() {
   const double time = wanted_time_.exchange(0);
   if (time == 0) return;
-  set_number("integration_time", "IntegrationTime", "s", 1e-6, time);
+  try {
+    set_number("integration_time", "IntegrationTime", "s", 1e-6, time, true);
+  } catch (const SettingError& refused) {  // it keeps the one that it has
+    return frames_.fail(Fault(refused.what(), false));
+  }
   const double set = number("IntegrationTime", 1e-6);
   integration_time_ = std::isfinite(set) ? set : time;
 }

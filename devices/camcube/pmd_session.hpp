@@ -28,15 +28,17 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   /// The same for what not every camera knows. @returns what is wrong, or nothing
   std::string try_command(const std::string& text, bool processing) const;
   /// Integration time in whole microseconds, or modulation frequency in whole hertz.
-  /// @throws SettingError that says the nearest valid value
-  void set_number(const char* parameter, const char* what, const char* unit, double factor, double value) const;
+  /// @param nearest the nearest valid value will do @throws SettingError that says the nearest valid value
+  void set_number(const char* parameter, const char* what, const char* unit, double factor, double value,
+                  bool nearest = false) const;
   /// What is set, in s or Hz; NaN where the library cannot tell.
   double number(const char* what, double factor) const;
 
   /// Frames flow from now on, made in a thread of their own.
   void start();
   /// Ends the thread when its call returns; it closes the camera then. Waits for that at most a second.
-  static void close(std::shared_ptr<PmdSession> session) noexcept;
+  /// @returns whether the call returned in that time
+  static bool close(const std::shared_ptr<PmdSession>& session) noexcept;
 
   FrameExchange& frames() { return frames_; }
   /// Of a frame: raw source data, or four images of 4 bytes each pixel.

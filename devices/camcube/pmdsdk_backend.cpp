@@ -42,6 +42,10 @@ class PmdSdk final : public Backend {
 
   Delivery open() override {
     if (!library_) library_ = std::make_shared<const PmdLibrary>(settings_.library);
+    if (!stuck_.expired())
+      throw NotFound("backend", fmt::format("a call of the vendor's library {} has not returned yet: the camera cannot "
+                                            "be opened again before",
+                                            library_->path()));
     session_ = std::make_shared<PmdSession>(library_, settings_);
     frame_.bytes.resize(session_->frame_bytes());
     try {
@@ -69,7 +73,7 @@ class PmdSdk final : public Backend {
   void close() noexcept override {
     if (session_) {
       overtaken_ += session_->frames().overtaken();
-      PmdSession::close(std::move(session_));
+      if (!PmdSession::close(session_)) stuck_ = session_;
     }
     session_.reset();
     started_ = false;
@@ -78,7 +82,7 @@ class PmdSdk final : public Backend {
   std::string why_not_adjustable() const override { return {}; }
   void set_integration_time(double time) override { session_->change_integration_time(time); }
 
-  std::uint64_t overtaken() const override { return overtaken_; }
+  std::uint64_t overtaken() const override { return overtaken_ + (session_ ? session_->frames().overtaken() : 0); }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {
     if (!started_) session_->start();
@@ -168,6 +172,7 @@ class PmdSdk final : public Backend {
   RawSourceData layout_;
   std::shared_ptr<const PmdLibrary> library_;
   std::shared_ptr<PmdSession> session_;
+  std::weak_ptr<PmdSession> stuck_;  // closed, but its thread waits in the library
   RawFrame frame_;
   std::uint64_t overtaken_ = 0;
   bool started_ = false, told_ = false;

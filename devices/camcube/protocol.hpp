@@ -19,6 +19,7 @@ namespace tofgraph::camcube {
 struct NumberType {
   std::size_t bytes = 4;
   bool big_endian = false;
+  double greatest() const { return bytes < 8 ? static_cast<double>((std::uint64_t{1} << (8 * bytes)) - 1) : 1.8e19; }
 };
 std::uint64_t read_number(NumberType type, std::span<const std::uint8_t> at);
 

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 #include <tofgraph/stage.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -19,6 +21,10 @@ namespace tofgraph::camcube {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+// Of the pace, ns: a pause may be as long as so many periods, and in any case so long.
+constexpr std::int64_t periods_in_a_pause = 10, least_longest_pause = 5'000'000'000;
+constexpr std::int64_t longest_period = 86400 * 1'000'000'000LL;
 
 /// A recording, as a camera that gives its frames again.
 class Recording {
@@ -102,6 +108,9 @@ class Replay final : public Backend {
 
   void prepare(Setup& setup) override {
     if (settings_.file.empty()) throw SettingError("file", "a replay needs a recording, e.g. file: board.h5");
+    std::error_code error;
+    if (std::filesystem::exists(settings_.file, error) && !std::filesystem::is_regular_file(settings_.file, error))
+      throw SettingError("file", settings_.file + " is not a file");
     char head[8] = {};
     if (!std::ifstream(settings_.file, std::ios::binary).read(head, sizeof head))
       throw SettingError("file", "cannot read " + settings_.file);
@@ -149,8 +158,12 @@ class Replay final : public Backend {
     delivery.text = fmt::format("recording {} ({}{}{})", settings_.file, config::counted(recording_->frames(), "frame"),
                                 settings_.at_recorded_pace ? ", at its pace" : ", as fast as possible",
                                 settings_.loop ? ", looped" : "");
+    if (has_times_)
+      learn_pace();
+    else
+      pauses_.assign(recording_->frames(), std::llround(period_ * 1e9));
     next_ = round_ = 0;
-    start_.reset();
+    due_.reset();
     return delivery;
   }
 
@@ -171,6 +184,7 @@ class Replay final : public Backend {
     frame.metadata().timestamp_ns = has_times_ ? recorded_time() : now_ns();
     recording_->read(next_, frame);
     ++next_;
+    if (due_) *due_ += std::chrono::nanoseconds(pauses_[next_ % pauses_.size()]);
     return Got::frame;
   }
 
@@ -200,26 +214,47 @@ class Replay final : public Backend {
                                            settings_.file));
   }
 
-  /// Of the next frame; each round begins a frame after the end of the one before.
+  /// What lies between the time stamps, which nobody vouches for: they may go back, or jump by years.
+  void learn_pace() {
+    pauses_.assign(recording_->frames(), 0);
+    for (std::size_t i = 1; i < pauses_.size(); ++i) {
+      const std::int64_t before = recording_->metadata(i - 1).timestamp_ns, now = recording_->metadata(i).timestamp_ns;
+      if (__builtin_sub_overflow(now, before, &pauses_[i])) pauses_[i] = -1;
+    }
+    std::vector<std::int64_t> forward;
+    std::ranges::copy_if(pauses_, std::back_inserter(forward), [](std::int64_t pause) { return pause > 0; });
+    std::ranges::sort(forward);
+    const std::int64_t nominal = std::isfinite(period_) ? std::llround(period_ * 1e9) : 0;
+    const std::int64_t typical = forward.empty() ? nominal : std::min(forward[forward.size() / 2], longest_period);
+    const std::int64_t longest = std::max(periods_in_a_pause * typical, least_longest_pause);
+    const auto back = std::ranges::count_if(pauses_, [](std::int64_t pause) { return pause < 0; });
+    const auto cut = std::ranges::count_if(pauses_, [&](std::int64_t pause) { return pause > longest; });
+    for (std::int64_t& pause : pauses_) pause = std::clamp<std::int64_t>(pause, 0, longest);
+    pauses_.front() = typical;  // a round begins a frame after the end of the one before
+    if (settings_.at_recorded_pace && back + cut > 0)
+      stage_.warn(
+          fmt::format("{}: {} of its time stamps {} before the one of the frame before, {} of its pauses {} cut "
+                      "to {} s",
+                      settings_.file, back, back == 1 ? "is" : "are", cut, cut == 1 ? "is" : "are",
+                      static_cast<double>(longest) * 1e-9));
+  }
+
+  /// Of the next frame; each round begins a frame after the end of the one before. Whatever was recorded, it wraps.
   std::int64_t recorded_time() const {
-    const std::int64_t first = recording_->metadata(0).timestamp_ns,
-                       last = recording_->metadata(recording_->frames() - 1).timestamp_ns;
-    const auto frames = static_cast<std::int64_t>(recording_->frames());
-    const std::int64_t period =
-        frames > 1 ? (last - first) / (frames - 1) : (std::isfinite(period_) ? std::llround(period_ * 1e9) : 0);
-    return recording_->metadata(next_).timestamp_ns + static_cast<std::int64_t>(round_) * (last - first + period);
+    const auto stamp = [this](std::size_t i) {
+      return static_cast<std::uint64_t>(recording_->metadata(i).timestamp_ns);
+    };
+    const std::uint64_t round =
+        stamp(recording_->frames() - 1) - stamp(0) + static_cast<std::uint64_t>(pauses_.front());
+    return static_cast<std::int64_t>(stamp(next_) + round_ * round);
   }
 
   /// Waits until then, not longer than its patience.
   bool is_due(std::chrono::milliseconds patience) {
     const auto now = Clock::now();
-    if (!start_) start_ = now;
-    const std::int64_t ns =
-        has_times_ ? recorded_time() - recording_->metadata(0).timestamp_ns
-                   : std::llround(static_cast<double>(round_ * recording_->frames() + next_) * period_ * 1e9);
-    const auto due = *start_ + std::chrono::nanoseconds(ns);
-    std::this_thread::sleep_until(std::min(due, now + std::chrono::steady_clock::duration(patience)));
-    return Clock::now() >= due;
+    if (!due_) due_ = now;
+    std::this_thread::sleep_until(std::min(*due_, now + std::chrono::steady_clock::duration(patience)));
+    return Clock::now() >= *due_;
   }
 
   const Stage& stage_;
@@ -229,7 +264,8 @@ class Replay final : public Backend {
   bool has_times_ = false;
   double period_ = 0;  // s, where there are no time stamps
   std::size_t next_ = 0, round_ = 0;
-  std::optional<Clock::time_point> start_;
+  std::vector<std::int64_t> pauses_;  // ns, before each frame
+  std::optional<Clock::time_point> due_;
 };
 
 }  // namespace

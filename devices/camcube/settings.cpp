@@ -10,18 +10,31 @@
 
 namespace tofgraph::camcube {
 
+namespace {
+
+double least_time(const Settings& settings) {
+  return std::isfinite(settings.integration_range[0]) ? settings.integration_range[0] : 1e-6;
+}
+double greatest_time(const Settings& settings) {
+  return std::isfinite(settings.integration_range[1]) ? settings.integration_range[1] : 1;
+}
+
+}  // namespace
+
+double nearest_integration_time(const Settings& settings, double time) {
+  return std::round(std::clamp(time, least_time(settings), greatest_time(settings)) * 1e6) * 1e-6;
+}
+
 void check_integration_time(const Settings& settings) {
-  const double wanted = settings.integration_time;
-  const double least = std::isfinite(settings.integration_range[0]) ? settings.integration_range[0] : 1e-6;
-  const double most = std::isfinite(settings.integration_range[1]) ? settings.integration_range[1] : 1;
-  const double nearest = std::round(std::clamp(wanted, least, most) * 1e6) * 1e-6;
+  const double wanted = settings.integration_time, nearest = nearest_integration_time(settings, wanted);
   if (std::abs(nearest - wanted) > 1e-9)
     throw SettingError(
         "integration_time",
         fmt::format("{} is not valid for the camera '{}', which has whole microseconds from {} to {}; the "
                     "nearest valid time is {}",
-                    config::format_quantity(wanted, "s"), settings.camera, config::format_quantity(least, "s"),
-                    config::format_quantity(most, "s"), config::format_quantity(nearest, "s")));
+                    config::format_quantity(wanted, "s"), settings.camera,
+                    config::format_quantity(least_time(settings), "s"),
+                    config::format_quantity(greatest_time(settings), "s"), config::format_quantity(nearest, "s")));
 }
 
 }  // namespace tofgraph::camcube

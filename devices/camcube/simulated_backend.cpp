@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "devices/camcube/backend.hpp"
 #include "devices/camcube/frame_exchange.hpp"
@@ -13,18 +14,20 @@
 namespace tofgraph::camcube {
 namespace {
 
+constexpr double patience_periods = 8;  ///< that a frame may be late before the pace is given up
+
 /// The digital twin: the conditions of a scene one after the other, each for its frames, again and again. The noise is
 /// never the same twice.
 class Simulated final : public Backend {
  public:
-  Simulated(const Stage& stage, const Settings& settings) : settings_(settings), reader_(stage) {}
+  Simulated(const Stage& stage, const Settings& settings) : stage_(stage), settings_(settings), reader_(stage) {}
 
   void prepare(Setup& setup) override {
     if (settings_.scene.empty())
       throw SettingError("scene", "a simulated camera needs a scene, e.g. scene: pipelines/scenes/board.yaml");
     config::Diagnostics diagnostics;
     try {
-      simulation_ = read_scene(diagnostics);
+      simulation_ = read_scene(settings_.integration_time, diagnostics);
     } catch (const config::ConfigurationError& error) {
       throw SettingError("scene", error.what());
     }
@@ -62,9 +65,9 @@ class Simulated final : public Backend {
   void close() noexcept override {}
 
   std::string why_not_adjustable() const override { return {}; }
-  void set_integration_time(double) override {
+  void set_integration_time(double time) override {
     config::Diagnostics diagnostics;
-    auto changed = read_scene(diagnostics);
+    auto changed = read_scene(time, diagnostics);
     if (!changed) throw Fault(diagnostics.text(), false);
     prepared_.reset();  // it looks at the former
     simulation_ = std::move(changed);
@@ -78,6 +81,7 @@ class Simulated final : public Backend {
     }
     // A frame is there when its exposure has ended.
     const auto since_start = [&](std::uint64_t n) { return std::llround(static_cast<double>(n) * period_ * 1e9); };
+    keep_up(since_start(next_ + 1));
     const auto due = *start_ + std::chrono::nanoseconds(since_start(next_ + 1));
     std::this_thread::sleep_until(std::min(due, Clock::now() + Clock::duration(patience)));
     if (Clock::now() < due) return Got::nothing;
@@ -98,11 +102,12 @@ class Simulated final : public Backend {
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::unique_ptr<const simulation::Simulation> read_scene(config::Diagnostics& diagnostics) const {
+  std::unique_ptr<const simulation::Simulation> read_scene(double integration_time,
+                                                           config::Diagnostics& diagnostics) const {
     simulation::SimulationChanges changes;
     changes.host = reader_.host();
     changes.output = {"taps"};
-    if (std::isfinite(settings_.integration_time)) changes.integration_time = settings_.integration_time;
+    if (std::isfinite(integration_time)) changes.integration_time = integration_time;
     return simulation::Simulation::read(settings_.scene, reader_.registry(), changes, diagnostics);
   }
 
@@ -114,6 +119,17 @@ class Simulated final : public Backend {
   void load(std::size_t condition) {
     condition_ = condition;
     prepared_ = simulation_->prepare(condition);
+  }
+
+  /// A computer that is slower than the camera makes a slower camera, whose time stamps are those of the clock: its
+  /// frames are all there, and nobody has to catch up with it. @param due ns since start
+  void keep_up(std::int64_t due) {
+    const auto late = Clock::now() - (*start_ + std::chrono::nanoseconds(due));
+    if (std::chrono::duration<double>(late).count() < patience_periods * period_) return;
+    *start_ += late;
+    start_ns_ += std::chrono::duration_cast<std::chrono::nanoseconds>(late).count();
+    if (!std::exchange(told_, true))
+      stage_.warn(fmt::format("this computer does not simulate {:.6g} frames/s: the camera is slower", 1 / period_));
   }
 
   void write_taps(const Frame& frame, std::uint64_t index) const {
@@ -128,6 +144,7 @@ class Simulated final : public Backend {
     prepared_->frames.taps(index, static_cast<std::uint16_t*>(frame.write(channel).data));
   }
 
+  const Stage& stage_;
   const Settings& settings_;
   const ModelReader reader_;
   std::unique_ptr<const simulation::Simulation> simulation_;
@@ -137,6 +154,7 @@ class Simulated final : public Backend {
   std::uint64_t next_ = 0;
   std::optional<Clock::time_point> start_;
   std::int64_t start_ns_ = 0;
+  bool told_ = false;
 };
 
 }  // namespace

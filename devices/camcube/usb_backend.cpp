@@ -51,11 +51,12 @@ class Usb final : public Backend {
 
   void close() noexcept override {
     if (transport_) {
-      transport_.reset();  // before any synchronous transfer
+      transport_->stop();  // before any synchronous transfer
       try {
-        device_->command("stop", values_);
+        if (transport_->all_came_back()) device_->command("stop", values_);
       } catch (const std::exception&) {  // it may be gone
       }
+      transport_.reset();
     }
     assembler_.reset();
     device_.reset();
@@ -80,9 +81,19 @@ class Usb final : public Backend {
     return fmt::format("the protocol description {} has no command for it, or no place where the headers tell it",
                        protocol_.file.string());
   }
+  double longest_integration_time() const override {
+    double most = protocol_.integration_time ? protocol_.integration_time->type.greatest() : 0;
+    const auto command = protocol_.commands.find("integration_time");
+    if (command == protocol_.commands.end()) return most * 1e-6;
+    for (const Step& step : command->second)
+      for (const Step::Part& part : step.data)
+        if (part.value == &CommandValues::integration_time_us) most = std::min(most, part.type.greatest());
+    return most * 1e-6;
+  }
   void set_integration_time(double time) override {
-    values_.integration_time_us = static_cast<std::uint64_t>(std::llround(time * 1e6));
-    device_->command("integration_time", values_);
+    CommandValues values = values_;
+    values.integration_time_us = static_cast<std::uint64_t>(std::llround(time * 1e6));
+    if (transport_) transport_->post([this, values] { device_->command("integration_time", values); });
   }
 
   std::uint64_t overtaken() const override { return frames_.overtaken(); }
@@ -99,9 +110,10 @@ class Usb final : public Backend {
   }
 
   void check_settings() {
-    defaults_ = {settings_.integration_time, std::isfinite(settings_.modulation_frequency)
-                                                 ? settings_.modulation_frequency
-                                                 : settings_.nominal_frequency};
+    defaults_.integration_time = settings_.integration_time;
+    defaults_.modulation_frequency =
+        std::isfinite(settings_.modulation_frequency) ? settings_.modulation_frequency : settings_.nominal_frequency;
+    if (std::isfinite(settings_.integration_range[1])) defaults_.longest_time = settings_.integration_range[1];
     values_ = {};
     if (std::isfinite(settings_.integration_time)) {
       check_integration_time(settings_);
@@ -112,6 +124,7 @@ class Usb final : public Backend {
       needs_command("modulation_frequency");
       values_.modulation_frequency_hz = static_cast<std::uint64_t>(std::llround(settings_.modulation_frequency));
     }
+    check_memory();
     for (const auto& [name, steps] : protocol_.commands) {
       try {
         for (const Step& step : steps) static_cast<void>(step.bytes(values_));
@@ -119,6 +132,18 @@ class Usb final : public Backend {
         throw SettingError(name, error.what());
       }
     }
+  }
+
+  /// Before the camera is started, and in words that name the remedy.
+  void check_memory() const {
+    const std::size_t message = settings_.layout.frame_bytes() / (protocol_.whole_frames ? 1 : RawSourceData::images);
+    const std::size_t needed = protocol_.transfers * message, most = usb_memory();
+    if (most == 0 || needed <= most) return;
+    throw SettingError(
+        "protocol", fmt::format("{}: {} transfers of {} bytes need {} MB, the system gives {} MB to USB: "
+                                "'transfers' may be {} here, or write a greater number into {}",
+                                protocol_.file.string(), protocol_.transfers, message, (needed + 999'999) / 1'000'000,
+                                most / 1'000'000, most / message, usb_memory_file));
   }
 
   void needs_command(const std::string& name) const {

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <sys/time.h>
 
+#include <fstream>
+#include <utility>
+
 namespace tofgraph::camcube {
 namespace {
 
@@ -16,6 +19,12 @@ std::string error_text(int error) { return libusb_strerror(static_cast<libusb_er
 
 }  // namespace
 
+std::size_t usb_memory() {
+  std::size_t megabytes = 0;
+  std::ifstream(usb_memory_file) >> megabytes;
+  return megabytes * 1'000'000;
+}
+
 UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle, std::uint8_t endpoint,
                            std::size_t transfers, std::size_t bytes, TransportEvents events)
     : context_(context),
@@ -26,32 +35,45 @@ UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle
   const std::size_t room = (bytes + largest_packet - 1) / largest_packet * largest_packet;
   for (Transfer& transfer : *transfers_) {
     transfer.owner = this;
-    transfer.transfer = libusb_alloc_transfer(0);
+    transfer.transfer.reset(libusb_alloc_transfer(0));
+    if (!transfer.transfer) throw Fault(fmt::format("there is no memory for {} transfers", transfers), true);
     // Room for a little more than a message, so that one that is too long is seen; where it is a whole number of
     // packets there is no short packet, and the transfer has to end with it.
     transfer.buffer.resize(bytes % 512 == 0 ? bytes : room);
-    libusb_fill_bulk_transfer(transfer.transfer, handle_, endpoint_, transfer.buffer.data(),
+    libusb_fill_bulk_transfer(transfer.transfer.get(), handle_, endpoint_, transfer.buffer.data(),
                               static_cast<int>(transfer.buffer.size()), completed, &transfer, 0);
   }
 }
 
 void UsbTransport::submit() {
   for (Transfer& transfer : *transfers_) {
-    if (!submit(transfer)) throw Fault("the camera takes no transfers: " + error_text(LIBUSB_ERROR_IO), true);
+    const int error = submit(transfer);
+    if (error == 0) continue;
+    std::string why = error == LIBUSB_ERROR_NO_DEVICE ? "it was unplugged" : error_text(error);
+    if (error == LIBUSB_ERROR_NO_MEM)
+      why += fmt::format(
+          ": {} transfers of {} bytes are more than the system gives to USB; fewer 'transfers' in the "
+          "protocol description, or more MB in {}",
+          transfers_->size(), transfer.buffer.size(), usb_memory_file);
+    throw Fault("the camera takes no transfers: " + why, true);
   }
 }
 
-bool UsbTransport::submit(Transfer& transfer) {
-  const int error = libusb_submit_transfer(transfer.transfer);
+/// @returns libusb's error, or 0
+int UsbTransport::submit(Transfer& transfer) {
+  const int error = libusb_submit_transfer(transfer.transfer.get());
   transfer.in_flight = error == 0;
-  if (error == 0) {
-    ++in_flight_;
-    return true;
-  }
+  if (error == 0) ++in_flight_;
+  return error;
+}
+
+void UsbTransport::submit_again(Transfer& transfer) {
+  const int error = submit(transfer);
+  if (error == 0) return;
+  if (!gone_)
+    report(error == LIBUSB_ERROR_NO_DEVICE ? "the camera was unplugged" : "a transfer failed: " + error_text(error),
+           true);
   gone_ = true;
-  report(error == LIBUSB_ERROR_NO_DEVICE ? "the camera was unplugged" : "a transfer failed: " + error_text(error),
-         true);
-  return false;
 }
 
 void UsbTransport::run() {
@@ -59,9 +81,37 @@ void UsbTransport::run() {
     while (!stopping_.load()) {
       wait_for_events();
       if (stalled_) recover_from_stall();
+      make_posted_transfers();
     }
-    if (!cancel_all()) report("transfers do not come back", true);
+    cancel_all();
   });
+}
+
+void UsbTransport::post(std::function<void()> transfer) {
+  {
+    const std::scoped_lock lock(mutex_);
+    posted_.push_back(std::move(transfer));
+  }
+  libusb_interrupt_event_handler(context_);
+}
+
+/// While one is made, transfers that end are completed in this very thread.
+void UsbTransport::make_posted_transfers() {
+  std::vector<std::function<void()>> posted;
+  {
+    const std::scoped_lock lock(mutex_);
+    posted.swap(posted_);
+  }
+  for (const auto& make : posted) {
+    if (gone_) return;
+    try {
+      make();
+    } catch (const Fault& fault) {
+      report(fault.what(), fault.lost);
+    } catch (const std::exception& problem) {
+      report(problem.what(), false);
+    }
+  }
 }
 
 void UsbTransport::wait_for_events() {
@@ -70,24 +120,23 @@ void UsbTransport::wait_for_events() {
 }
 
 void UsbTransport::stop() noexcept {
+  if (!transfers_) return;
   stopping_.store(true);
   libusb_interrupt_event_handler(context_);
   if (thread_.joinable())
     thread_.join();
   else
     cancel_all();
-  for (Transfer& transfer : *transfers_) {
-    // One that the system still has would be written into after its end: it is left to the process.
-    if (!transfer.in_flight) libusb_free_transfer(transfer.transfer);
-  }
-  if (in_flight_ != 0) static_cast<void>(transfers_.release());
-  transfers_ = std::make_unique<std::vector<Transfer>>();
-  in_flight_ = 0;
+  if (in_flight_ == 0) return transfers_.reset();
+  // What the system still has it may write into, and libusb may say so later: it is left to the process.
+  for (Transfer& transfer : *transfers_) transfer.owner = nullptr;
+  [[maybe_unused]] static std::vector<Transfer>* left = nullptr;  // what is pointed at counts as no leak
+  left = transfers_.release();
 }
 
 void LIBUSB_CALL UsbTransport::completed(libusb_transfer* transfer) {
   auto& own = *static_cast<Transfer*>(transfer->user_data);
-  own.owner->complete(own);
+  if (own.owner != nullptr) own.owner->complete(own);
 }
 
 void UsbTransport::complete(Transfer& transfer) {
@@ -117,7 +166,7 @@ void UsbTransport::complete(Transfer& transfer) {
       report("a transfer failed", ++failures_ > patience_with_failures);
   }
   if (failures_ > patience_with_failures) gone_ = true;
-  if (!cancelling_ && !stalled_ && !gone_ && !stopping_.load()) submit(transfer);
+  if (!cancelling_ && !stalled_ && !gone_ && !stopping_.load()) submit_again(transfer);
 }
 
 /// A stalled endpoint gives nothing until it is cleared, and what is queued behind the stall has to be asked for anew.
@@ -136,14 +185,14 @@ void UsbTransport::recover_from_stall() {
          lost);
   gone_ = gone_ || lost;
   for (Transfer& transfer : *transfers_) {
-    if (!gone_) submit(transfer);
+    if (!gone_) submit_again(transfer);
   }
 }
 
 bool UsbTransport::cancel_all() {
   cancelling_ = true;
   for (Transfer& transfer : *transfers_) {
-    if (transfer.in_flight) libusb_cancel_transfer(transfer.transfer);
+    if (transfer.in_flight) libusb_cancel_transfer(transfer.transfer.get());
   }
   const auto end = std::chrono::steady_clock::now() + cancel_patience;
   while (in_flight_ != 0 && std::chrono::steady_clock::now() < end) wait_for_events();

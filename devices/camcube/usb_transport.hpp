@@ -8,6 +8,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <thread>
 #include <vector>
@@ -15,6 +16,11 @@
 #include "devices/camcube/errors.hpp"
 
 namespace tofgraph::camcube {
+
+/// Where Linux says how many MB it gives to transfers at once.
+inline constexpr const char* usb_memory_file = "/sys/module/usbcore/parameters/usbfs_memory_mb";
+/// In bytes; 0: without limit, or not known.
+std::size_t usb_memory();
 
 /// What comes out of a transport; called from one thread at a time.
 struct TransportEvents {
@@ -32,25 +38,31 @@ class UsbTransport {
   UsbTransport(const UsbTransport&) = delete;
   UsbTransport& operator=(const UsbTransport&) = delete;
 
-  /// Hands all transfers to the system. @throws Fault
+  /// Hands all transfers to the system. @throws Fault why it does not take them
   void submit();
   /// From now on a thread of its own waits for them: until stop(), nobody else may make synchronous transfers.
   void run();
+  /// A synchronous transfer, to be made soon by that thread; a Fault that it throws is a fault of the transport.
+  void post(std::function<void()> transfer);
   /// Cancels what is in flight and waits until it is given back.
   void stop() noexcept;
+  /// After stop(): whether all transfers came back. Those that did not may be completed as long as the device is open.
+  bool all_came_back() const { return in_flight_ == 0; }
 
  private:
   struct Transfer {
-    UsbTransport* owner;
-    libusb_transfer* transfer;
+    UsbTransport* owner;  ///< null: nobody waits for it any more
+    std::unique_ptr<libusb_transfer, void (*)(libusb_transfer*)> transfer{nullptr, libusb_free_transfer};
     std::vector<std::uint8_t> buffer;
     bool in_flight = false;
   };
 
   static void LIBUSB_CALL completed(libusb_transfer* transfer);
   void complete(Transfer& transfer);
-  bool submit(Transfer& transfer);
+  int submit(Transfer& transfer);
+  void submit_again(Transfer& transfer);
   void wait_for_events();
+  void make_posted_transfers();
   void recover_from_stall();
   bool cancel_all();
   void report(const std::string& text, bool lost);
@@ -59,10 +71,13 @@ class UsbTransport {
   libusb_device_handle* handle_;
   const std::uint8_t endpoint_;
   const TransportEvents events_;
-  std::unique_ptr<std::vector<Transfer>> transfers_;
+  std::unique_ptr<std::vector<Transfer>> transfers_;  ///< null after stop()
+  // Of the thread while it runs.
   std::size_t in_flight_ = 0, failures_ = 0;  // failures: since the last message
   bool stalled_ = false, gone_ = false, cancelling_ = false;
   std::atomic<bool> stopping_{false};
+  std::mutex mutex_;
+  std::vector<std::function<void()>> posted_;  ///< under the mutex
   std::thread thread_;
 };
 

@@ -3,6 +3,7 @@
 #include "cli/record.hpp"
 #include "cli/watch.hpp"
 #include "config/diagnostics.hpp"
+#include "config/overtaken.hpp"
 #include "config/quantity.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/repair.hpp"
@@ -13,7 +14,11 @@
 
 #include <poll.h>
 #include <unistd.h>
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
 #include <optional>
+#include <system_error>
 
 namespace tofgraph::cli {
 namespace {
@@ -29,14 +34,59 @@ double positive(const char* option, const std::string& text, const char* unit, c
                                                example));
 }
 
-graph::GraphOptions graph_options(const RecordArguments& arguments) {
+[[noreturn]] void refuse(const std::string& option, const std::string& why) {
+  throw config::ConfigurationError(fmt::format("{}: error: {}", option, why));
+}
+
+/// What would have no effect, or break what the other options ask for.
+void check_options(const RecordArguments& arguments) {
+  if (arguments.plan.empty()) {
+    if (arguments.still) refuse("--still", "is for --plan, which says where the board has to be; remove it");
+    if (!arguments.tolerance.empty())
+      refuse("--tolerance", "is for --plan, which says where the board has to be; remove it");
+    return;
+  }
+  if (!arguments.duration.empty()) refuse("--for", "a plan is recorded by frames\n         example: --frames 20");
+  if (!arguments.comment.empty()) refuse("--comment", "a plan's captures say which condition they are of; remove it");
+  if (arguments.force)
+    refuse("--force",
+           "a plan goes on with what is not recorded, and replaces nothing: move captures away that are to be "
+           "recorded again");
+  for (const std::string& setting : arguments.camera.settings) {
+    std::string key = setting.substr(0, setting.find('='));
+    for (const char* node : {recording::camera_node_name, recording::capture_node_name})
+      if (const std::string before = std::string(node) + "."; key == before + "integration_time" ||
+                                                              key == before + "auto_integration_time" ||
+                                                              key == before + "comment" || key == before + "path")
+        key = key.substr(before.size());
+    if (key == "integration_time" || key == "auto_integration_time")
+      refuse("--set " + setting, "the plan says the integration times; remove it");
+    if (key == "comment" || key == "path") refuse("--set " + setting, "the plan says that; remove it");
+  }
+}
+
+/// Makes and removes something there, as only that shows whether it can be done. @throws config::ConfigurationError
+void check_folder_of(const fs::path& out) {
+  fs::path folder = fs::absolute(out).parent_path();
+  std::error_code error;
+  while (!fs::exists(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
+  std::string trial = (folder / ".tofgraph-XXXXXX").string();
+  if (mkdtemp(trial.data()) == nullptr)
+    refuse("--out", fmt::format("{} cannot be written: nothing can be made in the folder {}: {}", out.string(),
+                                folder.string(), std::generic_category().message(errno)));
+  rmdir(trial.c_str());
+}
+
+/// @param overtaken where frames are counted that the camera's own queue had no place for
+graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<std::uint64_t>& overtaken) {
   graph::GraphOptions options;
   options.plugin_folders = arguments.plugin_folders;
   options.overwrite = arguments.force;
-  if (!arguments.quiet)
-    options.message = [](const std::string& node, const std::string& text, bool warning) {
-      say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
-    };
+  options.message = [&overtaken, quiet = arguments.quiet](const std::string& node, const std::string& text,
+                                                          bool warning) {
+    if (warning && node == recording::camera_node_name) overtaken += config::overtaken_in(text);
+    if (!quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
+  };
   return options;
 }
 
@@ -47,11 +97,14 @@ struct Written {
   double seconds = 0;  ///< from the first to the last frame, where they have time stamps
 };
 
-std::optional<Written> written_to(const fs::path& capture) {
+/// @param result of the run that wrote it: what was there before is none of its
+std::optional<Written> written_to(const fs::path& capture, const graph::RunResult& result) {
   std::error_code error;
-  Written written{capture};
-  if (!fs::exists(capture, error)) written.file += ".part";
-  if (!fs::exists(written.file, error)) return std::nullopt;
+  Written written{io::CaptureWriter::part_of(capture)};
+  if (!fs::exists(written.file, error)) written.file = capture;
+  const auto node = std::ranges::find(result.nodes, recording::capture_node_name, &graph::NodeStatistics::name);
+  const bool wrote = node != result.nodes.end() && node->frames != 0;
+  if (!wrote || !fs::exists(written.file, error)) return std::nullopt;
   try {
     const io::CaptureReader reader(written.file);
     written.frames = reader.frames();
@@ -67,11 +120,13 @@ std::optional<Written> written_to(const fs::path& capture) {
   return written;
 }
 
-/// In words on standard error. @returns the frames that arrived and are not in the capture
-std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, bool quiet) {
+/// In words on standard error. @param overtaken frames that the camera's queue had no place for
+/// @returns the frames that arrived and are not in the capture
+std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, std::uint64_t overtaken,
+                     bool quiet) {
   const std::uint64_t arrived = result.nodes.front().frames, kept = written ? written->frames : 0;
   const std::uint64_t lost = arrived > kept ? arrived - kept : 0;
-  if (quiet) return lost;
+  if (quiet) return lost + overtaken;
   if (written) {
     const double rate = written->seconds > 0 ? static_cast<double>(kept - 1) / written->seconds : 0;
     say(fmt::format(
@@ -86,14 +141,16 @@ std::uint64_t report(const graph::RunResult& result, const std::optional<Written
   if (lost > result.dropped)
     say(fmt::format("  {} from the camera {} not in it", config::counted(lost - result.dropped, "frame"),
                     lost - result.dropped == 1 ? "is" : "are"));
-  return lost;
+  return lost + overtaken;
 }
 
 int record_capture(const RecordArguments& arguments) {
   const double most = arguments.duration.empty() ? std::numeric_limits<double>::infinity()
                                                  : positive("--for", arguments.duration, "s", "30 s");
-  const auto graph =
-      recording::recording_graph(arguments.camera, arguments.out, arguments.comment, graph_options(arguments));
+  check_folder_of(arguments.out);
+  std::atomic<std::uint64_t> overtaken{0};
+  const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment,
+                                                graph_options(arguments, overtaken));
   graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
   graph::Runner runner(*graph, options);
@@ -103,14 +160,13 @@ int record_capture(const RecordArguments& arguments) {
     const Watch watch(runner, arguments.quiet, most);
     result = runner.run();
   }
-  const auto written = written_to(arguments.out);
+  const auto written = written_to(arguments.out, result);
   const bool unknown = !written && !result.error.empty();  // the error says how many were written
-  const std::uint64_t lost = unknown ? 0 : report(result, written, arguments.quiet);
+  const std::uint64_t lost = unknown ? 0 : report(result, written, overtaken, arguments.quiet);
   if (!result.error.empty()) {
     say("error: " + result.error);
-    const fs::path part = io::CaptureWriter::part_of(arguments.out);
-    std::error_code error;
-    if (fs::exists(part, error)) say(fmt::format("         tofgraph repair {} makes a capture of it", part.string()));
+    if (written && written->file.extension() == ".part")
+      say(fmt::format("         tofgraph repair {} makes a capture of it", written->file.string()));
     return 1;
   }
   if (lost != 0) {
@@ -150,7 +206,8 @@ class Answers {
   std::string text_;
 };
 
-recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers) {
+recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers,
+                                      std::atomic<std::uint64_t>& overtaken) {
   recording::GuideOptions options;
   options.camera = arguments.camera;
   if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube")) {
@@ -158,7 +215,7 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
     std::error_code error;
     options.camera.profile = fs::is_regular_file(beside, error) ? beside.string() : plan.campaign.camera_name;
   }
-  options.graph = graph_options(arguments);
+  options.graph = graph_options(arguments, overtaken);
   options.frames = arguments.frames;
   options.still = arguments.still;
   if (!arguments.tolerance.empty()) options.tolerance = positive("--tolerance", arguments.tolerance, "m", "250 mm");
@@ -177,15 +234,28 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
   return options;
 }
 
+/// The camera, opened for a moment before anybody sets anything up. @throws config::ConfigurationError
+recording::CameraIdentity check_camera(const recording::GuideOptions& options, const recording::Plan& plan) {
+  graph::GraphOptions quiet = options.graph;
+  quiet.message = nullptr;
+  const auto graph = recording::looking_graph(options.camera, quiet);
+  recording::CameraIdentity camera = recording::identity_of(*graph);
+  const tofgraph_camera& planned = plan.campaign.camera->view();
+  if (camera.name != planned.name)
+    refuse("--camera", fmt::format("this is the camera '{}', the plan {} is for '{}'", camera.name, plan.file.string(),
+                                   planned.name));
+  return camera;
+}
+
 int record_plan(const RecordArguments& arguments) {
-  if (!arguments.duration.empty())
-    throw config::ConfigurationError("--for: error: a plan is recorded by frames\n         example: --frames 20");
   const recording::Plan plan = recording::read_plan(arguments.plan);
   if (const std::string problem = io::write_error(arguments.out / "campaign.yaml"); !problem.empty())
     throw config::ConfigurationError("--out: error: " + problem);
+  check_folder_of(arguments.out / "campaign.yaml");
   Answers answers;
-  const recording::GuideOptions options = guide_options(arguments, plan, answers);
-  recording::CampaignFolder folder(plan, arguments.out);
+  std::atomic<std::uint64_t> overtaken{0};  // a capture with a gap is recorded again
+  const recording::GuideOptions options = guide_options(arguments, plan, answers, overtaken);
+  recording::CampaignFolder folder(plan, arguments.out, check_camera(options, plan), frames_of(plan, options));
   handle_signals();
   recording::Outcome outcome = recording::Outcome::stopped;
   try {
@@ -196,6 +266,7 @@ int record_plan(const RecordArguments& arguments) {
   say(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
                   folder.campaign_file().string()));
   if (outcome == recording::Outcome::complete) return 0;
+  if (outcome == recording::Outcome::no_answer) say("standard input has ended: there is nobody to answer");
   say("the same command goes on with those that are not recorded");
   return outcome == recording::Outcome::stopped ? 130 : 1;
 }
@@ -203,6 +274,7 @@ int record_plan(const RecordArguments& arguments) {
 }  // namespace
 
 int record(const RecordArguments& arguments) {
+  check_options(arguments);
   return arguments.plan.empty() ? record_capture(arguments) : record_plan(arguments);
 }
 

@@ -37,11 +37,11 @@ int repair(const RepairArguments& arguments) {
       });
   progress.finish();
   if (arguments.quiet) return 0;
-  say(fmt::format("wrote {}: {}{}\n{} is not needed any more", file.string(), config::counted(repaired.frames, "frame"),
+  say(fmt::format("wrote {}: {}{}", file.string(), config::counted(repaired.frames, "frame"),
                   repaired.missing == 0
                       ? ", none is missing between them"
-                      : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame")),
-                  arguments.part.string()));
+                      : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame"))));
+  if (arguments.part.extension() == ".part") say(arguments.part.string() + " is not needed any more");
   return 0;
 }
 

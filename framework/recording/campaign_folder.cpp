@@ -16,7 +16,9 @@
 #include <cerrno>
 #include <cmath>
 #include <ctime>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <system_error>
 #include <vector>
 
 namespace tofgraph::recording {
@@ -55,11 +57,23 @@ std::string utc(std::int64_t nanoseconds) {
 int lock_folder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) throw std::runtime_error(folder.string() + " cannot be opened");
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(descriptor);
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  const int why = errno;
+  ::close(descriptor);
+  if (why == EWOULDBLOCK)
     throw std::runtime_error(fmt::format("{}: another recorder is at work in this folder", folder.string()));
-  }
-  return descriptor;
+  throw std::runtime_error(
+      fmt::format("{}: nobody can tell whether another recorder is at work in this folder, as it "
+                  "cannot be locked: {}; choose a folder on another disk",
+                  folder.string(), std::generic_category().message(why)));
+}
+
+/// Of the camera that recorded a capture, where that is known.
+std::string serial_of(const io::CaptureHeader& header) {
+  if (!header.serial.empty()) return header.serial;
+  const auto provenance = nlohmann::json::parse(header.provenance, nullptr, false);
+  const auto source = provenance.is_object() ? provenance.find("source") : provenance.end();
+  return source != provenance.end() && source->is_object() ? source->value("serial", "") : "";
 }
 
 /// How the plan's camera is called in a file of this folder: a name stays, a path becomes relative to it.
@@ -73,33 +87,41 @@ std::string camera_name_in(const Plan& plan, const fs::path& folder) {
 
 }  // namespace
 
-CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder) : plan_(plan), folder_(std::move(folder)) {
+CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder, CameraIdentity camera, std::uint64_t frames)
+    : plan_(plan), folder_(std::move(folder)), camera_(std::move(camera)), frames_(frames) {
+  check_names();
   fs::create_directories(folder_ / "captures");
   lock_ = lock_folder(folder_);
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < plan_.campaign.conditions.size(); ++i) {
-    names.push_back(capture_of(i).string());
-    if (std::ranges::count(names, names.back()) > 1)
-      throw std::runtime_error(fmt::format("the conditions '{}' and another one would have the same file: {}",
-                                           plan_.campaign.conditions[i].id, names.back()));
-    static_cast<void>(prepare_recording(i));
-    std::error_code error;
-    if (fs::exists(names.back(), error)) captures_[i] = facts_of(i);
+  const std::size_t conditions = plan_.campaign.conditions.size();
+  for (std::size_t i = 0; i < conditions; ++i) {
+    if (fs::exists(capture_of(i))) captures_[i] = facts_of(capture_of(i), i);
   }
+  // All is of this plan: only now anything is touched.
+  for (std::size_t i = 0; i < conditions; ++i) static_cast<void>(prepare_recording(i));
   if (!captures_.empty()) write();
+}
+
+void CampaignFolder::check_names() const {
+  std::map<std::string, std::string> ids;
+  for (std::size_t i = 0; i < plan_.campaign.conditions.size(); ++i) {
+    const std::string& id = plan_.campaign.conditions[i].id;
+    const auto [other, is_new] = ids.emplace(file_of(i), id);
+    if (!is_new)
+      throw std::runtime_error(fmt::format("the conditions '{}' and '{}' would have the same file: {}", other->second,
+                                           id, capture_of(i).string()));
+  }
 }
 
 CampaignFolder::~CampaignFolder() {
   if (lock_ >= 0) ::close(lock_);
 }
 
-fs::path CampaignFolder::capture_of(std::size_t condition) const {
-  return folder_ / "captures" / (file_name(plan_.campaign.conditions[condition].id) + ".h5");
+std::string CampaignFolder::file_of(std::size_t condition) const {
+  return file_name(plan_.campaign.conditions[condition].id) + ".h5";
 }
 
 fs::path CampaignFolder::prepare_recording(std::size_t condition) const {
-  fs::path file = capture_of(condition);
-  file.replace_extension(".recording.h5");
+  fs::path file = unfinished() / file_of(condition);
   for (const fs::path& left : {file, io::CaptureWriter::part_of(file)}) {
     if (fs::remove(left))
       config::say(fmt::format("{}: the recording of '{}' was not finished: it is removed, and recorded again",
@@ -108,15 +130,30 @@ fs::path CampaignFolder::prepare_recording(std::size_t condition) const {
   return file;
 }
 
-CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
-  const fs::path file = capture_of(condition);
+/// Why a capture that is there cannot be the condition's, or nothing.
+std::string CampaignFolder::difference(const io::CaptureReader& capture, std::size_t condition) const {
+  const io::CaptureHeader& header = capture.header();
+  const std::string wanted = condition_text(plan_.campaign.conditions[condition]), serial = serial_of(header);
+  if (header.comment != wanted)
+    return fmt::format("was not recorded by this plan: it is of '{}', planned is '{}'", header.comment, wanted);
+  if (header.camera != camera_.name)
+    return fmt::format("was recorded with the camera '{}', this is '{}'", header.camera, camera_.name);
+  if (!serial.empty() && !camera_.serial.empty() && serial != camera_.serial)
+    return fmt::format("was recorded with the camera of serial number {}, this one has {}", serial, camera_.serial);
+  if (header.profile != camera_.profile)
+    return fmt::format("was recorded with another profile of the camera '{}' than it has now", camera_.name);
+  if (capture.frames() != frames_)
+    return fmt::format("has {}, {} asked for (--frames, or what the plan says)",
+                       config::counted(capture.frames(), "frame"),
+                       frames_ == 1 ? "1 is" : fmt::format("{} are", frames_));
+  return {};
+}
+
+CampaignFolder::Facts CampaignFolder::facts_of(const fs::path& file, std::size_t condition) const {
   const io::CaptureReader reader(file);
-  const std::string wanted = condition_text(plan_.campaign.conditions[condition]);
-  if (reader.header().comment != wanted)
+  if (const std::string problem = difference(reader, condition); !problem.empty())
     throw std::runtime_error(
-        fmt::format("{}: was not recorded by this plan: it is of '{}', planned is '{}'; choose "
-                    "another folder, or move the capture away",
-                    file.string(), reader.header().comment, wanted));
+        fmt::format("{}: {}; choose another folder, or move the capture away", file.string(), problem));
   Facts facts{};
   facts.start_ns = reader.metadata(0).timestamp_ns;
   facts.temperature = mean(reader, TOFGRAPH_KNOWS_TEMPERATURE, &tofgraph_metadata::temperature);
@@ -126,10 +163,12 @@ CampaignFolder::Facts CampaignFolder::facts_of(std::size_t condition) const {
 }
 
 void CampaignFolder::keep(std::size_t condition) {
-  fs::path recording = capture_of(condition);
-  recording.replace_extension(".recording.h5");
-  fs::rename(recording, capture_of(condition));
-  captures_[condition] = facts_of(condition);
+  const fs::path recorded = unfinished() / file_of(condition);
+  const Facts facts = facts_of(recorded, condition);
+  fs::rename(recorded, capture_of(condition));
+  captures_[condition] = facts;
+  std::error_code error;
+  fs::remove(unfinished(), error);  // where it is empty
   write();
 }
 

@@ -4,19 +4,25 @@
 /// the recorder loses nothing that has its name, and finds nothing twice.
 #pragma once
 
+#include "recording/pipelines.hpp"
 #include "recording/plan.hpp"
 
 #include <filesystem>
 #include <map>
 #include <string>
 
+namespace tofgraph::io {
+class CaptureReader;
+}
+
 namespace tofgraph::recording {
 
 class CampaignFolder {
  public:
-  /// Makes the folder and looks which conditions are recorded; removes what an interrupted recording of one left.
-  /// @throws std::runtime_error another recorder is at work in it, or its captures are of another plan
-  CampaignFolder(const Plan& plan, std::filesystem::path folder);
+  /// Makes the folder, looks which conditions are recorded, and, where all is of this plan, removes what an interrupted
+  /// recording left. @param camera that will record, which recorded the captures too @param frames of each capture
+  /// @throws std::runtime_error another recorder is at work in it, its captures are of another plan or camera
+  CampaignFolder(const Plan& plan, std::filesystem::path folder, CameraIdentity camera, std::uint64_t frames);
   ~CampaignFolder();
   CampaignFolder(const CampaignFolder&) = delete;
   CampaignFolder& operator=(const CampaignFolder&) = delete;
@@ -36,11 +42,19 @@ class CampaignFolder {
     std::int64_t start_ns = 0;
     double temperature, time_since_power_on, integration_time;  ///< K, s, s; NaN: not known
   };
-  std::filesystem::path capture_of(std::size_t condition) const;
-  Facts facts_of(std::size_t condition) const;
+  std::string file_of(std::size_t condition) const;
+  std::filesystem::path capture_of(std::size_t condition) const { return folder_ / "captures" / file_of(condition); }
+  /// Where nothing is that counts.
+  std::filesystem::path unfinished() const { return folder_ / "captures" / ".unfinished"; }
+  void check_names() const;
+  std::string difference(const io::CaptureReader& capture, std::size_t condition) const;
+  /// @throws std::runtime_error the file is not a whole recording of the condition
+  Facts facts_of(const std::filesystem::path& file, std::size_t condition) const;
 
   const Plan& plan_;
   std::filesystem::path folder_;
+  CameraIdentity camera_;
+  std::uint64_t frames_;
   int lock_ = -1;
   std::map<std::size_t, Facts> captures_;  ///< of the conditions that are recorded
 };

@@ -56,7 +56,8 @@ Outcome Guide::run() {
     if (folder_.recorded(i)) continue;
     options_.say(fmt::format("[{} of {}] {}", i + 1, all, condition_text(plan_.campaign.conditions[i])));
     const Answer answer = set_up(i);
-    if (answer == Answer::stop) return Outcome::stopped;
+    if (answer == Answer::stop || answer == Answer::none)
+      return answer == Answer::stop ? Outcome::stopped : Outcome::no_answer;
     if (answer == Answer::record) record(i);
   }
   return folder_.recorded_count() == all ? Outcome::complete : Outcome::skipped;
@@ -83,8 +84,12 @@ Guide::Answer Guide::ask(std::size_t index) {
   options_.say(fmt::format("  {}", answers));
   for (;;) {
     const auto line = options_.read_line();
-    if (!line || *line == "quit") return Answer::stop;
-    if (*line == "skip") return Answer::skip;
+    if (!line) return Answer::none;
+    if (*line == "quit") return Answer::stop;
+    if (*line == "skip") {
+      before_.reset();  // nobody knows where the board is left
+      return Answer::skip;
+    }
     if (!line->empty() && *line != "look" && *line != "record") {
       options_.say(fmt::format("  '{}' is not an answer: {}", *line, answers));
       continue;
@@ -96,15 +101,21 @@ Guide::Answer Guide::ask(std::size_t index) {
       options_.say(fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
     const bool go = *line == "record" || (line->empty() && wrong.empty());
     if (!go) continue;
-    if (wrong.empty()) before_ = Reference{plan_.campaign.conditions[index].board_distance, seen.distance};
+    before_.reset();
+    const double planned = plan_.campaign.conditions[index].board_distance;
+    if (wrong.empty() && !std::isnan(planned)) before_ = Reference{planned, seen.distance};
     return Answer::record;
   }
 }
 
-/// What is wrong is said when it changes, not at every look.
+/// Only where a board that nobody moved would show; else a person has to say that it stands. What is wrong is said when
+/// it changes, not at every look.
 Guide::Answer Guide::wait_until_still(std::size_t index) {
   const double planned = plan_.campaign.conditions[index].board_distance;
-  if (std::isnan(planned) || (before_ && before_->planned == planned)) return ask(index);  // nobody sees such a change
+  if (!before_ || std::isnan(planned) || !change_shows(planned, before_->planned)) {
+    options_.say("  nobody can see here whether it was moved: say when it stands there");
+    return ask(index);
+  }
   options_.say("  it is recorded as soon as it stands still there");
   double last = io::unknown;
   std::string said;

@@ -18,7 +18,7 @@ struct GuideOptions {
   graph::GraphOptions graph;
   std::uint64_t frames = 0;  ///< of each condition; 0: the plan's
   double tolerance = 0.25;   ///< m, see contradiction()
-  bool still = false;        ///< records when the board stands still, instead of on Enter
+  bool still = false;        ///< records when the board stands still, where it shows that it was moved
   Run run;
   /// A line of the person's; nothing: there will be none any more. @throws Interrupted
   std::function<std::optional<std::string>()> read_line;
@@ -27,7 +27,13 @@ struct GuideOptions {
   std::function<void()> wait;
 };
 
-enum class Outcome { complete, stopped, skipped };
+/// Of each condition.
+inline std::uint64_t frames_of(const Plan& plan, const GuideOptions& options) {
+  return options.frames != 0 ? options.frames : plan.frames;
+}
+
+/// no_answer: nobody was there to answer. skipped: some conditions are left out.
+enum class Outcome { complete, stopped, no_answer, skipped };
 
 class Guide {
  public:
@@ -38,7 +44,7 @@ class Guide {
   Outcome run();
 
  private:
-  enum class Answer { record, skip, stop };
+  enum class Answer { record, skip, stop, none };
 
   Answer set_up(std::size_t condition);
   Answer ask(std::size_t condition);
@@ -48,13 +54,13 @@ class Guide {
   Seen look_at(std::size_t condition) const;
   std::string wrong_with(const Seen& seen, std::size_t condition) const;
   CameraRequest camera_for(std::size_t condition) const;
-  std::uint64_t frames() const { return options_.frames != 0 ? options_.frames : plan_.frames; }
+  std::uint64_t frames() const { return frames_of(plan_, options_); }
 
   const Plan& plan_;
   CampaignFolder& folder_;
   GuideOptions options_;
   double unambiguous_range_;
-  std::optional<Reference> before_;
+  std::optional<Reference> before_;      ///< the last board, where it was right
   std::optional<std::string> standing_;  ///< what stands before the camera now
 };
 

@@ -22,6 +22,7 @@ namespace {
 constexpr std::uint64_t frames_of_a_look = 5;
 constexpr std::size_t half_window = 10;   // px
 constexpr double min_change_seen = 0.03;  // m, by which a distance's offset may differ between two boards
+constexpr double noise_of_look = 0.01;    // m, of the difference of two looks
 constexpr double share_of_change = 0.5;   // of a planned change, that must be seen
 
 double median(std::vector<float>& values) {
@@ -97,6 +98,8 @@ Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const
   if (!result.error.empty()) throw std::runtime_error(result.error);
   return middle.seen();
 }
+
+bool change_shows(double a, double b) { return std::abs(a - b) >= min_change_seen + noise_of_look; }
 
 std::string contradiction(const Seen& seen, double planned, const std::optional<Reference>& before, double tolerance,
                           double unambiguous_range) {

@@ -28,6 +28,10 @@ struct Seen {
 /// Looks at some frames. @throws std::runtime_error what the camera fails with @throws config::ConfigurationError
 Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const Run& run);
 
+/// Whether a board that was not moved between two planned distances would show: smaller changes are within what the
+/// offset of a distance may differ by. @param a, b m; NaN: not known
+bool change_shows(double a, double b);
+
 /// What was seen at a board whose distance the plan knows.
 struct Reference {
   double planned = 0, seen = 0;  ///< m

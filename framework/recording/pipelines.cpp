@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace tofgraph::recording {
 namespace {
@@ -30,8 +31,9 @@ config::Value document(const CameraRequest& camera, const std::vector<config::Va
     result.entries.push_back({"camera", profile.at, profile});
   }
   config::Value source = graph::camera_node(camera.spec, at_option("--camera", camera.spec));
-  const config::Value name = node(fmt::format("name: {}\n", camera_node_name));
-  source.entries.push_back(name.entries.front());
+  config::Entry name = node(fmt::format("name: {}\n", camera_node_name)).entries.front();
+  name.value.at = source.at;  // what is wrong with the camera is wrong with this option
+  source.entries.push_back(std::move(name));
   for (config::Entry& entry : result.entries) {
     if (entry.key != "nodes") continue;
     entry.value.items.push_back(source);
@@ -76,6 +78,19 @@ std::unique_ptr<graph::Graph> looking_graph(const CameraRequest& camera, const g
   return built(document(camera, {node("stage: four_phase_decoder\n"),
                                  node(fmt::format("name: {}\nstage: optimized_bistatic\n", depth_node_name))}),
                settings_of(camera, false), options);
+}
+
+CameraIdentity identity_of(const graph::Graph& graph) {
+  const graph::Stream& stream = graph.nodes().front()->output();
+  CameraIdentity identity;
+  if (stream.camera) {
+    const tofgraph_camera& camera = stream.camera->view();
+    identity.name = camera.name;
+    if (camera.profile != nullptr) identity.profile = camera.profile;
+  }
+  const auto source = nlohmann::json::parse(stream.source, nullptr, false);
+  if (source.is_object()) identity.serial = source.value("serial", "");
+  return identity;
 }
 
 }  // namespace tofgraph::recording

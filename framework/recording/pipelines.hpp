@@ -34,4 +34,10 @@ std::unique_ptr<graph::Graph> recording_graph(const CameraRequest& camera, const
 /// that are the capture's. @throws config::ConfigurationError
 std::unique_ptr<graph::Graph> looking_graph(const CameraRequest& camera, const graph::GraphOptions& options);
 
+/// Which camera a graph has; empty where it is not known.
+struct CameraIdentity {
+  std::string name, profile, serial;  ///< profile: its text
+};
+CameraIdentity identity_of(const graph::Graph& graph);
+
 }  // namespace tofgraph::recording

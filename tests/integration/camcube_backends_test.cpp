@@ -87,6 +87,39 @@ TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
   }
 }
 
+/// The stand-in has times in steps of 10 us: the controller takes what is nearest, and the run goes on.
+TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
+  const auto brighter = [&](std::uint16_t a) {
+    std::vector<std::uint16_t> taps(8U * 204 * 204, 0);
+    std::fill(taps.begin(), taps.begin() + 204 * 204, a);  // A of one image: the amplitude is a / 2
+    return taps;
+  };
+  write_dump(file("dump.raw"), brighter(1234), 204 * 204);
+  const Outcome outcome = run("PMD_STAND_IN_RATE=40 PMD_STAND_IN_FRAMES=dump.raw",
+                              "camcube:pmdsdk library=" + stand_in +
+                                  " auto_integration_time=true integration_time=\"1 ms\" ! capture_writer path=a.h5",
+                              "--frames 20");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
+  ASSERT_EQ(times.size(), 20U);
+  // sqrt(1000 * 8000) / 617 = 4.5842: the images stay as they are, so that it goes on from there to the longest.
+  EXPECT_EQ(std::count_if(times.begin(), times.end(), [](double t) { return std::abs(t - 4.58e-3) < 1e-9; }) > 0, true);
+  EXPECT_DOUBLE_EQ(times.back(), 50e-3);
+}
+
+/// A computer that stands still for a second: what the camera's own queue had no place for is not in the recording.
+TEST_F(CameraBackends, FramesThatMadeRoomAreCountedAsLost) {
+  const Outcome outcome =
+      shell("PMD_STAND_IN_RATE=80 \"$TOFGRAPH\" record --camera camcube:pmdsdk --set library=" + stand_in +
+                " --set timeout=10s -o a.h5 --frames 60 & P=$!; until [ -e a.h5.part ]; do sleep 0.02; done; "
+                "kill -STOP $P; sleep 1.5; kill -CONT $P; wait $P",
+            folder.path());
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("came faster than they were taken"),
+                                 HasSubstr("that came from the camera are not in the recording")));
+  EXPECT_GT(raw_values<double>(file("a.h5"), "/frames/integration_time_s").size(), 10U) << "what came is there";
+}
+
 TEST_F(CameraBackends, TheVendorsLibraryIsFoundBelowItsFolder) {
   std::filesystem::create_directories(file("sdk/lib"));
   std::filesystem::create_directories(file("sdk/plugins"));
@@ -186,6 +219,14 @@ TEST_F(CameraBackends, FaultsOfTheVendorsCamera) {
     EXPECT_EQ(outcome.exit_code, 1) << environment;
     EXPECT_THAT(outcome.err, HasSubstr(text)) << environment;
   }
+  // A call that never comes back is waited for, and no second camera is opened beside it.
+  const Outcome stuck =
+      shell("PMD_STAND_IN_FAULT=block PMD_STAND_IN_LOG=stuck.txt \"$TOFGRAPH\" run '" + camera +
+                " reconnect=true timeout=\"0.2 s\" ! null' & pid=$!; sleep 4; kill -TERM $pid; wait $pid",
+            folder.path());
+  EXPECT_THAT(stuck.err, HasSubstr("has not returned yet: the camera cannot be opened again before"));
+  const std::string calls = read_text(file("stuck.txt"));
+  EXPECT_EQ(calls.find("open "), calls.rfind("open ")) << calls;
   const Outcome back = run("PMD_STAND_IN_FAULT=disconnect PMD_STAND_IN_RETURNS=0.4",
                            camera + " reconnect=true ! frame_audit path=audit.json", "--frames 40");
   EXPECT_EQ(back.exit_code, 0) << back.err;
@@ -216,6 +257,28 @@ TEST_F(CameraBackends, RecordingsKeepTheirPace) {
   EXPECT_EQ(json_in(file("audit.json"))["frames"], 41);
   seconds("replay:sim.h5", "");
   EXPECT_EQ(json_in(file("audit.json"))["frames"], 4);  // once, and the end
+}
+
+/// Nobody vouches for what is recorded: clocks are set back, and files are damaged.
+TEST_F(CameraBackends, NoTimeStampMakesAReplayWait) {
+  write_text(file("scene.yaml"), scene);
+  ASSERT_EQ(shell("\"$TOFGRAPH\" simulate scene.yaml -o sim.h5", folder.path()).exit_code, 0);
+  const std::int64_t hour = 3'600'000'000'000, great = std::numeric_limits<std::int64_t>::max();
+  const std::vector<std::int64_t> cases[] = {
+      {1000, hour, hour + 12'500'000, hour + 25'000'000}, {great - 1, -great, great, 5}, {hour, 10, 20, 30}};
+  for (const std::vector<std::int64_t>& stamps : cases) {
+    const hid_t capture = H5Fopen(file("sim.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+                set = H5Dopen2(capture, "/frames/timestamp_ns", H5P_DEFAULT);
+    H5Dwrite(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, stamps.data());
+    H5Dclose(set);
+    H5Fclose(capture);
+    const Outcome outcome =
+        run("", "replay:sim.h5 loop=true ! frame_audit path=audit.json", "--force --frames 6 --stats stats.json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("of its time stamps"));
+    EXPECT_LT(json_in(file("stats.json"))["wall_s"].get<double>(), 12);
+    EXPECT_EQ(json_in(file("audit.json"))["frames"], 6);
+  }
 }
 
 TEST_F(CameraBackends, TheSimulatedCameraHonoursItsSettings) {

@@ -167,6 +167,67 @@ INSTANTIATE_TEST_SUITE_P(Each, UsbCameraFault,
                                          FaultCase{"babble", "more than an image at once"}),
                          [](const auto& fault) { return std::string(fault.param.name); });
 
+/// The time is changed from the thread that reads while the transport's own clears a stall.
+TEST_F(UsbCamera, TakesAnotherTimeWhileItStalls) {
+  write_dump(folder.path() / "dump.raw", std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
+  for (const char* at : {"1", "2", "4"}) {
+    const Outcome outcome = run(std::string("--fault stall --at ") + at,
+                                "\"$TOFGRAPH\" run 'camcube:usb reconnect=true auto_integration_time=true "
+                                "integration_time=\"1 ms\" ! frame_audit path=audit.json' --frames 40 --force");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("the stall was cleared"));
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("ThreadSanitizer"))) << outcome.err;
+    EXPECT_EQ(audit()["doubled"], 0);
+    EXPECT_EQ(report()["integration_time_us"], 50'000) << "the images stay dark";
+  }
+}
+
+/// The command has two bytes for the time: beyond 65 ms nothing is asked for, and a reopened camera has the last time.
+TEST_F(UsbCamera, IsAskedForNoTimeThatItsCommandCannotSay) {
+  write_dump(folder.path() / "dump.raw", std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
+  std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
+  std::string protocol = read_text(TOFGRAPH_SOURCE_DIR "/devices/camcube/software_camera.yaml");
+  const auto at = protocol.find("integration_time: {offset: 12, type: u32le}");
+  ASSERT_NE(at, std::string::npos);
+  protocol.replace(at, 43, "integration_time: {offset: 12, type: u16le}");
+  write_text(folder.path() / "narrow.yaml", protocol);
+  const auto range = profile.find("integration_time:");
+  ASSERT_NE(range, std::string::npos);
+  profile.replace(range, profile.find('\n', range) - range, "integration_time: [0.5 ms, 200 ms]");
+  write_text(folder.path() / "long.yaml", profile);
+  const Outcome outcome = run("--fault unplug --at 20 --returns 0.2",
+                              "\"$TOFGRAPH\" run 'camcube:usb reconnect=true protocol=narrow.yaml "
+                              "auto_integration_time=true integration_time=\"1 ms\" ! frame_audit path=audit.json' "
+                              "--camera ./long.yaml --frames 40");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("the camera is back"));
+  EXPECT_EQ(report()["integration_time_us"], 65'535);
+}
+
+TEST_F(UsbCamera, ThatDoesNotGiveItsTransfersBackIsLeftAlone) {
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome outcome = audited("--fault cling", "", "--frames 20");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(audit()["frames"], 20);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(sanitized ? 20 : 4));
+}
+
+TEST_F(UsbCamera, ThatNeedsMoreMemoryThanThereIsSaysWhichKey) {
+  std::string protocol = read_text(TOFGRAPH_SOURCE_DIR "/devices/camcube/software_camera.yaml");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(protocol.find(from), std::string::npos);
+    protocol.replace(protocol.find(from), from.size(), to);
+  };
+  replace("transfers: 32", "transfers: 64");
+  replace("message: image", "message: frame");
+  write_text(folder.path() / "greedy.yaml", protocol);
+  const Outcome outcome = run("--memory 16", "\"$TOFGRAPH\" run 'camcube:usb protocol=greedy.yaml ! null' --frames 1");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("64 transfers of 667904 bytes need 43 MB, the system gives 16 MB to USB"));
+  EXPECT_THAT(outcome.err, HasSubstr("'transfers' may be 23 here"));
+  EXPECT_THAT(outcome.err, HasSubstr("usbfs_memory_mb"));
+}
+
 TEST_F(UsbCamera, ThatStaysAwayIsWaitedForUntilAnInterrupt) {
   const std::string command =
       with_software_camera("--fault unplug", "\"$TOFGRAPH\" run 'camcube:usb reconnect=true ! null'");

@@ -50,13 +50,13 @@ TEST_F(Provenance, OfACaptureIsAskedForWhenAllFramesAreWritten) {
   built->nodes().back()->set_provenance([&] { return frames.push_back(runner.frames_done()), "{\"a\": 1}"; });
   EXPECT_EQ(runner.run().error, "");
   EXPECT_EQ(frames, std::vector<std::uint64_t>{2});
-  EXPECT_EQ(raw_text(capture, "/", "provenance"), "{\"a\": 1}");
+  EXPECT_EQ(provenance_in(capture), "{\"a\": 1}");
 }
 
 TEST_F(Provenance, OfACaptureHasTheHashOfItsInput) {
   const auto built = build("capture_writer path=" + capture.string());
   EXPECT_EQ(graph::Runner(*built, {}).run().error, "");
-  EXPECT_EQ(hash_in(nlohmann::json::parse(raw_text(capture, "/", "provenance"))), sum());
+  EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), sum());
 }
 
 /// What the run hashed is known when the file is gone.
@@ -75,7 +75,7 @@ TEST_F(Provenance, OfAnInputThatVanishedIsNullAndTold) {
   const auto built = build("capture_writer path=" + capture.string());
   fs::remove(dump);
   EXPECT_EQ(graph::Runner(*built, {}).run().error, "");  // it was open
-  EXPECT_EQ(hash_in(nlohmann::json::parse(raw_text(capture, "/", "provenance"))), nlohmann::json());
+  EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), nlohmann::json());
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings.front(), "pmd_raw_reader: the hash of " + dump.string() +
                                   " is not in the provenance: the run did not end in order, or the file is gone");

@@ -8,8 +8,10 @@
 #include <set>
 
 #include "io/campaign.hpp"
+#include "tests/camera_in_software.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/capture_fixture.hpp"
+#include "tests/unit/full_disk.hpp"
 #include "tests/unit/raw_capture.hpp"
 
 namespace tofgraph::tests {
@@ -108,6 +110,156 @@ TEST_F(RecordPlan, RefusesCapturesOfAnotherPlan) {
   const Outcome outcome = shell(command, folder.path());
   EXPECT_EQ(outcome.exit_code, 1);
   expect_words(outcome.err, {"was not recorded by this plan", "choose another folder"});
+}
+
+/// A campaign before a board of the world that stands where it stands.
+class RecordCampaign : public testing::Test {
+ protected:
+  void SetUp() override { world(1000); }
+  void world(double millimetres, const std::string& camera = "camcube2") const {
+    write_text(folder.path() / "world.yaml", "scene: 1\ncamera: " + camera +
+                                                 "\nframes: 1\noutput: taps\nobjects:\n  - {type: board, distance: " +
+                                                 std::to_string(millimetres) + " mm, reflectivity: 0.5}\n");
+  }
+  void plan(const std::vector<std::pair<std::string, double>>& conditions,
+            const std::string& camera = "camcube2") const {
+    std::string text = "campaign: 1\nname: boards\ncamera: " + camera + "\nconditions:\n";
+    for (const auto& [id, millimetres] : conditions)
+      text += "  - {id: " + id + ", capture: " + id +
+              ".h5, target: white, integration_time: 1 ms, board: {distance: " + std::to_string(millimetres) +
+              " mm}}\n";
+    write_text(folder.path() / "plan.yaml", text);
+  }
+  /// @param answers one a line, as printf takes them
+  Outcome record(const std::string& answers, const std::string& options = "", int frames = 2) const {
+    return shell("printf '" + answers +
+                     "' | \"$TOFGRAPH\" record --plan plan.yaml --camera simulated:world.yaml -o out " + options +
+                     " --frames " + std::to_string(frames),
+                 folder.path());
+  }
+  std::vector<std::string> captures() const {
+    std::vector<std::string> names = listing(folder.path() / "out/captures");
+    std::erase(names, ".unfinished");
+    return names;
+  }
+  TemporaryFolder folder;
+};
+
+TEST_F(RecordCampaign, ABoardThatNobodyMovedIsNotRecordedAsMoved) {
+  plan({{"a", 1000}, {"b", 1020}, {"c", 1200}});
+  // The first is confirmed; 20 mm more nobody sees, so that it asks again, and nobody answers.
+  const Outcome first = record("\\n", "--still");
+  EXPECT_EQ(first.exit_code, 1) << first.err;
+  expect_words(first.err,
+               {"nobody can see here whether it was moved", "1 of 3 conditions recorded", "standard input has ended"});
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
+  // Gone on with: where the board stands is not known any more.
+  EXPECT_EQ(record("", "--still").exit_code, 1);
+  EXPECT_EQ(record("skip\\n", "--still").exit_code, 1);
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
+  // A change that shows is waited for: it does not come.
+  plan({{"a", 1000}, {"b", 1045}});
+  std::filesystem::remove_all(folder.path() / "out");
+  const Outcome waits = shell(
+      "(echo; sleep 6) | timeout -s INT 5 \"$TOFGRAPH\" record --plan plan.yaml --camera simulated:world.yaml -o out "
+      "--frames 2 --still",
+      folder.path());
+  expect_words(waits.err, {"the board has moved by", "planned were 45 mm", "1 of 2 conditions recorded"});
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
+}
+
+TEST_F(RecordCampaign, NoConditionsNameIsThatOfAnUnfinishedRecording) {
+  plan({{"a.recording", 1000}, {"a", 1000}, {"a.h5", 1000}});
+  for (int i = 0; i < 2; ++i) {
+    const Outcome outcome = record("\\n\\n\\n");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(captures(), (std::vector<std::string>{"a.h5", "a.h5.h5", "a.recording.h5"}));
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / "out/captures/.unfinished"));
+}
+
+TEST_F(RecordCampaign, WhatIsUnfinishedIsRemovedOnlyWhereAllIsOfThePlan) {
+  plan({{"a", 1000}, {"b", 1000}});
+  ASSERT_EQ(record("\\n").exit_code, 0);
+  const fs::path left = folder.path() / "out/captures/.unfinished/b.h5.part";
+  fs::remove(folder.path() / "out/captures/b.h5");
+  write_text(left, "precious");
+  plan({{"a", 1100}, {"b", 1000}});
+  EXPECT_EQ(record("\\n\\n").exit_code, 1);
+  EXPECT_EQ(read_text(left), "precious");
+  plan({{"a", 1000}, {"b", 1000}});
+  const Outcome outcome = record("\\n\\n");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_words(outcome.err, {"b.h5.part: the recording of 'b' was not finished: it is removed"});
+  EXPECT_EQ(captures(), (std::vector<std::string>{"a.h5", "b.h5"}));
+}
+
+TEST_F(RecordCampaign, IsGoneOnWithByTheSameCameraAlone) {
+  plan({{"a", 1000}, {"b", 1200}});
+  EXPECT_EQ(record("\\n").exit_code, 1) << "b is not where it should be";
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
+  world(1200);
+  const Outcome frames = record("\\n", "", 5);
+  EXPECT_EQ(frames.exit_code, 1);
+  expect_words(frames.err, {"out/captures/a.h5: has 2 frames, 5 are asked for", "choose another folder"});
+  std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml"), renamed = profile;
+  renamed.replace(renamed.find("name: camcube2"), 14, "name: othercam");
+  write_text(folder.path() / "other.yaml", renamed);
+  world(1200, "other.yaml");
+  const Outcome other = record("\\n");
+  EXPECT_EQ(other.exit_code, 2);
+  expect_words(other.err, {"--camera: error: this is the camera 'othercam'", "plan.yaml is for 'camcube2'"});
+  plan({{"a", 1000}, {"b", 1200}}, "other.yaml");
+  const Outcome both = record("\\n");
+  EXPECT_EQ(both.exit_code, 1);
+  expect_words(both.err, {"was recorded with the camera 'camcube2', this is 'othercam'"});
+  plan({{"a", 1000}, {"b", 1200}});
+  write_text(folder.path() / "mine.yaml", profile + "# changed\n");
+  world(1200, "mine.yaml");
+  const Outcome changed = record("\\n");
+  EXPECT_EQ(changed.exit_code, 1);
+  expect_words(changed.err, {"was recorded with another profile of the camera 'camcube2'"});
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
+  world(1200);
+  EXPECT_EQ(record("\\n").exit_code, 0);
+}
+
+TEST_F(RecordCampaign, IsNotGoneOnWithByAnotherCameraOfItsKind) {
+  if (!has_software_camera()) GTEST_SKIP() << "umockdev is not installed";
+  plan({{"a", 1000}, {"b", 1000}});
+  const auto with = [&](const std::string& serial, const std::string& answers) {
+    return shell(with_software_camera("--cameras 2", "sh -c \"printf '" + answers +
+                                                         "' | $TOFGRAPH record --plan plan.yaml --camera camcube:usb "
+                                                         "--set device=" +
+                                                         serial + " -o out --frames 2\""),
+                 folder.path());
+  };
+  const Outcome first = with("SOFT1", "record\\nquit\\n");
+  EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"}) << first.err;
+  const Outcome other = with("SOFT2", "record\\n");
+  EXPECT_EQ(other.exit_code, 1);
+  expect_words(other.err, {"was recorded with the camera of serial number SOFT1, this one has SOFT2"});
+  EXPECT_EQ(with("SOFT1", "record\\n").exit_code, 0);
+}
+
+TEST_F(RecordCampaign, WrongUsageIsToldBeforeAnythingIsMade) {
+  plan({{"a", 1000}});
+  const auto refuses = [&](const std::string& options, const std::vector<std::string>& words) {
+    const Outcome outcome = shell("\"$TOFGRAPH\" record --plan plan.yaml -o out " + options, folder.path());
+    EXPECT_EQ(outcome.exit_code, 2) << options << outcome.err;
+    expect_words(outcome.err, words);
+    EXPECT_FALSE(fs::exists(folder.path() / "out")) << options;
+  };
+  const std::string world = "--camera simulated:world.yaml ";
+  refuses(world + "--comment mine", {"--comment: error: a plan's captures say"});
+  refuses(world + "--force", {"--force: error: a plan goes on"});
+  refuses(world + "--for '3 s'", {"--for: error: a plan is recorded by frames"});
+  refuses(world + "--set integration_time='1 ms'", {"the plan says the integration times"});
+  refuses(world + "--set camera.auto_integration_time=true", {"the plan says the integration times"});
+  refuses(world + "--set capture.comment=mine", {"the plan says that"});
+  refuses("--camera camcube:usb", {"--camera:1:", "no camera 1c28:c003 is plugged in"});
+  refuses("--camera camcube", {"--camera:1:1", "no camera was found"});
+  refuses("--camera simulated:nowhere.yaml", {"nowhere.yaml"});
 }
 
 }  // namespace

@@ -66,7 +66,8 @@ TEST(Protocol, NumbersAreDecimalOrHexadecimalOfEitherOrder) {
 }
 
 TEST(Protocol, ANumberWithoutRoomIsNotCutOff) {
-  const Protocol protocol = read(head + "commands: {start: [{bulk: 1, data: integration_time:u16le}]}\n");
+  const Protocol protocol =
+      read(head + "message: frame\ncommands: {start: [{bulk: 1, data: integration_time:u16le}]}\n");
   EXPECT_EQ(protocol.commands.at("start").front().bytes({0xffff, 0}).size(), 2U);
   EXPECT_THROW(static_cast<void>(protocol.commands.at("start").front().bytes({0x10000, 0})), std::out_of_range);
 }
@@ -100,6 +101,9 @@ TEST(Protocol, NonsenseIsReportedWithItsPlaceAndAllAtOnce) {
         "p.yaml:15:34: error: only a control transfer to the host has an answer",
         "p.yaml:16:9: error: the command 'stop' is 'now', expected a list of transfers"})
     EXPECT_THAT(text, HasSubstr(expected));
+  const std::string magic = "fields: {magic: {offset: 0, bytes: 54}}\n";
+  EXPECT_THAT(refused(head + magic), HasSubstr("have neither 'image' nor 'number'"));
+  EXPECT_TRUE(read(head + magic + "message: frame\n").whole_frames);
   EXPECT_THAT(refused("protocol: 2\ndevice: {vendor: 1, product: 1}\nendpoint: 0x82\n"), HasSubstr("version"));
   EXPECT_THAT(refused("pipeline: 1\n"), HasSubstr("pipeline"));
   EXPECT_THAT(refused("- 1\n"), HasSubstr("error"));

@@ -131,6 +131,12 @@ template <class T> std::vector<T> raw_values(const std::filesystem::path& path, 
   return values;
 }
 
+/// Of a recording: known at its end, when it is already open to readers.
+inline std::string provenance_in(const std::filesystem::path& path) {
+  const std::vector<std::uint8_t> bytes = raw_values<std::uint8_t>(path, "/provenance");
+  return {bytes.begin(), bytes.end()};
+}
+
 /// The text of an attribute of variable length, as h5py writes and reads it.
 inline std::string raw_text(const std::filesystem::path& path, const std::string& object, const std::string& name) {
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);

@@ -23,7 +23,7 @@ struct CaptureHeader {
   std::uint32_t width = 0, height = 0;
   std::string comment, serial;               ///< optional
   std::string profile;                       ///< optional: its text
-  std::string provenance;                    ///< optional, JSON; a recording has it when it is finished
+  std::string provenance;                    ///< optional, JSON; where it is not known yet: CaptureWriter::finish
   std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
 };
 
@@ -95,15 +95,18 @@ class CaptureWriter {
   /// its channel. What was written before is whole then, and any HDF5 program can read it once the writer is gone
   void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
   std::size_t frames() const;
-  /// Closes the file, waits until it is on the disk and renames it. @param provenance of the frames, JSON; empty: none
-  /// @throws std::runtime_error
-  void finish(const std::string& provenance = {});
+  /// Closes the file, waits until it is on the disk and renames it. A kill meanwhile loses no frame.
+  /// @param late_provenance of the frames, JSON, where the header had none; empty: none
+  /// @throws std::runtime_error also where somebody made a file of that name meanwhile, without `overwrite`
+  void finish(const std::string& late_provenance = {});
 
   /// FILE.part
   static std::filesystem::path part_of(const std::filesystem::path& file);
   /// Why a capture cannot be written there, or nothing; touches nothing. A .part is never replaced: somebody may be
   /// writing it, or it is all that is left of a recording.
   static std::string problem(const std::filesystem::path& file, bool overwrite);
+  /// Whether a writer has this file open just now, in this process or another one.
+  static bool is_at_work(const std::filesystem::path& part);
 
  private:
   struct Impl;

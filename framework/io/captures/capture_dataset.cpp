@@ -252,6 +252,15 @@ void Dataset::check_metadata(const layout::Metadata& kind) const {
   if (size_.size() != 1 || found != wanted) fail(fmt::format("is {}, expected one of N {}", described(), name));
 }
 
+std::string Dataset::text() const {
+  if (size_.size() != 1 || element_type_of(type_) != TOFGRAPH_TYPE_U8 || size_[0] > longest_text)
+    fail(fmt::format("is {}, expected the bytes of a text, at most {}", described(), longest_text));
+  std::string text(frames(), '\0');
+  for (hsize_t i = 0; !chunk_.empty() && i < size_[0]; i += chunk_[0]) check_chunk(i);
+  read_first(frames(), H5T_NATIVE_CHAR, text.data());
+  return text;
+}
+
 void Dataset::read(hsize_t first, hsize_t frames, hid_t frames_space, hid_t memory, void* data) const {
   std::vector<hsize_t> start(size_.size(), 0), count = size_;
   start[0] = first;

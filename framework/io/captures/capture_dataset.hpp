@@ -40,6 +40,8 @@ class Dataset {
   /// @throws std::runtime_error when it is not an array of one value a frame
   void check_metadata(const layout::Metadata& kind) const;
 
+  /// Of a dataset of bytes. @throws std::runtime_error
+  std::string text() const;
   void read_first(std::size_t frames, hid_t memory, void* data) const;
   void read_frame(std::size_t frame, hid_t memory, void* data) const;
 

@@ -12,6 +12,8 @@ namespace tofgraph::io::layout {
 inline constexpr const char* format = "tofgraph-capture";
 inline constexpr int version = 1;
 inline constexpr const char* group = "frames";
+/// Root attribute, or a dataset of bytes beside the group: where it was known only at the end of a recording.
+inline constexpr const char* provenance = "provenance";
 /// Root attributes: of the exposures, in their order, rad and Hz.
 inline constexpr const char *phase = "exposure_phase_rad", *frequency = "exposure_frequency_hz";
 

@@ -203,7 +203,10 @@ void CaptureReader::Impl::read_header() {
   header.comment = h5::text_attribute(h5, "comment");
   header.profile = h5::text_attribute(h5, "profile");
   header.serial = h5::text_attribute(h5, "serial");
-  header.provenance = h5::text_attribute(h5, "provenance");
+  header.provenance = h5::text_attribute(h5, layout::provenance);
+  // Written last: what a kill has left of it says nothing.
+  if (finished && H5Lexists(h5, layout::provenance, H5P_DEFAULT) > 0)
+    header.provenance = Dataset(h5, layout::provenance).text();
   read_exposures();
 }
 

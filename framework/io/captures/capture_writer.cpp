@@ -4,16 +4,15 @@
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
+#include "io/captures/capture_series.hpp"
 #include "io/captures/disk_space.hpp"
+#include "io/captures/part_file.hpp"
 #include "io/output_file.hpp"
 
 #include <tofgraph/array.hpp>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <numeric>
 #include <system_error>
 
@@ -21,6 +20,8 @@ namespace tofgraph::io {
 namespace fs = std::filesystem;
 using h5::check;
 using h5::Handle;
+using h5::LateText;
+using h5::Series;
 using h5::write_text;
 
 std::uint64_t CaptureChannel::elements() const {
@@ -71,51 +72,6 @@ hid_t file_type(std::uint32_t element_type) {
   }
 }
 
-/// A dataset that grows by one frame at a time.
-struct Series {
-  Handle dataset, frame_space;
-  std::vector<hsize_t> size;  // number of frames first
-  hid_t memory = H5I_INVALID_HID;
-  std::string name;
-
-  Series(hid_t group, std::string series_name, hid_t stored_as, hid_t memory_type,
-         const std::vector<std::uint64_t>& extent, hsize_t chunk_frames, int compression)
-      : memory(memory_type), name(std::move(series_name)) {
-    size.push_back(0);
-    size.insert(size.end(), extent.begin(), extent.end());
-    std::vector<hsize_t> chunk = size, most = size;
-    chunk[0] = chunk_frames;
-    most[0] = H5S_UNLIMITED;
-    const int rank = static_cast<int>(size.size());
-    const Handle space(H5Screate_simple(rank, size.data(), most.data()), H5Sclose);
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    check(H5Pset_chunk(creation, rank, chunk.data()), "the chunks of " + name);
-    if (compression > 0) {
-      check(H5Pset_shuffle(creation), "byte shuffling");
-      check(H5Pset_deflate(creation, static_cast<unsigned>(compression)), "compression");
-    }
-    const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-    // A chunk that is a whole frame goes straight to the file.
-    if (chunk_frames == 1) check(H5Pset_chunk_cache(access, 0, 0, H5D_CHUNK_CACHE_W0_DEFAULT), "the chunk cache");
-    dataset = Handle(check(H5Dcreate2(group, name.c_str(), stored_as, space, H5P_DEFAULT, creation, access),
-                           name + " cannot be created"),
-                     H5Dclose);
-    std::vector<hsize_t> one = size;
-    one[0] = 1;
-    frame_space = Handle(H5Screate_simple(rank, one.data(), nullptr), H5Sclose);
-  }
-
-  void append(const void* data) {
-    std::vector<hsize_t> start(size.size(), 0), count = size;
-    start[0] = size[0]++;
-    count[0] = 1;
-    check(H5Dset_extent(dataset, size.data()), name + " cannot grow");
-    const Handle space(H5Dget_space(dataset), H5Sclose);
-    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), name);
-    check(H5Dwrite(dataset, memory, frame_space, space, H5P_DEFAULT, data), name + " cannot be written");
-  }
-};
-
 }  // namespace
 
 struct CaptureWriter::Impl {
@@ -123,8 +79,10 @@ struct CaptureWriter::Impl {
   std::vector<CaptureChannel> channels;
   CaptureOptions options;
   std::unique_ptr<DiskSpace> space;  // outlives the file: what is reserved is used when it is closed
+  std::unique_ptr<PartFile> part_file;
   Handle h5;
   std::vector<Series> series, metadata;
+  LateText provenance;
   std::uint64_t frame_bytes = 0;  // at most, with what compression may add
   std::size_t frames = 0;
   bool broken = false;
@@ -134,8 +92,7 @@ struct CaptureWriter::Impl {
   void append_metadata(const tofgraph_metadata& values);
   void divert_writing();
   void close();
-  void close_whole();
-  void add_provenance(const std::string& text);
+  void close_whole(const std::string& text);
   [[noreturn]] void fail(const std::string& why) const {
     throw std::runtime_error(fmt::format("{}: {}", part.string(), why));
   }
@@ -196,6 +153,7 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   write_optional(h5, "comment", header.comment);
   write_optional(h5, "profile", header.profile);
   write_optional(h5, "serial", header.serial);
+  write_optional(h5, layout::provenance, header.provenance);
   if (!header.exposures.empty()) {
     std::vector<double> phases, frequencies;
     for (const tofgraph_exposure& exposure : header.exposures) {
@@ -220,7 +178,9 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   for (const layout::Metadata& array : layout::metadata)
     metadata.emplace_back(group, array.name, array.file_type(), array.memory_type(), std::vector<std::uint64_t>{},
                           metadata_chunk, 0);
+  if (header.provenance.empty()) provenance = LateText(h5, layout::provenance);
   check(H5Fstart_swmr_write(h5), "cannot be made readable while it is written");
+  part_file = std::make_unique<PartFile>(part);
   space = std::make_unique<DiskSpace>(part);
   space->reserve(room_for_indices);
 }
@@ -283,44 +243,43 @@ void CaptureWriter::Impl::divert_writing() {
 void CaptureWriter::Impl::close() {
   series.clear();
   metadata.clear();
+  provenance.close();
   h5.reset();
+  space.reset();
+  part_file.reset();
+}
+
+/// The last that is written: a kill before its end leaves what every flush leaves.
+void CaptureWriter::Impl::close_whole(const std::string& text) {
+  try {
+    if (!text.empty() && provenance) {
+      space->reserve(2 * text.size() + room_for_indices);
+      provenance.write(text);
+    }
+  } catch (const std::exception& problem) {
+    divert_writing();
+    fail(problem.what());
+  }
+  series.clear();
+  metadata.clear();
+  provenance.close();
+  if (H5Fclose(h5.release()) < 0) fail("cannot be written: " + h5::last_error());
   space.reset();
 }
 
-void CaptureWriter::Impl::close_whole() {
-  series.clear();
-  metadata.clear();
-  if (H5Fclose(h5.release()) < 0) fail("cannot be written: " + h5::last_error());
-}
-
-/// Opens the file again: while others may read it, nothing can be added to it but frames.
-void CaptureWriter::Impl::add_provenance(const std::string& text) {
-  try {
-    h5 = Handle(check(H5Fopen(part.c_str(), H5F_ACC_RDWR, access()), "cannot be opened again"), H5Fclose);
-    write_text(h5, "provenance", text);
-  } catch (const std::exception& problem) {
-    fail(problem.what());
-  }
-  close_whole();
-}
-
-void CaptureWriter::finish(const std::string& provenance) {
+void CaptureWriter::finish(const std::string& late_provenance) {
   Impl& self = *impl_;
   if (self.broken) self.fail("was not written completely");
   {
     const h5::Lock lock;
-    self.close_whole();
-    if (!provenance.empty()) self.add_provenance(provenance);
-    self.space.reset();
+    self.close_whole(late_provenance);
   }
-  const int descriptor = open(self.part.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && (fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP);
-  const int why = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!synced) self.fail("cannot be written: " + std::generic_category().message(why));
-  std::error_code error;
-  fs::rename(self.part, self.file, error);
-  if (error) self.fail("cannot be renamed: " + error.message());
+  try {
+    self.part_file->sync();
+    self.part_file->give_name(self.file, self.options.overwrite);
+  } catch (const std::exception& problem) {
+    self.fail(problem.what());
+  }
 }
 
 }  // namespace tofgraph::io

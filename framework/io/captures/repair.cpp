@@ -70,6 +70,10 @@ std::size_t frames_between(std::uint64_t before, std::uint64_t after) {
 
 Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwrite,
                         const std::function<void(std::size_t, std::size_t)>& frame_done) {
+  if (CaptureWriter::is_at_work(part))
+    throw std::runtime_error(
+        fmt::format("{} is still being recorded: it gets its name when the recorder ends, and can be read meanwhile",
+                    part.string()));
   const CaptureReader reader(part);
   if (const std::string problem = input_problem(file, std::span(&part, 1)); !problem.empty())
     throw std::runtime_error(problem);
@@ -85,7 +89,7 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
     writer.append(metadata, images.read(reader, result.frames));
     if (frame_done) frame_done(result.frames + 1, reader.frames());
   }
-  writer.finish(reader.header().provenance);
+  writer.finish();
   return result;
 }
 

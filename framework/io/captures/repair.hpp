@@ -18,7 +18,8 @@ struct Repaired {
 /// plain HDF5. The recording stays as it is.
 /// @param part what is left, FILE.h5.part, or any capture @param file the capture to be written
 /// @param frame_done called with the number of frames done and of all; may be empty
-/// @throws std::runtime_error naming the file: nothing can be read, or the capture cannot be written
+/// @throws std::runtime_error naming the file: it is still being written, nothing can be read, or the capture cannot be
+/// written
 Repaired repair_capture(const std::filesystem::path& part, const std::filesystem::path& file, bool overwrite,
                         const std::function<void(std::size_t, std::size_t)>& frame_done = {});
 
