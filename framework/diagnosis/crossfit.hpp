@@ -5,6 +5,7 @@
 /// comes out predicts them as it is. What is put aside is not there at all: a fold has a design and data of its own.
 #pragma once
 
+#include "diagnosis/folds.hpp"
 #include "diagnosis/selection.hpp"
 #include "diagnosis/validation.hpp"
 
@@ -15,19 +16,6 @@
 #include <vector>
 
 namespace tofgraph::diagnosis {
-
-/// Conditions that are put aside together.
-struct Fold {
-  std::string setting;            ///< distance, target, session, integration time
-  std::string levels;             ///< "1.2 m, 2.4 m", "white"
-  std::vector<std::size_t> held;  ///< ascending
-  bool extrapolates = false;      ///< beyond all levels that are left
-};
-
-/// Every condition is put aside once for each setting that has levels enough: distances in interleaved groups, with the
-/// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
-/// session. None where too few conditions would be left.
-std::vector<Fold> folds_of(const Design& design);
 
 /// A condition out of fold. Chi-squares are in the covariance of the model that was fitted without it.
 struct OutOfFold {
@@ -44,6 +32,7 @@ struct OutOfFold {
 struct FoldResult {
   Fold fold;
   std::vector<std::string> chosen;  ///< effects that were added
+  State state;                      ///< of the model that was fitted without what is put aside
   std::vector<OutOfFold> conditions;
   std::string failed;  ///< why it gave no number, or empty
 };

@@ -34,9 +34,8 @@ struct SubsetOptions {
 };
 
 /// The sets of each size with the greatest merit, greatest first; sets of the same effects count once, with their best
-/// choices. A
-/// set of k effects is a set of k - 1 with one more: where these are fewer than the beam, as they are for pairs and
-/// triples of some 60 effects, the enumeration is complete; beyond that the best ones alone are enlarged.
+/// choices. A set of k effects is one of k - 1 with one more. All pairs are looked at, and all larger sets as long as
+/// those of one effect less are fewer than the beam; beyond that only the best of these are enlarged.
 /// @param information of all columns, nuisances taken out, and @param score of the residual in them: the gain of
 /// columns S is score_S' (information_SS + prior)^-1 score_S
 std::vector<Subset> best_subsets(const Eigen::MatrixXd& information, const Eigen::VectorXd& score,

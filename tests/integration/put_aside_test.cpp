@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using tests::write_text;
 
-/// Of these a search puts one aside, never the first nor the last.
+/// Of these a search puts one aside at a time.
 constexpr std::array depths = {0.8, 1.3, 1.9, 2.6, 3.4};  // m
 /// A camera that wiggles: what it shows too much of a depth.
 double wiggle(double depth) { return 6e-3 * std::sin(4 * depth); }
@@ -87,15 +87,13 @@ class PutAside : public testing::TestWithParam<const char*> {
 
 TEST_P(PutAside, WhereverItStandsThereIsAVerdict) {
   std::set<Verdict> verdicts;
-  std::set<std::size_t> places;
   for (std::size_t first = 0; first < depths.size(); ++first) {
     const auto found = diagnose(catalogue, {.model = path("model.yaml"), .data = campaign_from(first)});
-    ASSERT_EQ(std::ranges::count(found->held_out, true), 1);
-    places.insert(static_cast<std::size_t>(std::ranges::find(found->held_out, true) - found->held_out.begin()));
+    ASSERT_EQ(found->search.cross_fit.folds.size(), depths.size());
+    for (const FoldResult& fold : found->search.cross_fit.folds) EXPECT_EQ(fold.fold.held.size(), 1U);
     EXPECT_TRUE(std::isfinite(found->gaps[distance].held_out_after));
     verdicts.insert(found->verdict);
   }
-  EXPECT_EQ(places.size(), depths.size());
   EXPECT_EQ(verdicts.size(), 1U) << "the order says nothing of the camera";
 }
 
@@ -116,11 +114,6 @@ TEST_P(PutAside, WhicheverItIsItIsAsIfItWereNotThere) {
     const Fit without = fit(make_problem(fewer, observations), start, std::vector<double>(conditions.size(), 1));
     EXPECT_NEAR(with.deviance, without.deviance, 1e-6 * std::abs(without.deviance));
     EXPECT_NEAR(with.state.terms[0].values[0], without.state.terms[0].values[0], 1e-9);
-    std::vector<bool> held(depths.size(), false);
-    held[aside] = true;
-    const HeldOutFall fall = held_out_fall(problem, with.state, {{}, with.state.light, with.state.variances}, held, 1);
-    EXPECT_EQ(fall.conditions, 1U);
-    EXPECT_EQ(refuted(fall), "");
   }
 }
 
@@ -141,8 +134,8 @@ TEST_P(PutAside, TwoThatAreLeftAreTooFew) {
 INSTANTIATE_TEST_SUITE_P(Of, PutAside, testing::Values("captures", "table"),
                          [](const auto& tested) { return std::string(tested.param); });
 
-/// Four conditions in which every setting has four levels: one of each may be another condition each time.
-TEST(HoldOut, LeavesEnoughForAFit) {
+/// Four conditions in which every setting has four levels.
+TEST(Folds, LeaveEnoughForAFit) {
   std::vector<io::Condition> conditions(4);
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     conditions[i].board_distance = 1 + static_cast<double>(i);
@@ -151,8 +144,8 @@ TEST(HoldOut, LeavesEnoughForAFit) {
     conditions[i].target = std::string(1, static_cast<char>('a' + i));
   }
   const Design design(io::load_profile(io::find_profile("camcube2", {})), false, conditions, single);
-  for (std::uint64_t seed = 1; seed <= 20; ++seed)
-    EXPECT_EQ(std::ranges::count(hold_out(design, seed), false), 3) << "seed " << seed;
+  for (const Fold& fold : folds_of(design)) EXPECT_EQ(fold.held.size(), 1U);
+  EXPECT_EQ(folds_of(design).size(), 8U);
 }
 
 }  // namespace

@@ -2,86 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the search names and what it does not, on campaigns of which the truth is known: observations drawn from the
 // forward model with noise, jitter and light of this test's own. The search by another camera: tests/hidden_effects.
-#include "diagnosis/injection.hpp"
 #include "diagnosis/search.hpp"
-
-#include <gtest/gtest.h>
-
-#include "io/profile.hpp"
+#include "tests/unit/rail.hpp"
 
 namespace tofgraph::diagnosis {
 namespace {
-
-io::Condition condition(double distance, const std::string& target, double integration_time) {
-  io::Condition c;
-  c.id = target + std::to_string(distance) + std::to_string(integration_time);
-  c.board_distance = distance;
-  c.board_tilt_x = c.board_tilt_y = 0;
-  c.target = target;
-  c.integration_time = integration_time;
-  c.time_since_power_on = 3600;
-  c.temperature = 25;
-  return c;
-}
-
-/// A rail to 4.5 m with two targets and two integration times; noise as from some hundred pixels and four frames.
-class Rail : public testing::Test {
- protected:
-  void SetUp() override {
-    for (int stop = 0; stop < 10; ++stop) {
-      for (const double time : {1e-3, 4e-3})
-        conditions.push_back(condition(0.6 + 0.43 * stop, stop % 2 == 0 ? "white" : "grey", time));
-    }
-    measure();
-  }
-
-  void measure() {
-    blank.clear();
-    design = std::make_unique<Design>(io::load_profile(io::find_profile("camcube2", {})), true, conditions);
-    for (std::size_t i = 0; i < design->size(); ++i) {
-      Observations o{std::vector<double>(design->rows(), 0), {}};
-      const double amplitude = std::abs(design->ideal(i)[0].phasor), relative = 2 / amplitude;
-      const std::array<double, observables> sd = {1.193 * relative / 20, relative / 20, relative / 30, relative / 40,
-                                                  relative / 40};
-      for (std::size_t k = 0; k < observables; ++k)
-        o.variance.insert(o.variance.end(), design->superpixels(), sd[k] * sd[k]);
-      blank.push_back(std::move(o));
-    }
-    candidates.clear();
-    const graph::PluginRegistry catalogue(graph::plugin_path({}));
-    for (const graph::PluginFile& file : catalogue.files()) {
-      if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
-    }
-  }
-
-  const Candidate& effect(const std::string& name) const {
-    return **std::ranges::find_if(candidates, [&](const auto& c) { return c->name() == name; });
-  }
-
-  /// Searches data with these effects at their typical sizes for all but one.
-  SearchResult search_for(const std::vector<std::string>& truth, const std::string& without, std::uint64_t seed) {
-    const Problem problem = make_problem(*design, blank);
-    State state{{}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
-    for (const std::string& name : truth) state.terms.push_back(random_term(effect(name), 1, seed));
-    const std::vector<Observations> data = injected(problem, state, seed + 1);
-    std::erase_if(candidates, [&](const auto& c) { return c->name() == without; });
-    SearchOptions options;
-    options.seed = seed;
-    return search(make_problem(*design, data), {}, candidates, options);
-  }
-
-  static std::vector<std::string> names(const SearchResult& result) {
-    std::vector<std::string> all;
-    for (const Found& found : result.found) all.push_back(found.candidate->name());
-    std::ranges::sort(all);
-    return all;
-  }
-
-  std::vector<io::Condition> conditions;
-  std::unique_ptr<Design> design;
-  std::vector<Observations> blank;
-  std::vector<std::unique_ptr<Candidate>> candidates;
-};
 
 TEST_F(Rail, NothingIsNamedWhereNothingIsHidden) {
   const SearchResult result = search_for({}, "", 3);
@@ -108,7 +33,33 @@ TEST_F(Rail, TheSameSeedGivesTheSameResult) {
   ASSERT_EQ(names(first), names(second));
   EXPECT_EQ(first.after.deviance, second.after.deviance);
   EXPECT_EQ(first.after.state.terms[0].values, second.after.state.terms[0].values);
-  EXPECT_EQ(first.found[0].held_out.low, second.found[0].held_out.low);
+  EXPECT_EQ(first.found[0].fall.low, second.found[0].fall.low);
+}
+
+/// A wiggle with a fifth harmonic: what the data demand is varied, the rest is fixed where it changes nothing.
+TEST_F(Rail, RefinementsAreVariedWhereTheDataDemandThem) {
+  const Candidate& wiggling = effect("wiggling");
+  ASSERT_EQ(wiggling.refinements().size(), 2U);
+  const std::vector<double> plain = {5e-3, 0.4}, fifth = {2e-3, -1.2};
+  const auto searched = [&](const Term& truth) {
+    const std::vector<Observations> data = data_with({truth}, 12);
+    return search(make_problem(*design, data), {}, candidates, {});
+  };
+  const SearchResult simple = searched({&wiggling, plain});
+  ASSERT_EQ(names(simple), std::vector<std::string>{"wiggling"});
+  EXPECT_EQ(simple.after.state.terms[0].candidate, &wiggling);
+  EXPECT_TRUE(simple.refinements.empty());
+
+  const SearchResult found = searched(refined({&wiggling, plain}, 0, fifth));
+  ASSERT_EQ(names(found), std::vector<std::string>{"wiggling"});
+  const Term& term = found.after.state.terms[0];
+  EXPECT_EQ(term.candidate, &wiggling.with(0));
+  ASSERT_EQ(found.refinements.size(), 1U);
+  EXPECT_EQ(found.refinements[0].name, "wiggling.amplitude5");
+  const std::vector<double> truth = {5e-3, 0.4, 2e-3, -1.2}, near = {1e-4, 0.02, 1e-4, 0.05};
+  ASSERT_EQ(term.values.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(term.values[i], truth[i], near[i]) << i;
+  EXPECT_FALSE(found.something_left());
 }
 
 /// A camera whose distances wander by 3 mm while the rail is measured, in an order that nothing else follows.

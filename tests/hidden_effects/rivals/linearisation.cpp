@@ -3,6 +3,7 @@
 // hidden_effects_linearisation: what the gap search has in hand before it searches, as one HDF5 file, so that other
 // methods can be tried on the same data, the same columns and the same held-out conditions. All that these know of
 // framework/diagnosis is in this file.
+#include "diagnosis/folds.hpp"
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/probes.hpp"
 #include "diagnosis/validation.hpp"
@@ -93,7 +94,11 @@ template <class Response> Column directions(const Design& design, const Response
 void write_conditions(const File& file, const Problem& problem, std::uint64_t seed) {
   const std::vector<io::Condition>& conditions = problem.design.conditions();
   const hsize_t n = conditions.size();
-  const std::vector<bool> held = hold_out(problem.design, seed);
+  std::vector<bool> held(n, false);  // one of the folds between the ends
+  std::vector<Fold> folds = folds_of(problem.design);
+  std::erase_if(folds, [](const Fold& fold) { return fold.extrapolates; });
+  if (!folds.empty())
+    for (const std::size_t i : folds[seed % folds.size()].held) held[i] = true;
   std::vector<double> distance, time, held_out, target, order;
   std::vector<std::string> ids;
   for (std::size_t i = 0; i < n; ++i) {

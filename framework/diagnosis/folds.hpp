@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Which conditions are put aside together: whole levels of a setting.
+#pragma once
+
+#include "diagnosis/design.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Conditions that are put aside together.
+struct Fold {
+  std::string setting;            ///< distance, target, session, integration time
+  std::string levels;             ///< "1.2 m, 2.4 m", "white"
+  std::vector<std::size_t> held;  ///< ascending
+  bool extrapolates = false;      ///< beyond all levels that are left
+};
+
+/// Every condition is put aside once for each setting that has levels enough: distances in interleaved groups, with the
+/// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
+/// session. None where too few conditions would be left.
+std::vector<Fold> folds_of(const Design& design);
+
+}  // namespace tofgraph::diagnosis

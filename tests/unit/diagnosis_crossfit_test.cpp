@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Proof out of sample: what is put aside is not seen by anything that chooses or fits.
+#include "diagnosis/crossfit.hpp"
+#include "tests/unit/rail.hpp"
+
+#include <numbers>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+class OutOfSample : public Rail {
+ protected:
+  CrossFit folds(const std::vector<Observations>& data) const { return cross_fit(*design, data, {}, candidates, {}); }
+  /// Few candidates do here.
+  void SetUp() override {
+    Rail::SetUp();
+    const std::set<std::string> kept = {"wiggling", "crosstalk", "source_position", "zero_offset"};
+    std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
+  }
+};
+
+TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
+  std::map<std::string, std::multiset<std::size_t>> seen;
+  for (const Fold& fold : folds_of(*design)) {
+    seen[fold.setting].insert(fold.held.begin(), fold.held.end());
+    EXPECT_LT(fold.held.size(), design->size());
+    // Whole levels: no condition that is left has the distance of one that is not.
+    if (fold.setting != "distance") continue;
+    std::set<double> held, left;
+    for (std::size_t i = 0; i < design->size(); ++i)
+      (std::ranges::binary_search(fold.held, i) ? held : left).insert(conditions[i].board_distance);
+    for (const double distance : held) EXPECT_FALSE(left.contains(distance));
+    EXPECT_EQ(fold.extrapolates, *held.begin() < *left.begin() || *held.rbegin() > *left.rbegin());
+  }
+  ASSERT_EQ(seen.size(), 2U);
+  for (const auto& [setting, held] : seen) {
+    EXPECT_EQ(held.size(), design->size()) << setting;
+    EXPECT_EQ(std::set<std::size_t>(held.begin(), held.end()).size(), design->size()) << setting;
+  }
+}
+
+/// A leak is planted: what is put aside is replaced by something else. The model that predicts it may not change by one
+/// bit, while every model that was fitted to it does.
+TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
+  const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
+  const CrossFit honest = folds(data);
+  std::vector<Observations> planted = data;
+  const Fold& aside = honest.folds[1].fold;
+  for (const std::size_t i : aside.held) {
+    for (std::size_t row = 0; row < planted[i].value.size(); ++row) {
+      planted[i].value[row] += row < design->superpixels() ? 0.05 : 0.3;
+      planted[i].variance[row] *= 0.01;
+    }
+  }
+  const CrossFit other = folds(planted);
+  ASSERT_EQ(honest.folds.size(), other.folds.size());
+  for (std::size_t f = 0; f < honest.folds.size(); ++f) {
+    SCOPED_TRACE(f);
+    const State &one = honest.folds[f].state, &two = other.folds[f].state;
+    const bool disjoint = f != 1 && honest.folds[f].fold.setting == aside.setting;
+    if (f == 1) {
+      EXPECT_EQ(honest.folds[f].chosen, other.folds[f].chosen);
+      ASSERT_EQ(one.terms.size(), two.terms.size());
+      for (std::size_t t = 0; t < one.terms.size(); ++t) EXPECT_EQ(one.terms[t].values, two.terms[t].values);
+      EXPECT_EQ(one.light, two.light);
+      EXPECT_GT(other.folds[f].conditions[0].after[distance], 100 * honest.folds[f].conditions[0].after[distance]);
+    } else if (disjoint) {
+      EXPECT_NE(one.variances.jitter, two.variances.jitter) << "the others have seen it";
+    }
+  }
+}
+
+/// The gap out of fold against that of new data of the same camera at the distances in between.
+TEST_F(OutOfSample, TheGapIsThatOfNewData) {
+  const Term truth = random_term(effect("wiggling"), 1, 6);
+  const CrossFit result = folds(data_with({truth}, 7));
+  EXPECT_EQ(result.share_of({"wiggling"}), 1);
+  const CrossFit::Gap gap = result.gap(distance, "distance", 1);
+  // A sine of 5 mm is what is predicted; at these distances its mean square is near a half.
+  EXPECT_NEAR(std::sqrt(gap.before * gap.before - gap.after * gap.after), 5e-3 / std::numbers::sqrt2, 5e-4);
+  EXPECT_LT(gap.low, gap.after);
+  EXPECT_GT(gap.high, gap.after);
+  // Jitter of 0.5 mm and the noise of pixels are all that there is.
+  double noise = 0, count = 0;
+  for (std::size_t i = 0; i < design->size(); ++i) {
+    for (std::size_t s = 0; s < design->superpixels(); ++s) {
+      const double depth = 1 / design->shift(i)[s];
+      noise += depth * depth * blank[i].variance[s] + 5e-4 * 5e-4;
+      ++count;
+    }
+  }
+  EXPECT_NEAR(gap.after, std::sqrt(noise / count), 0.25 * std::sqrt(noise / count));
+  const Fall fall = fall_of(result, "wiggling", 1);
+  EXPECT_GT(fall.low, 100);
+  EXPECT_NEAR(fall.depth_with, result.gap(distance, "", 1).after, 1e-12);
+}
+
+TEST_F(OutOfSample, NothingIsChosenWhereNothingIsHidden) {
+  const CrossFit result = folds(data_with({}, 9));
+  for (const FoldResult& fold : result.folds) {
+    EXPECT_TRUE(fold.failed.empty());
+    EXPECT_TRUE(fold.chosen.empty()) << fold.fold.setting << " " << fold.fold.levels;
+  }
+}
+
+/// Reflectivities of a target that was put aside come from its amplitudes: boards that are somewhere else do not change
+/// them.
+TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
+  const std::vector<Observations> data = data_with({random_term(effect("crosstalk"), 1, 3)}, 4);
+  const CrossFit result = folds(data);
+  for (const FoldResult& fold : result.folds) {
+    if (fold.fold.setting != "target") continue;
+    double sum = 0, count = 0;
+    for (const OutOfFold& c : fold.conditions) sum += c.after[amplitude], count += c.count[amplitude];
+    EXPECT_LT(std::sqrt(sum / count), 0.02) << "the light is that of the target";
+  }
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
