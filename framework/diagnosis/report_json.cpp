@@ -145,11 +145,14 @@ std::string refitted(const Diagnosis& d) {
 
 std::string summary(const Diagnosis& d) {
   std::vector<std::string> names;
+  std::vector<const EffectResult*> added;
   for (const EffectResult& effect : d.effects) {
-    if (effect.change == "added")
-      names.push_back(effect.tied_with.empty() ? effect.name
-                                               : fmt::format("{} (or {})", effect.name, list_of(effect.tied_with)));
+    if (effect.change == "added") added.push_back(&effect);
   }
+  std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
+  for (const EffectResult* effect : added)
+    names.push_back(effect->tied_with.empty() ? effect->name
+                                              : fmt::format("{} (or {})", effect->name, list_of(effect->tied_with)));
   const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:
