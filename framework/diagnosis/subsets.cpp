@@ -79,7 +79,8 @@ class Enumeration {
     if (!held.empty()) {
       const Eigen::MatrixXd inner = information_(held, held);
       taken = inner.ldlt().solve(across);
-      score.noalias() -= taken.transpose() * Eigen::VectorXd(score_(held));
+      const Eigen::VectorXd known = score_(held);
+      for (Eigen::Index c = 0; c < score.size(); ++c) score(c) -= taken.col(c).dot(known);
     }
     std::vector<double> result(choices_.size(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t c = first; c < choices_.size(); ++c) {
