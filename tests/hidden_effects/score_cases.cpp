@@ -209,7 +209,8 @@ bool is_hidden_from_boards(const std::string& effect) {
 }
 
 bool are_alike(const std::string& a, const std::string& b) {
-  constexpr std::array<std::array<const char*, 2>, 7> ties = {{{"modulation_frequency", "rail_scale"},
+  constexpr std::array<std::array<const char*, 2>, 8> ties = {{{"modulation_frequency", "rail_scale"},
+                                                               {"crosstalk", "static_reflection"},
                                                                {"principal_point", "board_tilt"},
                                                                {"phase_step_error", "motion"},
                                                                {"source_amplitude", "source_position"},
