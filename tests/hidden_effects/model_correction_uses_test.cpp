@@ -185,8 +185,11 @@ TEST_F(ModelCorrection, NeedsWhatItsEffectsDependOn) {
   EXPECT_THAT(refusal("amplitude_walk", nothing), testing::HasSubstr("depend on the amplitude, which does not arrive"));
   EXPECT_THAT(refusal("integration_time_offset", [](Harness& stage) { stage.known(0); }),
               testing::HasSubstr("depend on the integration time, which these frames do not tell"));
-  EXPECT_THAT(refusal("warm_up", [](Harness& stage) { stage.metadata().time_since_power_on = std::nan(""); }),
-              testing::HasSubstr("the frame does not tell its time since power-on"));
+  const auto no_power_on = [](Harness& stage) {
+    stage.metadata().integration_time = 1e-3;  // on which its heating depends, too
+    stage.metadata().time_since_power_on = std::nan("");
+  };
+  EXPECT_THAT(refusal("warm_up", no_power_on), testing::HasSubstr("the frame does not tell its time since power-on"));
 }
 
 }  // namespace
