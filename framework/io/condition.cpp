@@ -52,9 +52,9 @@ void read_sources(const config::Value& value, const io::Camera* camera, std::vec
 }  // namespace
 
 const std::vector<std::string>& setting_keys() {
-  static const std::vector<std::string> keys = {
-      "integration_time", "sources",   "ambient", "time_since_power_on", "velocity",   "target", "roll",
-      "session",          "reference", "lens",    "rail",                "temperature"};
+  static const std::vector<std::string> keys = {"integration_time", "sources", "ambient", "time_since_power_on",
+                                                "velocity",         "target",  "roll",    "session",
+                                                "reference",        "lens",    "rail",    "temperature"};
   return keys;
 }
 
