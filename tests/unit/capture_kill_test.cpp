@@ -49,21 +49,7 @@ using io::CaptureWriter;
 constexpr std::uint32_t side = 16;
 const io::CaptureChannel channel{"range", TOFGRAPH_TYPE_F32, {side, side}, "m", "", "", ""};
 
-void append(CaptureWriter& writer, std::size_t number) {
-  std::vector<float> values(side * side, static_cast<float>(number + 1));
-  tofgraph_view view = empty_view();
-  view.data = values.data();
-  view.type = TOFGRAPH_TYPE_F32;
-  view.rank = 2;
-  view.extent[0] = view.extent[1] = side;
-  view.stride[0] = side * sizeof(float);
-  view.stride[1] = sizeof(float);
-  tofgraph_metadata metadata{};
-  metadata.size = sizeof metadata;
-  metadata.timestamp_ns = 1000 + static_cast<std::int64_t>(number);
-  metadata.device_number = number;
-  writer.append(metadata, {&view, 1});
-}
+void append(CaptureWriter& writer, std::size_t number) { append_frame(writer, side, number, number); }
 
 /// Records in a child that dies at its write `at`, counted from the beginning or from that of finish().
 /// @returns frames that it had appended; -1: it came to its end

@@ -33,21 +33,8 @@ std::unique_ptr<CaptureWriter> writer_of(const fs::path& file) {
   return std::make_unique<CaptureWriter>(file, header, std::vector{channel});
 }
 
-/// A frame whose pixels all hold number + 1.
 template <class Writer> void append(Writer& writer, std::size_t number, std::uint64_t counter) {
-  std::vector<float> values(pixels, static_cast<float>(number + 1));
-  tofgraph_view view = empty_view();
-  view.data = values.data();
-  view.type = TOFGRAPH_TYPE_F32;
-  view.rank = 2;
-  view.extent[0] = view.extent[1] = side;
-  view.stride[0] = side * sizeof(float);
-  view.stride[1] = sizeof(float);
-  tofgraph_metadata metadata{};
-  metadata.size = sizeof metadata;
-  metadata.timestamp_ns = 1000 + static_cast<std::int64_t>(number);
-  metadata.device_number = counter;
-  writer.append(metadata, {&view, 1});
+  append_frame(writer, side, number, counter);
 }
 
 /// Frames of a file that is opened as any program does; each dataset has as many, and none is of zeros.
