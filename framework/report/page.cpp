@@ -9,20 +9,38 @@
 namespace tofgraph::report {
 namespace {
 
+// Wide tables and charts scroll by themselves, so that the page fits a narrow screen.
 constexpr const char* style = R"(
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; background: #fafafa; margin: 0; }
-main { max-width: 1190px; margin: 0 auto; padding: 24px; background: #fff; }
-h1 { font-size: 26px; margin: 0 0 12px; } h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid #ddd; }
-.verdict { font-size: 18px; padding: 12px 16px; border-left: 6px solid #777; background: #f2f2f2; }
-.verdict.good { border-color: #2a8c4a; background: #edf7f0; } .verdict.warn { border-color: #d68910; background: #fdf5e6; }
-.verdict.bad { border-color: #c0392b; background: #fbeeec; }
+:root { color-scheme: light dark; --text: #222; --quiet: #555; --paper: #fff; --behind: #fafafa; --rule: #ddd; --axis: #666;
+  --link: #1f4e9c; --plain: #f2f2f2; --good: #edf7f0; --warn: #fdf5e6; --bad: #fbeeec; }
+@media (prefers-color-scheme: dark) { :root { --text: #e4e4e4; --quiet: #aaa; --paper: #1b1d20; --behind: #121315;
+  --rule: #3a3d42; --axis: #9a9a9a; --link: #8ab4f8; --plain: #2a2d31; --good: #16301f; --warn: #38290f; --bad: #3b1d1a; }
+  .chart .s0 { color: #7aa7f0; } .chart .s1 { color: #f0837a; } .chart .s2 { color: #6fce8d; } .chart .s3 { color: #c792ea; }
+  .chart .s4 { color: #f0b45a; } .chart .s5 { color: #bbb; } }
+* { box-sizing: border-box; }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--text); background: var(--behind); margin: 0; }
+main { max-width: 1190px; margin: 0 auto; padding: 24px; background: var(--paper); }
+h1 { font-size: 26px; line-height: 1.25; margin: 0 0 12px; }
+h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid var(--rule); }
+.verdict { font-size: 18px; padding: 12px 16px; border-left: 6px solid #777; background: var(--plain); }
+.verdict.good { border-color: #2a8c4a; background: var(--good); }
+.verdict.warn { border-color: #d68910; background: var(--warn); }
+.verdict.bad { border-color: #c0392b; background: var(--bad); }
+.scroll { overflow-x: auto; max-width: 100%; }
 table { border-collapse: collapse; margin: 10px 0; font-variant-numeric: tabular-nums; }
-th, td { border-bottom: 1px solid #e3e3e3; padding: 4px 12px 4px 0; text-align: left; vertical-align: top; }
+th, td { border-bottom: 1px solid var(--rule); padding: 4px 12px 4px 0; text-align: left; vertical-align: top; }
 th { border-bottom: 2px solid #999; }
-figure { margin: 12px 0; } figure div { display: flex; flex-wrap: wrap; gap: 8px; }
-figure svg { height: auto; max-width: 100%; } figcaption { color: #555; font-size: 13.5px; }
-nav { columns: 4 180px; font-size: 14px; } nav a { display: block; color: #1f4e9c; text-decoration: none; }
-footer { color: #777; font-size: 13px; margin-top: 40px; }
+p, figcaption { max-width: 90ch; overflow-wrap: anywhere; }
+figure { margin: 12px 0; } figure > div { display: flex; flex-wrap: wrap; gap: 8px; overflow-x: auto; }
+figure svg { height: auto; max-width: 100%; flex: none; } figcaption { color: var(--quiet); font-size: 13.5px; }
+.chart .paper { fill: var(--paper); } .chart .ink { fill: var(--text); } .chart .rule { stroke: var(--rule); }
+.chart .axis { stroke: var(--axis); } [data-condition] { cursor: pointer; }
+[data-condition]:hover { outline: 2px solid var(--axis); }
+summary { cursor: pointer; color: var(--link); margin: 8px 0; } select { max-width: 100%; font: inherit; }
+.facts { margin: 0; } .facts b { display: inline-block; min-width: 6em; font-weight: 600; }
+nav { columns: 4 180px; font-size: 14px; } nav a { display: block; } a { color: var(--link); text-decoration: none; }
+footer { color: var(--quiet); font-size: 13px; margin-top: 40px; }
+@media (max-width: 600px) { main { padding: 12px; } td, th { min-width: 6em; } figure svg { min-width: min(100%, 460px); } }
 )";
 
 }  // namespace
@@ -62,7 +80,7 @@ void Page::heading(std::string_view text) {
 void Page::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", escaped(text)); }
 
 void Page::table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows) {
-  body_ += "<table><tr>";
+  body_ += "<div class=\"scroll\"><table><tr>";
   for (const std::string& cell : header) body_ += fmt::format("<th>{}</th>", escaped(cell));
   body_ += "</tr>\n";
   for (const auto& row : rows) {
@@ -70,7 +88,7 @@ void Page::table(std::span<const std::string> header, std::span<const std::vecto
     for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", escaped(cell));
     body_ += "</tr>\n";
   }
-  body_ += "</table>\n";
+  body_ += "</table></div>\n";
 }
 
 void Page::figures(std::span<const std::string> svgs, std::string_view caption) {
@@ -79,6 +97,15 @@ void Page::figures(std::span<const std::string> svgs, std::string_view caption) 
   body_ += "</div>";
   if (!caption.empty()) body_ += fmt::format("<figcaption>{}</figcaption>", escaped(caption));
   body_ += "</figure>\n";
+}
+
+void Page::facts(std::span<const std::vector<std::string>> rows) {
+  for (const auto& row : rows)
+    body_ += fmt::format("<p class=\"facts\"><b>{}</b> {}</p>\n", escaped(row.at(0)), escaped(row.at(1)));
+}
+
+void Page::fold(std::string_view summary) {
+  body_ += fmt::format("<details><summary>{}</summary>\n", escaped(summary));
 }
 
 void Page::contents() { body_ += "\x01"; }
@@ -91,7 +118,9 @@ std::string Page::html() const {
   std::string body = body_;
   if (const auto place = body.find('\x01'); place != std::string::npos) body.replace(place, 1, links);
   return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title>\n<style>{}</style></head>\n"
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width, "
+      "initial-scale=1\"><title>{}</title>\n<style>{}</style></head>\n"
       "<body><main><h1>{}</h1>\n{}<footer>Made by tofgraph " TOFGRAPH_VERSION ".</footer></main></body></html>\n",
       escaped(title_), style, escaped(title_), body);
 }

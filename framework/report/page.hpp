@@ -23,9 +23,16 @@ class Page {
   void heading(std::string_view text);
   void paragraph(std::string_view text);
   void table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows);
+  /// Lines of a name and what it stands for; they break where a narrow screen needs it.
+  void facts(std::span<const std::vector<std::string>> rows);
   /// Pictures (SVG) side by side, with one caption.
   void figures(std::span<const std::string> svgs, std::string_view caption = {});
-  /// Links to the headings so far at this place of the page.
+  /// HTML as it is.
+  void insert(std::string_view html) { body_ += html; }
+  /// What follows is hidden until the summary is clicked, up to unfold().
+  void fold(std::string_view summary);
+  void unfold() { body_ += "</details>\n"; }
+  /// Links to all headings at this place of the page.
   void contents();
 
   std::string html() const;
