@@ -42,6 +42,13 @@ void add_diagnose(CLI::App& app, Common& common) {
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));
+  command
+      ->add_option("--skip", arguments->skip,
+                   "Leave out the condition with this id; several with commas, or the option several times")
+      ->option_text("ID")
+      ->delimiter(',')
+      ->expected(1)
+      ->take_all();
   command->add_flag("--skip-missing", arguments->skip_missing, "Continue without captures that cannot be read");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");

@@ -12,7 +12,7 @@ namespace tofgraph::cli {
 
 struct DiagnoseArguments {
   std::string model, data, out;
-  std::vector<std::string> without;
+  std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
   std::size_t confidence = 0;  ///< injected cases
   std::uint64_t seed = 1;

@@ -33,20 +33,14 @@ std::vector<std::vector<double>> shapes_of(std::span<const FreeParameter> parame
   constexpr std::ptrdiff_t most_varied = 2;
   const auto varied = [](const FreeParameter& p) { return p.shape && !p.is_angle(); };
   const auto count = std::ranges::count_if(parameters, varied);
-  std::vector<std::vector<double>> all(1);
+  std::vector<std::vector<double>> values;
   for (const FreeParameter& p : parameters) {
-    std::vector<double> values = {varied(p) ? p.typical : p.shape ? std::clamp(0.0, p.minimum, p.maximum) : p.off};
-    if (varied(p) && count <= most_varied) values = range(p, count == 1);
-    std::vector<std::vector<double>> longer;
-    for (const std::vector<double>& before : all) {
-      for (const double value : values) {
-        longer.push_back(before);
-        longer.back().push_back(value);
-      }
-    }
-    all = std::move(longer);
+    if (varied(p) && count <= most_varied)
+      values.push_back(range(p, count == 1));
+    else
+      values.push_back({varied(p) ? p.typical : p.shape ? std::clamp(0.0, p.minimum, p.maximum) : p.off});
   }
-  return all;
+  return combinations(values);
 }
 
 /// The columns of some parameters of an effect, at one combination of their shapes.
@@ -91,8 +85,7 @@ class Builder {
             return with;
           });
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
-          result_.list.push_back(
-              {&candidate.with(r), parameters, std::move(one.values), std::move(one.parts), Piece{t, r}});
+          result_.list.push_back({&candidate.with(r), Piece{t, r}, std::move(one.values), std::move(one.parts)});
         }
       } catch (const simulation::EffectError&) {
         result_.group.columns.resize(before);
@@ -155,7 +148,7 @@ class Builder {
                const std::vector<Block>& refinements) {
     for (std::size_t bits = 0; bits < std::size_t{1} << refinements.size(); ++bits) {
       if (std::popcount(bits) > most_refinements) continue;
-      Alternative one{&candidate, {}, root.values, root.parts, std::nullopt};
+      Alternative one{&candidate, std::nullopt, root.values, root.parts};
       Choice choice{effect, root.columns, 0};
       for (std::size_t r = 0; r < refinements.size(); ++r) {
         if ((bits >> r & 1U) == 0) continue;
@@ -169,8 +162,7 @@ class Builder {
         }
         std::ranges::copy(refinements[r].columns, std::back_inserter(choice.columns));
       }
-      one.parameters = one.candidate->free();
-      choice.dimension = static_cast<double>(one.parameters.size());
+      choice.dimension = static_cast<double>(one.candidate->free().size());
       result_.list.push_back(std::move(one));
       result_.choices.push_back(std::move(choice));
     }
@@ -183,6 +175,16 @@ class Builder {
 
 }  // namespace
 
+std::string Alternative::name() const {
+  if (refines) return candidate->name() + "." + candidate->refinements()[*refines->refinement].name;
+  std::string text = candidate->name();
+  for (std::size_t r = 0; r < candidate->refinements().size(); ++r) {
+    if (candidate->refined(r))
+      text += (text.find(' ') == std::string::npos ? " with " : " and ") + candidate->refinements()[r].name;
+  }
+  return text;
+}
+
 State Alternative::placed(State state, std::span<const double> columns) const {
   std::vector<double> chosen = values;
   std::size_t c = 0;
@@ -190,12 +192,12 @@ State Alternative::placed(State state, std::span<const double> columns) const {
     double length = columns[c++];
     if (part.angle) {
       const double quarter = columns[c++], turn = 2 * std::numbers::pi;
-      const FreeParameter& p = parameters[*part.angle];
+      const FreeParameter& p = parameters()[*part.angle];
       const double angle = chosen[*part.angle] + std::atan2(quarter, length);
       chosen[*part.angle] = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
       length = std::hypot(length, quarter);
     }
-    const FreeParameter& size = parameters[part.size];
+    const FreeParameter& size = parameters()[part.size];
     chosen[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
   }
   if (refines)

@@ -16,16 +16,22 @@ struct Alternative {
   /// One size. With an angle it has two columns, for the angle as it is in `values` and a quarter of a turn on: where a
   /// change goes with the cosine of its angle, these two make every angle.
   struct Part {
-    std::size_t size = 0;              ///< among the free parameters
+    std::size_t size = 0;              ///< among the parameters
     std::optional<std::size_t> angle;  ///< likewise
     double step = 0;                   ///< SI: what one column is for
   };
-  const Candidate* candidate = nullptr;   ///< with its refinements
-  std::vector<FreeParameter> parameters;  ///< of the candidate, or of the refinement of a term that is in the model
-  std::vector<double> values;             ///< of these: shapes chosen, sizes where they change nothing
+  const Candidate* candidate = nullptr;  ///< with its refinements
+  std::optional<Piece> refines;          ///< the refinement of a term that is in the model, else it is a whole effect
+  std::vector<double> values;            ///< of parameters(): shapes chosen, sizes where they change nothing
   std::vector<Part> parts;
-  std::optional<Piece> refines;  ///< that refinement
 
+  /// Of the effect, or of the refinement.
+  const std::vector<FreeParameter>& parameters() const {
+    return refines ? candidate->refinements()[*refines->refinement].parameters : candidate->free();
+  }
+
+  /// "wiggling", "wiggling with amplitude5", or "wiggling.amplitude5" where that alone is added.
+  std::string name() const;
   /// A state with what a solution of the linear problem stands for. @param columns of all parts, in their order
   State placed(State state, std::span<const double> columns) const;
 };

@@ -160,13 +160,12 @@ std::vector<double> Candidate::start() const {
   return values;
 }
 
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters) {
+std::vector<std::vector<double>> combinations(std::span<const std::vector<double>> values) {
   std::vector<std::vector<double>> all(1);
-  for (const FreeParameter& p : parameters) {
-    const std::vector<double> values = p.shape ? tried(p) : std::vector<double>{p.off};
+  for (const std::vector<double>& next : values) {
     std::vector<std::vector<double>> longer;
     for (const std::vector<double>& before : all) {
-      for (const double value : values) {
+      for (const double value : next) {
         longer.push_back(before);
         longer.back().push_back(value);
       }
@@ -174,6 +173,12 @@ std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parame
     all = std::move(longer);
   }
   return all;
+}
+
+std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters) {
+  std::vector<std::vector<double>> values;
+  for (const FreeParameter& p : parameters) values.push_back(p.shape ? tried(p) : std::vector<double>{p.off});
+  return combinations(values);
 }
 
 simulation::EffectPtr Candidate::make(std::span<const double> free_values, const tofgraph_camera& camera,

@@ -67,6 +67,9 @@ class EstimatedMaps {
   std::vector<tofgraph_view> images_;
 };
 
+/// Every choice of one value of each, the last varying fastest.
+std::vector<std::vector<double>> combinations(std::span<const std::vector<double>> values);
+
 /// Sizes where they change nothing, with shapes at which a search begins: the product of a few of each shape.
 std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters);
 
@@ -103,7 +106,6 @@ class Candidate {
 
   /// Values of the free parameters as they are in the model or by default.
   std::vector<double> start() const;
-  std::vector<std::vector<double>> probes() const { return probes_of(free_); }
   /// @throws simulation::EffectError
   simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera,
                              std::shared_ptr<const EstimatedMaps> maps = nullptr) const;

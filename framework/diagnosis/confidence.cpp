@@ -38,7 +38,7 @@ Confidence confidence(const Problem& problem, const std::vector<Term>& model,
     State state{model, found.light, found.variances};
     if (truth != nullptr) state.terms.push_back(random_term(*truth, 1, seed));
     const std::vector<Observations> data = injected(problem, state, seed + 1);
-    const Problem injected_problem{problem.design, data, problem.targets, problem.target};
+    const Problem injected_problem{problem.design, data, problem.targets, problem.target, problem.nuisances};
     const SearchResult searched = search(injected_problem, model, candidates, options);
     if (searched.found.empty()) {
       ++result.silent;

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/crossfit.hpp"
 
+#include "diagnosis/places.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -15,7 +18,7 @@ constexpr int draws = 1000;
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, other.targets, {}};
+  Problem problem{design, data, other.targets, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
     auto found = std::ranges::find(problem.targets, condition.target);
     const bool known = !std::isnan(condition.reflectivity);
@@ -90,23 +93,18 @@ class Prediction {
 
   void before(const State& state) {
     const auto rows = predict(state);
-    const std::vector<Gram> grams = grams_of(held_.problem, rows, {});
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      sums(rows[i], i, conditions_[i].before);
-      conditions_[i].chi_before = square(grams[i], grams[i].cols() - 1, state.variances);
-    }
+    for (std::size_t i = 0; i < rows.size(); ++i) sums(rows[i], i, conditions_[i].before);
   }
 
   void after(const State& state) {
     after_ = predict(state);
     variances_ = state.variances;
-    const std::vector<Gram> grams = grams_of(held_.problem, after_, {});
+    held_.problem.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
+    const std::vector<Gram> grams = grams_of(held_.problem, with_nuisances(held_.problem, after_, variances_), {});
     for (std::size_t i = 0; i < after_.size(); ++i) {
       OutOfFold& one = conditions_[i];
       sums(after_[i], i, one.after);
       one.chi_after = square(grams[i], grams[i].cols() - 1, variances_);
-      one.freedom =
-          static_cast<double>(std::ranges::count_if(held_.data[i].variance, [](double v) { return std::isfinite(v); }));
     }
   }
 
@@ -114,7 +112,8 @@ class Prediction {
   void without(const std::string& effect, const State& state) {
     const auto rows = predict(state);
     const Column apart = difference(after_, rows);
-    const std::vector<Gram> grams = grams_of(held_.problem, rows, std::span(&apart, 1));
+    const std::vector<Gram> grams =
+        grams_of(held_.problem, with_nuisances(held_.problem, rows, variances_), std::span(&apart, 1));
     for (std::size_t i = 0; i < rows.size(); ++i) {
       std::array<double, observables> squares{};
       sums(rows[i], i, squares);
@@ -173,6 +172,8 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     if (!model.empty()) correct(original, as_it_was);
     prediction.before(fit_nuisances(original, as_it_was, selection.weight()).state);
     result.state = selection.best().fit.state;
+    if (const Residue* residue = selection.problem().residue.get(); residue != nullptr)
+      held.problem.residue = std::make_shared<const Residue>(Residue(held.data), residue->sd());
     prediction.after(result.state);
     for (const Piece& piece : selection.pieces()) {
       if (piece.refinement) continue;
@@ -187,27 +188,21 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   return result;
 }
 
-/// Over conditions, drawn with replacement.
-CrossFit::Gap gap_over(const std::vector<const OutOfFold*>& conditions, std::size_t o, std::uint64_t seed) {
-  const auto root = [](double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; };
-  double before = 0, after = 0, count = 0;
-  for (const OutOfFold* c : conditions) before += c->before[o], after += c->after[o], count += c->count[o];
-  CrossFit::Gap gap{root(before, count), root(after, count), NAN, NAN};
-  if (conditions.empty() || !(count > 0)) return gap;
+/// Ends of the 95 % interval of what a function makes of sums over conditions, which are drawn with replacement.
+template <class Condition, class F>
+std::pair<double, double> drawn(const std::vector<Condition>& conditions, std::uint64_t seed, const F& of) {
   std::mt19937_64 generator(seed);
-  std::vector<double> drawn;
+  std::vector<double> values;
   for (int d = 0; d < draws; ++d) {
-    double sum = 0, number = 0;
+    std::array<double, 2> sums{};
     for (std::size_t k = 0; k < conditions.size(); ++k) {
-      const OutOfFold& c = *conditions[generator() % conditions.size()];
-      sum += c.after[o], number += c.count[o];
+      const Condition& one = conditions[generator() % conditions.size()];
+      for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += one[s];
     }
-    drawn.push_back(root(sum, number));
+    values.push_back(of(sums));
   }
-  std::ranges::sort(drawn);
-  gap.low = drawn[draws / 40];
-  gap.high = drawn[draws - 1 - draws / 40];
-  return gap;
+  std::ranges::sort(values);
+  return {values[draws / 40], values[draws - 1 - draws / 40]};
 }
 
 }  // namespace
@@ -235,33 +230,32 @@ double CrossFit::share_of(const std::vector<std::string>& names) const {
   return all > 0 ? chosen / all : 0;
 }
 
-CrossFit::Gap CrossFit::gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const {
-  std::vector<const OutOfFold*> conditions;
+CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
+  std::vector<std::array<double, 2>> conditions;  // squares, and their number
+  double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
     if (!setting.empty() && fold.fold.setting != setting) continue;
-    for (const OutOfFold& c : fold.conditions) conditions.push_back(&c);
+    for (const OutOfFold& c : fold.conditions) {
+      conditions.push_back({c.after[o], c.count[o]});
+      before += c.before[o], after += c.after[o], count += c.count[o];
+    }
   }
-  return gap_over(conditions, observable, seed);
-}
-
-CrossFit::Gap CrossFit::extrapolated(std::size_t observable, std::uint64_t seed) const {
-  std::vector<const OutOfFold*> conditions;
-  for (const FoldResult& fold : folds) {
-    if (!fold.fold.extrapolates) continue;
-    for (const OutOfFold& c : fold.conditions) conditions.push_back(&c);
-  }
-  return gap_over(conditions, observable, seed);
+  const auto root = [](double sum, double number) { return number > 0 ? std::sqrt(sum / number) : NAN; };
+  if (!(count > 0)) return {NAN, NAN, NAN, NAN};
+  const auto [low, high] =
+      drawn(conditions, seed, [&](const std::array<double, 2>& sums) { return root(sums[0], sums[1]); });
+  return {root(before, count), root(after, count), low, high};
 }
 
 Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed) {
-  std::vector<std::pair<double, double>> conditions;  // without, with
+  std::vector<std::array<double, 2>> conditions;  // without, with
   Fall fall;
   double depth_without = 0, depth_with = 0, count = 0;
   for (const FoldResult& fold : cross_fit.folds) {
     for (const OutOfFold& c : fold.conditions) {
       const auto less = c.without.find(effect);
       if (less == c.without.end()) continue;
-      conditions.emplace_back(less->second.chi, c.chi_after);
+      conditions.push_back({less->second.chi, c.chi_after});
       fall.without += less->second.chi;
       fall.with += c.chi_after;
       fall.seen += less->second.seen;
@@ -274,18 +268,7 @@ Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t
   if (conditions.empty()) return fall;
   fall.depth_without = std::sqrt(depth_without / count);
   fall.depth_with = std::sqrt(depth_with / count);
-  std::mt19937_64 generator(seed);
-  std::vector<double> falls;
-  for (int d = 0; d < draws; ++d) {
-    double sum = 0;
-    for (std::size_t k = 0; k < conditions.size(); ++k) {
-      const auto& [without, with] = conditions[generator() % conditions.size()];
-      sum += without - with;
-    }
-    falls.push_back(sum);
-  }
-  std::ranges::sort(falls);
-  fall.low = falls[draws / 40];
+  fall.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return fall;
 }
 

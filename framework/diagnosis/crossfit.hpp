@@ -22,7 +22,7 @@ struct OutOfFold {
   std::size_t condition = 0;
   std::array<double, observables> before{}, after{};  ///< sums of squares over superpixels, of depth in m^2
   std::array<double, observables> count{};            ///< superpixels
-  double chi_before = 0, chi_after = 0, freedom = 0;
+  double chi_after = 0;
   struct Less {
     double chi = 0, seen = 0, depth = 0;  ///< chi-square, that of what changes, sum of squares of depth in m^2
   };
@@ -43,14 +43,12 @@ struct CrossFit {
   bool empty() const { return folds.empty(); }
   /// Share of the folds that chose an effect, or one that it stands for. @param names all of these
   double share_of(const std::vector<std::string>& names) const;
-  /// Root mean square over superpixels, SI; with the ends of its 95 % interval by whole folds and conditions.
+  /// Root mean square over superpixels, SI; with the ends of its 95 % interval by conditions.
   struct Gap {
     double before = 0, after = 0, low = 0, high = 0;
   };
   /// @param setting of the folds that count, or "" for all
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
-  /// Of the folds beyond the levels that were left.
-  Gap extrapolated(std::size_t observable, std::uint64_t seed) const;
 };
 
 /// @param data of the whole design @param progress told the fold that begins, may be empty

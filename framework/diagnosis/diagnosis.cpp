@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis.hpp"
 
+#include "diagnosis/by_condition.hpp"
 #include "diagnosis/maps.hpp"
+#include "diagnosis/plausibility.hpp"
+#include "io/captures/campaign_captures.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/exposures.hpp>
@@ -43,6 +46,21 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
   return candidates;
 }
 
+/// Takes conditions out of a campaign. Ids that are none are mistakes.
+void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std::vector<std::string>& notes) {
+  for (const std::string& id : skip) {
+    const auto found = std::ranges::find(campaign.conditions, id, &io::Condition::id);
+    if (found == campaign.conditions.end()) {
+      std::vector<std::string> ids;
+      for (const io::Condition& condition : campaign.conditions) ids.push_back(condition.id);
+      throw config::ConfigurationError(fmt::format("--skip: error: there is no condition '{}'\n         {}", id,
+                                                   config::suggestion(id, ids, "conditions")));
+    }
+    notes.push_back(fmt::format("Left out: {}: --skip says so", id));
+    campaign.conditions.erase(found);
+  }
+}
+
 class Run {
  public:
   Run(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options)
@@ -53,19 +71,24 @@ class Run {
     IngestOptions ingest{d_->model.physical, options_.skip_missing, {}};
     ingest.progress = [this](double share) { progress(0.4 * share, "reading captures"); };
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
+    require_consistent(d_->measurements);
     note_measurements();
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note_light();
     progress(0.4, "asking what these data can show");
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
     SearchOptions search_options = options_.search;
-    search_options.progress = [this](const std::string& what) { progress(share_ += 0.04, what); };
+    search_options.progress = [this](const std::string& what) { progress(share_ += 0.05 * (0.95 - share_), what); };
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
     problem_->correction = d_->search.correction;
     problem_->brightening = d_->search.brightening;
+    problem_->looseness = d_->search.looseness;
+    problem_->residue = d_->search.residue;
     progress(0.95, "putting numbers on it");
     validate();
     describe();
+    d_->next =
+        next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found, d_->audit));
     judge();
     if (options_.confidence > 0)
       d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
@@ -81,8 +104,12 @@ class Run {
   io::Campaign read() {
     config::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
+    const config::Value document = config::load_document(options_.data);
     io::Campaign campaign = io::read_campaign(
-        options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
+        document, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    leave_out(campaign, options_.skip, d_->notes);
+    io::check_captures(document, campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
@@ -91,6 +118,8 @@ class Run {
       d_->notes.push_back(
           fmt::format("The model is for the camera '{}', the campaign was made with '{}': its profile is used.",
                       d_->model.camera, campaign.camera_name));
+    d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
+    d_->seed = options_.search.seed;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
     for (const simulation::ModelEffect& effect : d_->model.effects) {
       d_->own_candidates.push_back(std::make_unique<Candidate>(effect));
@@ -105,6 +134,12 @@ class Run {
     if (!m.replicates)
       d_->notes.push_back(
           "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
+    const tofgraph_camera& camera = m.design->camera();
+    const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
+    const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });
+    if (outside > 0)
+      d_->notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
+                                      100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
     if (m.bad_pixels > 0.001)
       d_->notes.push_back(
           fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));
@@ -117,6 +152,9 @@ class Run {
     else if (!m.taps)
       d_->notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
                                    : "The captures have distances only: nothing is known of the null channels.");
+    if (std::isnan(noise_floor(make_problem(*m.design, m.observations), !m.table, distance)))
+      d_->notes.push_back(
+          "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
     if (!m.design->tells_order())
       d_->notes.push_back(
           "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
@@ -148,22 +186,27 @@ class Run {
     // The model as it was is not refitted, only the reflectivities are.
     State as_it_was = d_->search.before.state;
     as_it_was.terms = d_->model_terms;
-    Problem original{problem_->design, problem_->data, problem_->targets, problem_->target};
+    Problem original{problem_->design, problem_->data, problem_->targets, problem_->target, problem_->nuisances};
     if (!d_->model_terms.empty()) correct(original, as_it_was);
     const std::vector<double> all(problem_->data.size(), 1);
-    const State before = fit_nuisances(original, as_it_was, all).state;
+    const State before = d_->as_it_was = fit_nuisances(original, as_it_was, all).state;
     const State& after = d_->search.after.state;
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
-      d_->gaps[o] = {
-          gap(original, before, o),        gap(*problem_, after, o), out.before, out.after, out.low, out.high,
-          noise_floor(*problem_, after, o)};
+      d_->gaps[o] = {gap(original, before, o),
+                     gap(*problem_, after, o),
+                     out.before,
+                     out.after,
+                     out.low,
+                     out.high,
+                     noise_floor(*problem_, !d_->measurements.table, o),
+                     scatter_left(*problem_, after, o)};
     }
   }
 
   void describe() {
     const Fit& after = d_->search.after;
-    const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2);
+    const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2, d_->search.lack_of_fit);
     std::size_t at = 0;
     for (std::size_t t = 0; t < after.state.terms.size(); ++t) {
       const Term& term = after.state.terms[t];
@@ -171,14 +214,17 @@ class Run {
       effect.name = term.candidate->name();
       effect.change = t < d_->model_terms.size() ? "refitted" : "added";
       effect.experiment = term.candidate->border().experiment;
-      for (std::size_t k = 0; k < term.values.size(); ++k, ++at)
-        effect.parameters.push_back(
-            {term.candidate->free()[k].name, term.candidate->free()[k].unit, term.values[k],
-             term.maps ? Interval{NAN, NAN} : all[at]});  // of a scale only the product with its maps is known
+      for (std::size_t k = 0; k < term.values.size(); ++k, ++at) {
+        const FreeParameter& p = term.candidate->free()[k];
+        const auto j = static_cast<Eigen::Index>(at);
+        const Interval interval = term.maps ? Interval{NAN, NAN} : all[at];  // of a scale the product alone is known
+        effect.parameters.push_back({p.name, p.unit, term.values[k], interval,
+                                     standing(p, interval, after.covariance(j, j)), p.shape, p.off, p.typical});
+      }
       for (std::size_t r = 0; r < term.candidate->refinements().size(); ++r) {
         if (term.candidate->refined(r)) continue;
         const FreeParameter& size = term.candidate->refinements()[r].parameters.front();
-        effect.fixed.push_back({size.name, size.unit, size.off, {NAN, NAN}});
+        effect.fixed.push_back({.name = size.name, .unit = size.unit, .value = size.off, .interval = {NAN, NAN}});
       }
       if (t >= d_->model_terms.size()) {
         const Found& found = d_->search.found[t - d_->model_terms.size()];
@@ -191,20 +237,55 @@ class Run {
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;
+        effect.influence = influence(*problem_, after.state, t);
         effect.held_out_before = found.fall.depth_without;
         effect.held_out_after = found.fall.depth_with;
       }
       d_->effects.push_back(std::move(effect));
     }
-    if (!d_->search.rest.empty())
-      d_->notes.push_back(fmt::format(
-          "Noise alone has {:.2f} mm from one condition to the next, as the fit needs it. With something unexplained a "
-          "part of that is no noise.",
-          1e3 * std::hypot(after.state.variances.jitter, after.state.variances.offset)));
+    note_nuisances(after.state.variances);
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+  }
+
+  /// What conditions have of their own, where it is enough to matter.
+  void note_nuisances(const Variances& sd) {
+    constexpr double length = 2e-4, light = 2e-3;  // m, of ln amplitude
+    const Design& design = *d_->measurements.design;
+    const auto uses = [&](double Variances::*which) {
+      return std::ranges::find(problem_->nuisances.sd, which) != problem_->nuisances.sd.end();
+    };
+    if (const double drift = wander_of(design, sd.drift), drift_light = wander_of(design, sd.drift_light);
+        uses(&Variances::drift) && (drift > length || drift_light > light))
+      d_->notes.push_back(fmt::format(
+          "The camera wandered while the conditions were measured, by {:.2f} mm and {:.2f} % of light (root "
+          "mean square): a nuisance, no effect.",
+          1e3 * drift, 100 * drift_light));
+    if (uses(&Variances::session) && (sd.session > length || sd.session_light > light))
+      d_->notes.push_back(
+          fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",
+                      1e3 * sd.session, 100 * sd.session_light));
+    if (problem_->residue && !d_->search.something_left())
+      d_->notes.push_back(
+          fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
+                      "deviation), as "
+                      "with boards that are not flat: a nuisance, no effect.",
+                      1e3 * problem_->residue->sd()));
+    if (d_->search.something_left())
+      d_->notes.push_back(fmt::format(
+          "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
+          "that is no noise.",
+          1e3 * std::hypot(sd.jitter, sd.offset)));
+    else
+      for (const Misplaced& one : d_->search.misplaced) {
+        const io::Condition& c = design.conditions()[one.condition];
+        d_->notes.push_back(
+            fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
+                        "written, check that. It counts less.",
+                        c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
+      }
   }
 
   /// The first that fits, in the order of the verdicts.

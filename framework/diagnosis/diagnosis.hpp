@@ -6,7 +6,10 @@
 #include "diagnosis/audit.hpp"
 #include "diagnosis/confidence.hpp"
 #include "diagnosis/ingest.hpp"
+#include "diagnosis/inputs.hpp"
+#include "diagnosis/next_condition.hpp"
 #include "diagnosis/search.hpp"
+#include "diagnosis/standing.hpp"
 #include "diagnosis/validation.hpp"
 
 #include <nlohmann/json.hpp>
@@ -23,6 +26,7 @@ std::string_view verdict_name(Verdict verdict);
 struct DiagnosisOptions {
   std::filesystem::path model, data;
   std::vector<std::string> without;  ///< effects that are no candidates
+  std::vector<std::string> skip;     ///< ids of conditions that are left out
   bool skip_missing = false;
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   SearchOptions search;
@@ -33,6 +37,9 @@ struct ParameterResult {
   std::string name, unit;
   double value = 0;
   Interval interval;
+  Standing standing = Standing::determined;
+  bool shape = false;
+  double off = 0, typical = 0;  ///< the former only of a size: where it changes nothing
 };
 
 struct EffectResult {
@@ -45,14 +52,22 @@ struct EffectResult {
   double chosen = 1;                               ///< share of the folds
   double gain = 0, p_value = 1, capture = 0;
   std::vector<Rival> rivals;
-  std::string experiment;  ///< what tells it from what it is tied with
+  std::string experiment;         ///< what tells it from what it is tied with
+  std::vector<double> influence;  ///< share of each condition in the gain, see by_condition.hpp
 };
 
 /// Of one observable, SI.
 struct Gap {
   double before = 0, after = 0;
   double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing put aside
-  double noise_floor = 0;
+  double noise_floor = 0;                                                               ///< NaN: not measured
+  double scatter_left = 0;                                                              ///< beside it
+};
+
+/// How and when a diagnosis was made. Not in report.json, which is the same whenever it is made.
+struct Origin {
+  std::string command, date;  ///< the latter UTC
+  double seconds = 0;
 };
 
 /// All that the reports need. Candidates and terms point into the members that own them.
@@ -63,6 +78,11 @@ struct Diagnosis {
   std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out
   Audit audit;
   SearchResult search;
+  State as_it_was;                  ///< the model as written, with the reflectivities that suit it
+  std::vector<NextCondition> next;  ///< what to measure, most telling first; ties before blind effects
+  std::vector<InputFile> inputs;
+  Origin origin;
+  std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
   Measurements measurements;
   simulation::Model model;
@@ -79,6 +99,9 @@ std::string summary(const Diagnosis& diagnosis);
 /// formats: report.json and the extended model.
 nlohmann::json report_json(const Diagnosis& diagnosis);
 std::string model_yaml(const Diagnosis& diagnosis);
+/// A scene of the most telling condition, with the extended model beside it; "" where none tells anything.
+std::string next_condition_yaml(const Diagnosis& diagnosis);
+inline constexpr const char* next_condition_name = "next_condition.yaml";
 inline constexpr const char* map_file_name = "maps.h5";
 inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, where something is left
 /// The maps that the extended model names, beside it; nothing where none were estimated. @throws std::runtime_error

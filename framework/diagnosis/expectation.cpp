@@ -38,7 +38,7 @@ std::string guilty(const Problem& problem, const State& state, std::size_t condi
 }  // namespace
 
 Problem make_problem(const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, {}, {}, {}};
+  Problem problem{design, data, {}, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
     if (!std::isnan(condition.reflectivity)) {
       problem.target.push_back(-1);
@@ -202,10 +202,12 @@ Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<doubl
     const auto r = static_cast<Eigen::Index>(row);
     const double weight = 1 / std::sqrt(data.variance[row]);
     for (Eigen::Index c = 0; c < first; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
-    const std::array<double, gram_tail> tail = {problem.design.shift(i)[row], problem.offset_response(i, row),
-                                                problem.light_response(i, row), data.value[row] - rows[row]};
+    const std::array<double, gram_tail> tail = {problem.jitter_response(i, row), problem.offset_response(i, row),
+                                                problem.light_response(i, row), problem.uniform_response(row),
+                                                data.value[row] - rows[row]};
     for (Eigen::Index t = 0; t < gram_tail; ++t) all(r, first + t) = weight * tail[static_cast<std::size_t>(t)];
   }
+  if (problem.residue) problem.residue->whiten(i, all.topRows(static_cast<Eigen::Index>(problem.design.superpixels())));
   return all;
 }
 

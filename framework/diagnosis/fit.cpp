@@ -72,8 +72,8 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
       profile(grams_of(problem, rows, inside), problem.unknowns(inside.size()), weight, free.variances).solution.values;
   step.head(j).setZero();
   for (std::size_t c = 0; c < kept.size(); ++c) step(kept[c]) = less(static_cast<Eigen::Index>(c));
-  const auto targets = static_cast<Eigen::Index>(problem.targets.size());
-  step.tail(targets) = less.tail(targets);
+  const Eigen::Index rest = less.size() - static_cast<Eigen::Index>(kept.size());
+  step.tail(rest) = less.tail(rest);
   return step;
 }
 
@@ -92,9 +92,10 @@ void append_columns(const Problem& problem, const State& state, const std::vecto
 Fit settled_at(const Problem& problem, State state, std::span<const double> weight, const Variances& variances) {
   // Where only effects show them reflectivities are not linear: they go with the effects' steps.
   const bool linear = problem.light_seen();
-  const std::vector<int> none(linear ? 0 : problem.target.size(), -1);
-  const Profile after = profile(grams_of(problem, expected(problem, state), {}),
-                                linear ? problem.unknowns(0) : Unknowns{0, none, 0}, weight, variances);
+  const std::vector<int> none(problem.target.size(), -1);
+  Unknowns unknowns = problem.unknowns(0);
+  if (!linear) unknowns.target = none, unknowns.targets = 0;
+  const Profile after = profile(grams_of(problem, expected(problem, state), {}), unknowns, weight, variances);
   for (std::size_t t = 0; linear && t < state.light.size(); ++t)
     state.light[t] += after.solution.values(static_cast<Eigen::Index>(t));
   state.variances = after.variances;
@@ -209,12 +210,35 @@ std::vector<Column> own_columns(const Problem& problem, const State& state,
   return columns;
 }
 
+std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vector<std::vector<double>> rows,
+                                                const Variances& variances) {
+  if (problem.nuisances.sd.empty()) return rows;
+  std::vector<Gram> grams = grams_of(problem, rows, {});
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], variances, determinants[i]);
+  const std::vector<double> all(grams.size(), 1);
+  const std::vector<int> known(grams.size(), -1);
+  Unknowns unknowns = problem.unknowns(0);
+  unknowns.target = known, unknowns.targets = 0;
+  const Eigen::VectorXd values = solve(assemble(grams, determinants, unknowns, all), unknowns, variances).values;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (const Shared& shared : problem.nuisances.of_condition[i]) {
+      const double height = shared.factor * values(shared.unknown);
+      for (std::size_t row = 0; row < rows[i].size(); ++row)
+        rows[i][row] += height * (shared.direction == uniform_direction ? problem.uniform_response(row)
+                                                                        : problem.light_response(i, row));
+    }
+  }
+  return rows;
+}
+
 double deviance_of(const Problem& problem, const State& state) {
   std::vector<Gram> grams = grams_of(problem, expected(problem, state), {});
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
   const std::vector<double> all(grams.size(), 1);
-  return solve(assemble(grams, determinants, problem.unknowns(0), all), 0).deviance;
+  const Unknowns unknowns = problem.unknowns(0);
+  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances).deviance;
 }
 
 Fit fit(const Problem& problem, State start, std::span<const double> weight) {

@@ -6,6 +6,8 @@
 #include "diagnosis/candidate.hpp"
 #include "diagnosis/design.hpp"
 #include "diagnosis/mixed_model.hpp"
+#include "diagnosis/nuisances.hpp"
+#include "diagnosis/residue.hpp"
 
 #include <functional>
 
@@ -17,21 +19,32 @@ struct Problem {
   const std::vector<Observations>& data;  ///< one a condition
   std::vector<std::string> targets;       ///< whose reflectivity is not known
   std::vector<int> target;                ///< of each condition, among those; -1: known
+  Nuisances nuisances;
   /// What is added to the coarse grid's expectation, one a condition, or nothing: see correct().
   std::vector<std::vector<double>> correction = {};
   /// Change of the observables for a factor e of light, one a condition, or nothing: that of the ideal camera. Where
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
+  /// How many times the usual jitter each board's place may be off, or nothing: not more. See loosen().
+  std::vector<double> looseness = {};
+  std::shared_ptr<const Residue> residue = nullptr;  ///< part of the noise of the superpixels, or nothing
 
   /// Whether amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
   /// first target, which is unknown_reflectivity.
   bool light_seen() const;
   /// Of a fit with so many effects' columns.
   Unknowns unknowns(std::size_t effects) const {
-    return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size())};
+    return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size()),
+            nuisances.of_condition, nuisances.sd};
   }
-  /// Change for a metre that the camera shows more. Of a row of observables x superpixels, as is the next.
+  /// Change for a metre that the board is farther away, as often as its place is less certain than others'. Of a row
+  /// of observables x superpixels, as are the next.
+  double jitter_response(std::size_t condition, std::size_t row) const {
+    return design.shift(condition)[row] * (looseness.empty() ? 1 : looseness[condition]);
+  }
+  /// Change for a metre that the camera shows more.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
+  double uniform_response(std::size_t row) const { return row / design.superpixels() == distance ? 1 : 0; }
   double light_response(std::size_t condition, std::size_t row) const {
     if (!brightening.empty()) return brightening[condition][row];
     const std::size_t observable = row / design.superpixels();
@@ -90,8 +103,8 @@ double importance(const Problem& problem, const Column& change);
 std::vector<Column> own_columns(const Problem& problem, const State& state,
                                 const std::vector<std::vector<double>>& rows);
 
-/// Columns of a condition, then its random directions and its residual, over their standard deviations; 0 where nothing
-/// is known. @param rows of the model
+/// Columns of a condition, then its random directions and its residual, over their standard deviations and with unit
+/// covariance; 0 where nothing is known. @param rows of the model
 Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<double>& rows,
                                  std::span<const Column> columns, std::size_t condition);
 /// Gram matrices of columns, tail included. @param rows of the model
@@ -105,6 +118,10 @@ Fit fit(const Problem& problem, State start, std::span<const double> weight);
 
 /// As fit(), as exactly as a comparison of models needs.
 Fit fit_roughly(const Problem& problem, State start, std::span<const double> weight);
+
+/// What conditions share, as it suits rows of the model best: added to these. @param variances as they are
+std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vector<std::vector<double>> rows,
+                                                const Variances& variances);
 
 /// Where a size below zero means the same as its opposite with an angle half a turn on: that.
 State with_positive_sizes(const Problem& problem, State state);

@@ -18,6 +18,7 @@ struct Rival {
   double deviance = 0;  ///< more than with the one that was found
   double bic = 0;       ///< likewise
   bool tied = false;    ///< these data cannot tell which of the two it is
+  State state = {};     ///< of the model with it, fitted
 };
 
 /// A candidate that comes near to what is left.

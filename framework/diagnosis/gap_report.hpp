@@ -7,8 +7,8 @@
 
 namespace tofgraph::diagnosis {
 
-/// report.html: the verdict, what was found, where the gap is before and after, what the data could not show, what to
-/// measure next. @throws std::runtime_error when gnuplot is missing
+/// report.html: the verdict; measured, simulated and extended over the distance, by condition and over the sensor;
+/// parameters; what each name rests on; what the data could not show; what to measure next.
 report::Page gap_report(const Diagnosis& diagnosis);
 /// SVG: what no effect explains, as an image; "" where there is nothing left.
 std::string unexplained_map(const Diagnosis& diagnosis);

@@ -2,34 +2,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/gap_report_values.hpp"
 
+#include "config/quantity.hpp"
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace tofgraph::diagnosis {
 
 std::string shown(double value, std::size_t observable) {
+  constexpr double smallest = 1e-4;  // mm or percent: less is rounding
   if (!std::isfinite(value)) return "-";
-  return observable == distance ? fmt::format("{:.3g} mm", 1e3 * value) : fmt::format("{:.3g} %", 100 * value);
+  const double number = std::abs(scaled(value, observable)) < smallest ? 0 : scaled(value, observable);
+  return fmt::format("{} {}", number == 0 ? "0" : fmt::format("{:#.3g}", number), unit_of(observable));
 }
-double scaled(double value, std::size_t observable) { return observable == distance ? 1e3 * value : 100 * value; }
-std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
-
+double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
+std::string unit_of(std::size_t observable) { return shown_unit(observable); }
 std::string label(std::size_t observable) { return observable_labels.at(observable); }
 
-Residuals residuals(const Problem& problem, const State& state, std::size_t observable) {
-  const auto rows = expected(problem, state);
-  const std::size_t n = problem.design.superpixels();
-  Residuals result(problem.data.size(), std::vector<double>(n, NAN));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    for (std::size_t s = 0; s < n; ++s) {
-      const std::size_t row = observable * n + s;
-      if (std::isinf(problem.data[i].variance[row])) continue;
-      const double slope = observable == distance ? problem.design.shift(i)[row] : 1;  // half paths become depths
-      result[i][s] = (problem.data[i].value[row] - rows[i][row]) / slope;
-    }
-  }
-  return result;
+std::string setting_of(const io::Condition& c) {
+  std::string text = fmt::format("board at {:.4g} m", c.board_distance);
+  const auto tilted = [&](double tilt, const char* axis) {
+    if (std::abs(tilt) > 1e-6)
+      text += fmt::format(", tilted by {:.3g} deg about {}", tilt * 180 / std::numbers::pi, axis);
+  };
+  tilted(c.board_tilt_x, "x");
+  tilted(c.board_tilt_y, "y");
+  if (!c.target.empty()) text += ", target " + c.target;
+  if (std::isfinite(c.integration_time)) text += ", " + config::format_quantity(c.integration_time, "s");
+  if (!c.sources.empty()) text += fmt::format(", source {}", fmt::join(c.sources, " + "));
+  if (c.ambient != "dark") text += ", ambient " + c.ambient;
+  if (c.roll != 0) text += fmt::format(", rolled by {:.3g} deg", c.roll * 180 / std::numbers::pi);
+  return text;
+}
+
+std::string sentence(const NextCondition& next) {
+  if (next.sigma < telling)
+    return fmt::format(
+        "None of {} conditions tells {}: in the best one the models differ by {:.1f} standard deviations of one "
+        "condition.",
+        next.candidates,
+        next.effects.size() > 1 ? fmt::format("{} apart", fmt::join(next.effects, " and "))
+                                : "whether there is " + next.effects.front(),
+        next.sigma);
+  const std::string models =
+      next.effects.size() > 1
+          ? fmt::format("{} differ", fmt::join(next.effects, " and "))
+          : fmt::format("the model and the one with {} at half its typical size differ", next.effects.front());
+  return fmt::format(
+      "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "
+      "conditions measured so far by {:.1f} at most.",
+      setting_of(next.condition), models, next.sigma, shown(next.difference, next.observable), label(next.observable),
+      next.measured_sigma);
 }
 
 double mean(const std::vector<double>& values) {
@@ -40,6 +66,22 @@ double mean(const std::vector<double>& values) {
     ++count;
   }
   return count > 0 ? sum / count : NAN;
+}
+
+report::FieldMap sensor_map(const Design& design, const std::vector<double>& values, const std::vector<double>& sd,
+                            std::size_t observable, const std::string& title) {
+  const simulation::Pixels& pixels = design.pixels();
+  report::FieldMap map{.title = title, .unit = unit_of(observable), .rows = pixels.rows, .columns = pixels.columns};
+  for (std::size_t s = 0; s < values.size(); ++s)
+    map.fields.push_back(
+        {scaled(values[s], observable),
+         std::isfinite(values[s])
+             ? fmt::format("row {}, column {} of {} x {}: {:+.3g} {unit}, standard deviation {:.2g} {unit}",
+                           s / pixels.columns + 1, s % pixels.columns + 1, pixels.rows, pixels.columns,
+                           scaled(values[s], observable), scaled(sd[s], observable),
+                           fmt::arg("unit", unit_of(observable)))
+             : "nothing was measured here"});
+  return map;
 }
 
 }  // namespace tofgraph::diagnosis

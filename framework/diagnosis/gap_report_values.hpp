@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Numbers as the gap report shows them.
+/// @file Numbers and settings as the gap report shows them.
 #pragma once
 
-#include "diagnosis/fit.hpp"
+#include "diagnosis/evidence.hpp"
+#include "diagnosis/next_condition.hpp"
+#include "report/chart.hpp"
 
 #include <string>
 #include <vector>
@@ -16,11 +18,17 @@ double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);
 std::string label(std::size_t observable);
 
-/// Measurement minus a model, condition by condition, superpixel by superpixel; NaN where nothing is known.
-using Residuals = std::vector<std::vector<double>>;
-Residuals residuals(const Problem& problem, const State& state, std::size_t observable);
+/// "board at 1.20 m, tilted by 20 deg about y, target white, 2 ms": what distinguishes a condition.
+std::string setting_of(const io::Condition& condition);
+
+/// What to measure, and what it would tell.
+std::string sentence(const NextCondition& next);
 
 /// Of those that are finite; NaN when none is.
 double mean(const std::vector<double>& values);
+
+/// Values over the superpixels, in mm or percent, or in `unit` as they are. @param sd one a superpixel, for tooltips
+report::FieldMap sensor_map(const Design& design, const std::vector<double>& values, const std::vector<double>& sd,
+                            std::size_t observable, const std::string& title);
 
 }  // namespace tofgraph::diagnosis

@@ -3,97 +3,44 @@
 #include "diagnosis/gates.hpp"
 
 #include "diagnosis/contribution.hpp"
-
 #include "diagnosis/maps.hpp"
-#include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double least_beyond_wandering = 12;  ///< chi-square: one in two thousand by chance
-constexpr double least_capture = 0.8;          ///< of the gain of the best generic pattern in the complete model
-/// Half waves over the order measured, which together make what wanders slowly: so many at most, and so many conditions
-/// for each at least.
-constexpr std::size_t most_waves = 8, conditions_a_wave = 6;
-
-/// The constant, then the half waves, one value a condition; nothing where the order is not told of all.
-std::vector<std::vector<double>> waves_of(const Design& design) {
-  if (!design.tells_order()) return {};
-  const std::vector<io::Condition>& conditions = design.conditions();
-  const auto [first, last] = std::ranges::minmax(conditions, {}, [](const io::Condition& c) { return *c.order; });
-  const auto whole = static_cast<double>(*last.order - *first.order);
-  std::vector<std::vector<double>> waves;
-  const std::size_t count = whole > 0 ? std::min(most_waves, conditions.size() / conditions_a_wave) : 0;
-  for (std::size_t wave = 0; count > 0 && wave <= count; ++wave) {
-    waves.emplace_back();
-    for (const io::Condition& c : conditions) {
-      const double place = static_cast<double>(*c.order - *first.order) / whole;
-      waves.back().push_back(std::cos(static_cast<double>(wave) * std::numbers::pi * place));
-    }
-  }
-  return waves;
-}
-
-/// Columns of the waves. @param change of a row for a height of 1
-template <class Change>
-std::vector<Column> columns_of_waves(const std::vector<std::vector<double>>& waves, std::size_t rows, Change change) {
-  std::vector<Column> columns;
-  for (const std::vector<double>& wave : waves) {
-    Column& column = columns.emplace_back(wave.size(), std::vector<double>(rows));
-    for (std::size_t i = 0; i < wave.size(); ++i) {
-      for (std::size_t row = 0; row < rows; ++row) column[i][row] = wave[i] * change(i, row);
-    }
-  }
-  return columns;
-}
+constexpr double least_capture = 0.8;  ///< of the gain of the best generic pattern that the effect lowers
+constexpr double lowered = 0.2;        ///< of a pattern's gain: what falls by less has other reasons
 
 }  // namespace
 
 Gates::Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates,
              std::span<const double> weight, std::size_t flips, std::uint64_t seed)
-    : problem_(problem),
-      finder_(finder),
-      candidates_(candidates),
-      weight_(weight),
-      flips_(flips),
-      seed_(seed),
-      waves_(waves_of(problem.design)) {}
-
-bool Gates::beyond_wandering(const Fit& best, const Base& less, const Group& change) const {
-  if (waves_.empty()) return true;
-  const std::size_t n = problem_.design.superpixels(), rows = problem_.design.rows();
-  // The same in all pixels: not quite what a board does that moves, which the waves can afford to tell apart.
-  const auto offset = [n](std::size_t, std::size_t row) { return row / n == distance ? 1e-3 : 0; };
-  const auto light = [&](std::size_t i, std::size_t row) { return 1e-2 * problem_.light_response(i, row); };
-  std::vector<Column> own = less.columns, all = less.columns;
-  all.push_back(change.columns[0]);
-  for (const std::vector<Column>& wandering :
-       {columns_of_waves(waves_, rows, offset), columns_of_waves(waves_, rows, light)}) {
-    const Group moving{"wandering", {wandering.begin() + 1, wandering.end()}};
-    if (significant(score_of(problem_, best, all, moving, flips_, seed_)))
-      std::ranges::copy(wandering, std::back_inserter(own));
-  }
-  if (own.size() == less.columns.size()) return true;
-  // A camera that wanders may do so about any mean: what the change brings beside all that.
-  Fit without = less.fit;
-  without.state.variances = best.state.variances;
-  const InLightOf there(problem_, less);
-  return score_of(problem_, without, own, change, 0, 0).gain > least_beyond_wandering;
-}
+    : problem_(problem), finder_(finder), candidates_(candidates), weight_(weight), flips_(flips), seed_(seed) {}
 
 double Gates::capture(const Base& less, const Group& group) const {
   const double gain = score_of(problem_, less.fit, less.columns, group, 0, 0).gain;
   const double most = finder_.find(problem_, less.fit, less.columns, 0, 0).most;
   return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
+}
+
+/// Gain of an effect over that of the best generic pattern that it lowers: whatever else is left, in its observables or
+/// in others, says nothing of it. NaN where it lowers none.
+/// @param less the model without it @param left the patterns of the model with it
+double Gates::explained(const Base& less, const PatternScan& left, double gain) const {
+  const PatternScan before = finder_.find(problem_, less.fit, less.columns, 0, 0);
+  double most = 0;
+  for (std::size_t p = 0; p < before.gains.size(); ++p) {
+    if (before.gains[p] - std::max(left.gains[p], 0.0) > lowered * before.gains[p])
+      most = std::max(most, before.gains[p]);
+  }
+  return most > 0 ? gain / most : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Of any candidate to gain as much as one direction does in a model without it. Chance is what the best model leaves:
@@ -105,7 +52,7 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   return std::max(score.p_value, chance_of(score, all, groups, flips_, seed_));
 }
 
-Found Gates::examined(const Base& best, const Piece& piece) {
+Found Gates::examined(const Base& best, const PatternScan& left, const Piece& piece) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
@@ -115,17 +62,16 @@ Found Gates::examined(const Base& best, const Piece& piece) {
   const Group group{found.name, signature(problem_, less.fit.state, best.fit.state, piece)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
   const Group direction{group.name, {group.columns[0]}};
-  const bool wanders = !term.maps && !beyond_wandering(best.fit, less, direction);
   const InLightOf there(problem_, less);
   Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
                           : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
   if (!term.maps) score.p_value = chance(best, less, score);
   found.p_value = score.p_value;
-  found.capture = capture(less, group);
-  if (!significant(score)) {
+  found.capture = explained(less, left, score_of(problem_, less.fit, less.columns, group, 0, 0).gain);
+  if (!(found.gain > 0)) {
+    found.refutation = "without it the data are explained as well";
+  } else if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
-  } else if (wanders) {
-    found.refutation = "the camera wanders while the conditions are measured, and that may do as much";
   } else if (importance(problem_, group.columns[0]) <= 1) {
     found.refutation = too_small;
   } else if (found.capture < least_capture) {

@@ -22,13 +22,12 @@ class Gates {
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
   /// A piece of the best model against the model without it; its refutation is empty when it passes.
-  Found examined(const Base& best, const Piece& piece);
+  /// @param left the patterns of the best model
+  Found examined(const Base& best, const PatternScan& left, const Piece& piece);
 
  private:
+  double explained(const Base& less, const PatternScan& left, double gain) const;
   double chance(const Base& best, const Base& less, const Score& score) const;
-  /// Whether a change is more than what a camera may do that wanders in the order measured, where one does.
-  /// @param less the model without it
-  bool beyond_wandering(const Fit& best, const Base& less, const Group& change) const;
 
   Problem& problem_;
   const PatternFinder& finder_;
@@ -36,7 +35,6 @@ class Gates {
   std::span<const double> weight_;
   std::size_t flips_;
   std::uint64_t seed_;
-  std::vector<std::vector<double>> waves_;  ///< over the conditions, the constant first; none where no order is told
 };
 
 }  // namespace tofgraph::diagnosis

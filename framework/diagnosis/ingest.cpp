@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/ingest.hpp"
 
+#include "diagnosis/board_window.hpp"
 #include "diagnosis/superpixels.hpp"
 #include "io/captures/recording.hpp"
 #include "simulation/simulation.hpp"
@@ -20,8 +21,7 @@ namespace {
 
 /// Why this search cannot use a condition, or nothing.
 std::string problem_of(const io::Condition& c) {
-  if (!c.has_board() || !c.scene.empty()) return "it shows no single board that fills the view";
-  if (c.board_size) return "its board does not fill the view";
+  if (!c.has_board() || !c.scene.empty()) return "it shows no single board";
   if (c.lens == "capped") return "the lens is capped";
   return "";
 }
@@ -75,6 +75,7 @@ struct Read {
   io::Condition condition;
   Observations observations;
   ReductionCounts counts;
+  double recorded_time = io::unknown;  ///< s
   std::size_t saturated = 0, frames = 0;
   FrameSums::Kind kind = FrameSums::Kind::phases;
 };
@@ -98,6 +99,7 @@ class Reader {
     if (capture.frames() == 0) throw std::runtime_error("has no frames");
     check_exposures(capture);
     complete(condition, capture);
+    result.recorded_time = capture.metadata(0).integration_time;
     const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
     if (last >= capture.frames())
       throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
@@ -108,6 +110,7 @@ class Reader {
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations = reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
                                  {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts);
+    leave_out_lens_edge(result.observations);
     result.saturated = sums.saturated();
     result.frames = sums.frames();
     result.kind = sums.kind();
@@ -115,14 +118,34 @@ class Reader {
   }
 
  private:
+  /// A superpixel that is partly outside the lens model has no middle that stands for it.
+  void leave_out_lens_edge(Observations& observations) const {
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      if (!std::isnan(pixels_.rays[i].z)) continue;
+      const std::size_t s = superpixel_of(i / pixels_.columns, pixels_.rows, grid) * grid +
+                            superpixel_of(i % pixels_.columns, pixels_.columns, grid);
+      for (std::size_t row = s; row < observations.value.size(); row += grid * grid) {
+        observations.value[row] = 0;
+        observations.variance[row] = std::numeric_limits<double>::infinity();
+      }
+    }
+  }
+
   std::vector<Signal> ideal(const io::Condition& condition) const {
     const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(condition));
-    const auto taps = ideal_.expect(tracer, simulation::acquisition_of(camera_, condition), pixels_).taps;
+    const auto expected = ideal_.expect(tracer, simulation::acquisition_of(camera_, condition), pixels_);
+    const auto& taps = expected.taps;
     std::vector<Signal> signals;
     signals.reserve(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(signal_of(&taps[i], pixels_.size()));
       if (std::isnan(signals.back().intensity)) signals.back() = {};
+    }
+    if (condition.board_size) {
+      const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
+      for (std::size_t i = 0; i < signals.size(); ++i) {
+        if (!seen[i]) signals[i] = {};
+      }
     }
     return signals;
   }
@@ -147,6 +170,9 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     why[i] = problem_of(condition);
     try {
       if (why[i].empty()) read[i] = reader.read(condition);
+      const auto known = [](double variance) { return std::isfinite(variance); };
+      if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
+        why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
     } catch (const std::runtime_error& error) {
       why[i] = fmt::format("the capture {} {}", condition.capture.string(), error.what());
       missing[i] = 1;
@@ -167,6 +193,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     Read& r = read[i];
     used.push_back(std::move(r.condition));
     result.observations.push_back(std::move(r.observations));
+    result.recorded_times.push_back(r.recorded_time);
     result.frames += r.frames;
     pixels += r.counts.pixels;
     bad += r.counts.bad;

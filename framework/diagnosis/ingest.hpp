@@ -15,11 +15,12 @@ struct Measurements {
   std::vector<Observations> observations;  ///< one a condition of the design
   std::vector<std::string> left_out;       ///< conditions that are not used, and why
   std::size_t frames = 0;
-  double bad_pixels = 0;              ///< share of pixels that do not fit their neighbours
-  double saturated = 0;               ///< share
-  bool replicates = false;            ///< noise from the frames; otherwise from the camera's profile
-  bool taps = false, phases = false;  ///< some condition has them
-  bool table = false;                 ///< one mean a condition in place of captures
+  double bad_pixels = 0;               ///< share of pixels that do not fit their neighbours
+  double saturated = 0;                ///< share
+  bool replicates = false;             ///< noise from the frames; otherwise from the camera's profile
+  bool taps = false, phases = false;   ///< some condition has them
+  bool table = false;                  ///< one mean a condition in place of captures
+  std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded
 };
 
 struct IngestOptions {

@@ -60,6 +60,7 @@ Measurements measure_table(const io::Campaign& campaign, bool physical) {
   require_enough(used.size(), result.left_out);
   result.frames = used.size();
   result.replicates = true;
+  result.recorded_times.assign(used.size(), io::unknown);
   result.design = std::make_shared<const Design>(campaign.camera, physical, used, single);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const io::Measured& measured = used[i].measured;

@@ -178,10 +178,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
 
 MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candidate, const Response& maps,
                 std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
-  MapTrial result{{&candidate,
-                   {base.fit.state.terms.size(), std::nullopt},
-                   {},
-                   score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
+  MapTrial result{{&candidate, {}, score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
   State state = base.fit.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
@@ -237,7 +234,11 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
   for (std::size_t i = 0; i < data.size(); ++i) {
     if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
   }
-  const Problem aside{problem.design, data, problem.targets, problem.target, problem.correction, problem.brightening};
+  const Problem aside{problem.design,      data,
+                      problem.targets,     problem.target,
+                      problem.nuisances,   problem.correction,
+                      problem.brightening, problem.looseness,
+                      problem.residue};
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
     if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
   }

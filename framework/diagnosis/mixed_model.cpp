@@ -13,6 +13,8 @@ struct Bounds {
   double least, most;
 };
 constexpr Bounds jitter_bounds{1e-6, 1}, offset_bounds{1e-6, 1e-2}, light_bounds{1e-6, 0.1};
+/// Of what conditions share.
+constexpr Bounds shared_bounds{1e-6, 0.3};
 
 /// The least value of f over ln x by golden sections.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
@@ -33,7 +35,36 @@ template <class F> double minimise(F f, Bounds bounds, double centre, double wid
   return std::exp((low + high) / 2);
 }
 
+/// What wide priors and those of what is shared leave of the unknowns.
+struct Factors {
+  Eigen::LDLT<Eigen::MatrixXd> factors;
+  Eigen::VectorXd values;
+  double deviance = 0;
+};
+
+Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances) {
+  const Eigen::VectorXd prior = unknowns.prior(variances);
+  Eigen::MatrixXd information = equations.information;
+  information.diagonal() += prior;
+  Factors result{Eigen::LDLT<Eigen::MatrixXd>(information), {}, 0};
+  result.values = result.factors.solve(equations.score);
+  result.deviance = equations.square - result.values.dot(equations.score) + equations.log_determinant;
+  // What is shared is random: its priors' widths are estimated, so their determinants count.
+  if (const auto shared = static_cast<Eigen::Index>(unknowns.sd.size()); shared > 0) {
+    const Eigen::LDLT<Eigen::MatrixXd> block(information.bottomRightCorner(shared, shared));
+    result.deviance += block.vectorD().array().log().sum() - prior.tail(shared).array().log().sum();
+  }
+  return result;
+}
+
 }  // namespace
+
+Eigen::VectorXd Unknowns::prior(const Variances& variances) const {
+  Eigen::VectorXd result = Eigen::VectorXd::Constant(count(), 1 / (prior_width * prior_width));
+  for (std::size_t u = 0; u < sd.size(); ++u)
+    result(effects + targets + static_cast<Eigen::Index>(u)) = 1 / std::pow(variances.*sd[u], 2);
+  return result;
+}
 
 RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
   const Eigen::Matrix<double, random_directions, 1> scale(variances.jitter, variances.offset, variances.light);
@@ -54,9 +85,9 @@ Gram marginal(const Gram& gram, const Variances& variances, double& log_determin
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
                          const Unknowns& unknowns, std::span<const double> weight) {
-  const Eigen::Index p = unknowns.effects, light = p + random_directions - 1, residual = p + random_directions,
-                     all = p + unknowns.targets;
+  const Eigen::Index p = unknowns.effects, random = p, residual = p + gram_tail - 1, all = unknowns.count();
   NormalEquations sum{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all), 0, 0};
+  std::vector<Shared> shared;
   for (std::size_t i = 0; i < marginals.size(); ++i) {
     const double w = weight[i];
     if (w == 0) continue;
@@ -65,26 +96,30 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
     sum.score.head(p) += w * m.col(residual).head(p);
     sum.square += w * m(residual, residual);
     sum.log_determinant += w * log_determinants[i];
-    if (unknowns.target[i] < 0) continue;
-    const Eigen::Index t = p + unknowns.target[i];
-    sum.information.col(t).head(p) += w * m.col(light).head(p);
-    sum.information.row(t).head(p) += w * m.col(light).head(p).transpose();
-    sum.information(t, t) += w * m(light, light);
-    sum.score(t) += w * m(light, residual);
+    shared.clear();
+    if (unknowns.target[i] >= 0) shared.push_back({light_direction, unknowns.target[i], 1});
+    if (!unknowns.shared.empty()) {
+      for (const Shared& one : unknowns.shared[i])
+        shared.push_back({one.direction, unknowns.targets + one.unknown, one.factor});
+    }
+    for (const Shared& a : shared) {
+      const Eigen::Index at = p + a.unknown;
+      sum.information.col(at).head(p) += w * a.factor * m.col(random + a.direction).head(p);
+      sum.score(at) += w * a.factor * m(random + a.direction, residual);
+      for (const Shared& b : shared)
+        sum.information(at, p + b.unknown) += w * a.factor * b.factor * m(random + a.direction, random + b.direction);
+    }
   }
+  sum.information.bottomLeftCorner(all - p, p) = sum.information.topRightCorner(p, all - p).transpose();
   return sum;
 }
 
-Solution solve(const NormalEquations& equations, Eigen::Index effects) {
-  Eigen::MatrixXd information = equations.information;
+Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances) {
+  const Factors factors = factorise(equations, unknowns, variances);
+  const Eigen::Index all = unknowns.count();
+  Solution result{factors.values, factors.factors.solve(Eigen::MatrixXd::Identity(all, all)), factors.deviance, 0};
   const double prior = 1 / (prior_width * prior_width);
-  information.diagonal().array() += prior;
-  const Eigen::LDLT<Eigen::MatrixXd> factors(information);
-  Solution result;
-  result.values = factors.solve(equations.score);
-  result.covariance = factors.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
-  result.deviance = equations.square - result.values.dot(equations.score) + equations.log_determinant;
-  for (Eigen::Index j = 0; j < effects; ++j)
+  for (Eigen::Index j = 0; j < unknowns.effects; ++j)
     result.dimension += std::clamp(1 - prior * result.covariance(j, j), 0.0, 1.0);
   return result;
 }
@@ -97,23 +132,30 @@ Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span
     for (std::size_t i = 0; i < grams.size(); ++i) {
       if (weight[i] != 0) marginals[i] = marginal(grams[i], variances, determinants[i]);
     }
-    return solve(assemble(marginals, determinants, unknowns, weight), unknowns.effects);
+    return assemble(marginals, determinants, unknowns, weight);
   };
   Variances best = start;
   for (const double width : {3.0, 1.0}) {
-    const auto vary = [&](double Variances::*which, Bounds bounds) {
+    const auto vary = [&](double Variances::*which, Bounds bounds, const auto& equations) {
       Variances varied = best;
       const auto deviance = [&](double x) {
         varied.*which = x;
-        return at(varied).deviance;
+        return factorise(equations(varied), unknowns, varied).deviance;
       };
       best.*which = minimise(deviance, bounds, best.*which, width);
     };
-    vary(&Variances::jitter, jitter_bounds);
-    if (start.offset > 0) vary(&Variances::offset, offset_bounds);
-    vary(&Variances::light, light_bounds);
+    vary(&Variances::jitter, jitter_bounds, at);
+    if (start.offset > 0) vary(&Variances::offset, offset_bounds, at);
+    vary(&Variances::light, light_bounds, at);
+    if (unknowns.sd.empty()) continue;
+    const NormalEquations fixed = at(best);  // what is shared is in the priors alone
+    for (const auto which :
+         {&Variances::drift, &Variances::drift_light, &Variances::session, &Variances::session_light}) {
+      if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
+        vary(which, shared_bounds, [&](const Variances&) -> const NormalEquations& { return fixed; });
+    }
   }
-  return {best, at(best)};
+  return {best, solve(at(best), unknowns, best)};
 }
 
 }  // namespace tofgraph::diagnosis

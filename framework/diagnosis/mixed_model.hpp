@@ -4,8 +4,9 @@
 /// Generalised least squares over conditions. A condition's covariance is D + jitter^2 g g^T + offset^2 o o^T + light^2
 /// h h^T: the noise of its superpixels, a board that is not quite where it should be (g: change of the observables for
 /// a metre), a camera whose distances wander (o, which differs from g where a board is tilted) and
-/// light that is not quite the same (h: change for a factor e). Each target has one unknown reflectivity. A condition
-/// comes as the Gram matrix of its columns in D^-1, so that all that follows is small.
+/// light that is not quite the same (h: change for a factor e). Each target has one unknown reflectivity, and other
+/// unknowns may be shared along h and u: a wander, sessions. A condition comes as the Gram matrix of its columns in
+/// D^-1, so that all that follows is small.
 #pragma once
 
 #include <Eigen/Dense>
@@ -17,14 +18,20 @@ namespace tofgraph::diagnosis {
 
 /// Standard deviations between conditions.
 struct Variances {
-  double jitter = 5e-4;  ///< m, of the board
-  double offset = 1e-4;  ///< m, of the camera; 0 stays 0, where nothing tells it from the board's
-  double light = 1e-3;   ///< of ln amplitude
+  double jitter = 5e-4;         ///< m, of the board
+  double offset = 1e-4;         ///< m, of the camera; 0 stays 0, where nothing tells it from the board's
+  double light = 1e-3;          ///< of ln amplitude
+  double drift = 1e-4;          ///< m, of the slowest wave of what wanders while the conditions are measured
+  double drift_light = 1e-3;    ///< of ln amplitude, likewise
+  double session = 1e-4;        ///< m, of the camera from one session to the next
+  double session_light = 1e-3;  ///< of ln amplitude, likewise
 };
 
-/// Columns: any number of effects' columns, then the random directions g, o and h, and the residual r.
+/// Columns: any number of effects' columns, then the random directions g, o and h, then u, a distance that is the same
+/// in all pixels, and the residual r.
 using Gram = Eigen::MatrixXd;
-inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 1;
+inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 2;
+inline constexpr Eigen::Index light_direction = 2, uniform_direction = 3;  ///< h and u
 
 using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
 /// M of the inverse covariance D^-1 - D^-1 R M R^T D^-1, R the random directions (Woodbury).
@@ -34,12 +41,25 @@ RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, doub
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);
 
-/// What is solved for: the effects' columns, then the targets' ln reflectivities.
+/// A condition's part in an unknown that it shares with others: so much of it, along h or u.
+struct Shared {
+  Eigen::Index direction = 0, unknown = 0;
+  double factor = 1;
+};
+
+/// What is solved for: the effects' columns, then the targets' ln reflectivities, then what else conditions share.
 struct Unknowns {
   Eigen::Index effects;         ///< columns of every Gram before its tail
   std::span<const int> target;  ///< of each condition, -1: its reflectivity is known
   Eigen::Index targets;
+  std::span<const std::vector<Shared>> shared = {};  ///< of each condition, or nothing
+  std::span<double Variances::*const> sd = {};       ///< of the priors of what is shared
+
+  Eigen::Index count() const { return effects + targets + static_cast<Eigen::Index>(sd.size()); }
+  /// One over the variances of the unknowns' priors. Effects and reflectivities have a wide one, in their units.
+  Eigen::VectorXd prior(const Variances& variances) const;
 };
+inline constexpr double prior_width = 100;
 
 /// The normal equations over conditions.
 struct NormalEquations {
@@ -60,9 +80,7 @@ struct Solution {
   double dimension = 0;  ///< how many of the effects' columns the data determine
 };
 
-/// @param effects number of effects' columns; these have a prior of +-prior_width, in the columns' units
-Solution solve(const NormalEquations& equations, Eigen::Index effects);
-inline constexpr double prior_width = 100;
+Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances);
 
 /// The variances with the least deviance, and that solution.
 /// @param start where the search for them begins

@@ -18,8 +18,8 @@ inline constexpr std::size_t distance = 0, amplitude = 1, intensity = 2, null1 =
 inline constexpr std::array<std::string_view, observables> observable_names = {"distance", "amplitude", "intensity",
                                                                                "null1", "null2"};
 /// For readers.
-inline constexpr std::array<const char*, observables> observable_labels = {"depth", "amplitude", "intensity", "N1 / 2I",
-                                                                           "N2 / a"};
+inline constexpr std::array<const char*, observables> observable_labels = {"distance", "amplitude", "intensity",
+                                                                           "N1 / 2I", "N2 / a"};
 /// Lengths in mm, what is relative in percent.
 constexpr double shown_factor(std::size_t observable) { return observable == distance ? 1e3 : 100; }
 constexpr const char* shown_unit(std::size_t observable) { return observable == distance ? "mm" : "%"; }

@@ -17,7 +17,8 @@ constexpr double least_gain = 30;  ///< of the deviance: less is not worth a lin
 }  // namespace
 
 std::string name_of(const Pattern& pattern) {
-  const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting;
+  const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&
+                     pattern.axis != smooth_over_image;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
 }
 
@@ -39,6 +40,23 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, s
                  .share = std::numeric_limits<double>::quiet_NaN()};
 }
 
+std::optional<Pattern> large_residue(const Problem& problem, const Fit& fit) {
+  constexpr double usual = 2e-3;  // m: boards that are not flat
+  if (!problem.residue || problem.residue->sd() < usual) return std::nullopt;
+  Problem without = problem;
+  without.residue = nullptr;
+  double gain = deviance_of(without, fit.state) - deviance_of(problem, fit.state);
+  for (std::size_t i = 0; i < problem.data.size(); ++i) gain -= problem.residue->log_determinant(i);
+  return Pattern{.observable = distance,
+                 .axis = smooth_over_image,
+                 .gain = gain,
+                 .p_value = std::erfc(std::sqrt(std::max(gain, 0.0) / 2)),
+                 .size = problem.residue->sd(),
+                 .significant = true,
+                 .largest = problem.residue->sd(),
+                 .share = std::numeric_limits<double>::quiet_NaN()};
+}
+
 PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(problem)) {
   for (const Group& group : bases_.groups) groups_.push_back(&group);
 }
@@ -46,11 +64,12 @@ PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(prob
 PatternScan PatternFinder::find(const Problem& problem, const Fit& fit, std::span<const Column> own, std::size_t flips,
                                 std::uint64_t seed) const {
   const Scan scanned = scan(problem, fit, own, groups_, flips, seed);
-  PatternScan result{{}, 0, scanned.square, scanned.freedom};
+  PatternScan result{{}, {}, 0, scanned.square, scanned.freedom};
   std::vector<double> p_values;
   for (const Score& score : scanned.scores) {
     p_values.push_back(score.own_p_value);
-    result.most = std::max(result.most, score.gain - score.dimension);
+    result.gains.push_back(score.gain - score.dimension);
+    result.most = std::max(result.most, result.gains.back());
   }
   if (flips == 0) return result;
   const double limit = false_discovery_limit(p_values, false_discoveries);

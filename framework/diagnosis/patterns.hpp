@@ -22,7 +22,8 @@ struct Pattern {
 
 struct PatternScan {
   std::vector<Pattern> patterns;   ///< beyond chance, by p-value and gain
-  double most = 0;                 ///< gain of the best of all, less what noise gives
+  std::vector<double> gains;       ///< of each of all, less what noise gives
+  double most = 0;                 ///< the largest of these
   double square = 0, freedom = 0;  ///< see Scan
 };
 
@@ -30,6 +31,11 @@ struct PatternScan {
 inline constexpr const char* no_setting = "from one condition to the next, as no setting does";
 /// "distance along tilt about x".
 std::string name_of(const Pattern& pattern);
+
+/// The axis of a residue that is smooth over the image.
+inline constexpr const char* smooth_over_image = "smooth over the image, from one condition to the next";
+/// One that is larger than boards and rooms leave.
+std::optional<Pattern> large_residue(const Problem& problem, const Fit& fit);
 
 /// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
 /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.

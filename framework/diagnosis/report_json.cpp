@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/quantity.hpp"
+#include "diagnosis/by_condition.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "io/captures/capture_map.hpp"
-#include "io/output_file.hpp"
+#include "diagnosis/gap_report_values.hpp"
 
 #include <fmt/format.h>
 
@@ -24,14 +24,18 @@ json gap_of(const Gap& gap, std::string_view unit) {
           {"held_out_after", number(gap.held_out_after)},
           {"held_out_low", number(gap.held_out_low)},
           {"held_out_high", number(gap.held_out_high)},
-          {"noise_floor", number(gap.noise_floor)}};
+          {"noise_floor", number(gap.noise_floor)},
+          {"scatter_left", number(gap.scatter_left)}};
 }
 
-json effect_of(const EffectResult& effect) {
+json effect_of(const EffectResult& effect, const std::vector<io::Condition>& conditions) {
   json parameters = json::object();
   for (const ParameterResult& p : effect.parameters)
-    parameters[p.name] = {
-        {"value", p.value}, {"unit", p.unit}, {"low", number(p.interval.low)}, {"high", number(p.interval.high)}};
+    parameters[p.name] = {{"value", p.value},
+                          {"unit", p.unit},
+                          {"low", number(p.interval.low)},
+                          {"high", number(p.interval.high)},
+                          {"standing", standing_name(p.standing)}};
   json result = {{"name", effect.name},   {"change", effect.change},  {"tied_with", effect.tied_with},
                  {"where", effect.where}, {"parameters", parameters}, {"fixed", json::object()}};
   for (const ParameterResult& p : effect.fixed) result["fixed"][p.name] = {{"value", p.value}, {"unit", p.unit}};
@@ -42,17 +46,11 @@ json effect_of(const EffectResult& effect) {
   result["gain"] = effect.gain;
   result["p_value"] = effect.p_value;
   result["capture"] = number(effect.capture);
+  for (std::size_t i = 0; i < effect.influence.size(); ++i) result["influence"][conditions[i].id] = effect.influence[i];
   if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
   for (const Rival& rival : effect.rivals)
     result["rivals"].push_back({{"name", rival.candidate->name()}, {"deviance", rival.deviance}, {"bic", rival.bic}});
   return result;
-}
-
-/// Its name; a path from the root, as the extended model lies in another folder than the one that has it.
-std::string camera_of(const simulation::Model& model) {
-  const bool path = model.camera.find('/') != std::string::npos || model.camera.ends_with(".yaml");
-  if (!path || !model.camera_at.source) return model.camera;
-  return std::filesystem::absolute(model.camera_at.source->base / model.camera).lexically_normal().string();
 }
 
 json pattern_of(const Pattern& p) {
@@ -101,6 +99,83 @@ json folds_of(const Diagnosis& d) {
   return all;
 }
 
+json correlations_of(const Diagnosis& d) {
+  json names = json::array(), rows = json::array();
+  for (const EffectResult& effect : d.effects) {
+    for (const ParameterResult& p : effect.parameters) names.push_back(effect.name + "." + p.name);
+  }
+  const Eigen::MatrixXd matrix = correlations(d.search.after);
+  for (const auto& row : matrix.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return {{"parameters", names}, {"matrix", rows}};
+}
+
+json conditions_of(const Diagnosis& d) {
+  json all = json::array();
+  const auto& conditions = d.measurements.design->conditions();
+  const auto gaps = gaps_by_condition(d.search.cross_fit, conditions.size(), distance);
+  for (std::size_t i = 0; i < conditions.size(); ++i)
+    all.push_back({{"id", conditions[i].id},
+                   {"held_out_gap_before", number(gaps[i].before)},
+                   {"held_out_gap_after", number(gaps[i].after)}});
+  return all;
+}
+
+json next_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const NextCondition& next : d.next) {
+    const io::Condition& c = next.condition;
+    all.push_back({{"effects", next.effects},
+                   {"standard_deviations", next.sigma},
+                   {"standard_deviations_measured", next.measured_sigma},
+                   {"difference",
+                    {{"observable", observable_names[next.observable]},
+                     {"value", next.difference},
+                     {"unit", observable_units[next.observable]}}},
+                   {"condition",
+                    {{"distance", c.board_distance},
+                     {"tilt_x", number(c.board_tilt_x)},
+                     {"tilt_y", number(c.board_tilt_y)},
+                     {"target", c.target},
+                     {"integration_time", c.integration_time},
+                     {"time_since_power_on", number(c.time_since_power_on)}}},
+                   {"text", sentence(next)}});
+  }
+  return all;
+}
+
+json trace_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const Step& step : d.search.trace) {
+    json one = {{"step", step.what}, {"effects", step.effects}, {"outcome", step.outcome}};
+    for (const auto& [name, value] : step.numbers) one[name] = number(value);
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+/// What was estimated and is not an effect.
+json nuisances_json(const Diagnosis& d) {
+  const Variances& v = d.search.after.state.variances;
+  json result = {
+      {"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
+      {"camera_offset", {{"value", number(d.measurements.design->tells_offset() ? v.offset : NAN)}, {"unit", "m"}}},
+      {"light", {{"value", v.light}, {"unit", ""}}}};
+  for (const Misplaced& one : d.search.misplaced)
+    result["misplaced"].push_back(
+        {{"condition", d.measurements.design->conditions()[one.condition].id}, {"value", one.off}, {"unit", "m"}});
+  if (d.search.residue) result["smooth_residue"] = {{"value", d.search.residue->sd()}, {"unit", "m"}};
+  const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
+  for (const auto& [name, which, unit] :
+       {std::tuple("drift", &Variances::drift, "m"), std::tuple("drift_light", &Variances::drift_light, ""),
+        std::tuple("session", &Variances::session, "m"), std::tuple("session_light", &Variances::session_light, "")}) {
+    if (std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end())
+      result[name] = {{"value", v.*which}, {"unit", unit}};
+  }
+  for (std::size_t t = 0; t < problem.targets.size(); ++t)
+    result["reflectivities"][problem.targets[t]] = unknown_reflectivity * std::exp(d.search.after.state.light[t]);
+  return result;
+}
+
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
 /// Of the depth where it shrinks by as much as noise, else of the observable that shrinks most in units of its noise.
@@ -110,18 +185,22 @@ std::string shrunk(const Diagnosis& d) {
     const Gap& g = d.gaps[o];
     return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
   };
+  const auto noise = [&](std::size_t o) {
+    const Gap& g = d.gaps[o];
+    return std::hypot(std::isnan(g.noise_floor) ? 0 : g.noise_floor, g.scatter_left);
+  };
   const auto fall = [&](std::size_t o) {
     const auto [before, after] = ends(o);
-    return (before * before - after * after) / std::pow(d.gaps[o].noise_floor, 2);
+    return (before * before - after * after) / std::pow(noise(o), 2);
   };
   std::size_t most = distance;
   for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
     if (fall(o) > fall(most)) most = o;
   }
   const double scale = shown_factor(most);
-  return fmt::format("the gap of {} {}goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
+  return fmt::format("the {} gap {}goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
                      observable_labels[most], aside ? "on held-out conditions " : "", scale * ends(most).first,
-                     scale * ends(most).second, scale * d.gaps[most].noise_floor, fmt::arg("unit", shown_unit(most)));
+                     scale * ends(most).second, scale * noise(most), fmt::arg("unit", shown_unit(most)));
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
@@ -175,7 +254,8 @@ json report_json(const Diagnosis& d) {
   json report = {
       {"format", "tofgraph-gap-report"}, {"version", 1}, {"verdict", verdict_name(d.verdict)}, {"summary", summary(d)}};
   report["effects"] = json::array();
-  for (const EffectResult& effect : d.effects) report["effects"].push_back(effect_of(effect));
+  for (const EffectResult& effect : d.effects)
+    report["effects"].push_back(effect_of(effect, d.measurements.design->conditions()));
   report["gap"] = gap_of(d.gaps[distance], "m");
   for (std::size_t o = 1; o < observables; ++o) {
     if (std::isfinite(d.gaps[o].before))
@@ -199,17 +279,16 @@ json report_json(const Diagnosis& d) {
   report["model"] = "model.yaml";
   report["notes"] = d.notes;
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
-  const Variances& v = d.search.after.state.variances;
-  report["nuisances"] = {
-      {"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
-      {"camera_offset", {{"value", number(d.measurements.design->tells_offset() ? v.offset : NAN)}, {"unit", "m"}}},
-      {"light", {{"value", v.light}, {"unit", ""}}}};
-  const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
-  for (std::size_t t = 0; t < problem.targets.size(); ++t)
-    report["nuisances"]["reflectivities"][problem.targets[t]] =
-        unknown_reflectivity * std::exp(d.search.after.state.light[t]);
+  report["nuisances"] = nuisances_json(d);
   report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
   report["folds"] = folds_of(d);
+  report["trace"] = trace_of(d);
+  report["conditions"] = conditions_of(d);
+  report["correlations"] = correlations_of(d);
+  report["next"] = next_of(d);
+  report["seed"] = d.seed;
+  report["inputs"] = json::array();
+  for (const InputFile& input : d.inputs) report["inputs"].push_back({{"file", input.file}, {"sha256", input.sha256}});
   if (d.confidence) {
     const Confidence& c = *d.confidence;
     report["confidence"] = {{"cases", c.cases()},
@@ -219,34 +298,6 @@ json report_json(const Diagnosis& d) {
                             {"nothing_found_right", c.silent_right}};
   }
   return report;
-}
-
-void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
-  std::vector<io::PixelMapData> data;
-  for (const Term& term : d.search.after.state.terms) {
-    for (std::size_t m = 0; term.maps && m < term.maps->maps().size(); ++m) {
-      const EstimatedMaps::Map& map = term.maps->maps()[m];
-      data.push_back({term.candidate->map_dataset(map.parameter), map.parameter.unit, term.maps->of_pixels(m)});
-    }
-  }
-  if (data.empty()) {
-    std::filesystem::remove(folder / map_file_name);  // of a search before, which is to be replaced
-    return;
-  }
-  io::OutputFile file(folder / map_file_name);
-  const tofgraph_camera& camera = d.measurements.design->camera();
-  io::write_pixel_maps(file.temporary_path().string(), data, camera.height, camera.width);
-  file.sync();
-  file.commit();
-}
-
-std::string model_yaml(const Diagnosis& d) {
-  std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", config::yaml_word(camera_of(d.model)),
-                                 d.model.physical ? "physical" : "reference");
-  text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
-  for (const Term& term : d.search.after.state.terms)
-    text += "  - " + term.candidate->yaml(term.values, term.maps.get(), map_file_name) + "\n";
-  return text;
 }
 
 }  // namespace tofgraph::diagnosis

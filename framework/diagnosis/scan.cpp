@@ -12,13 +12,13 @@ namespace tofgraph::diagnosis {
 namespace {
 
 /// Columns x columns of a group in C^-1. Of columns by superpixel it is kept as what it is made of: diagonals in D^-1,
-/// one for each pair of columns, less what the random directions take out.
+/// one for each pair of columns, less what the random directions and a smooth residue take out.
 struct Tried {
   bool by_superpixel = false;
   Eigen::MatrixXd whole;
   std::vector<Eigen::VectorXd> diagonals;
   Eigen::MatrixXd random;  ///< directions x columns
-  RandomMatrix middle;
+  Eigen::MatrixXd middle;
 
   Eigen::Index columns() const { return by_superpixel ? random.cols() : whole.cols(); }
   void add_to(Eigen::MatrixXd& sum) const {
@@ -35,7 +35,7 @@ struct Tried {
   }
 };
 
-/// What a condition says of the columns that are tried, in C^-1. Held are [own, its target's light, residual].
+/// What a condition says of the columns that are tried, in C^-1. Held are the columns of unknowns, then the residual.
 struct Share {
   Eigen::MatrixXd held;                ///< held x held
   std::vector<Eigen::MatrixXd> cross;  ///< one a group: held x columns
@@ -43,8 +43,9 @@ struct Share {
 };
 
 /// Columns of one condition over their standard deviations, from a row on.
-Eigen::MatrixXd weighted(const Observations& data, std::span<const Column> columns, std::size_t condition,
+Eigen::MatrixXd weighted(const Problem& problem, std::span<const Column> columns, std::size_t condition,
                          std::size_t first_row) {
+  const Observations& data = problem.data[condition];
   const auto rows = columns.empty() ? 0 : static_cast<Eigen::Index>(columns.front()[condition].size());
   Eigen::MatrixXd result(rows, static_cast<Eigen::Index>(columns.size()));
   for (Eigen::Index r = 0; r < rows; ++r) {
@@ -82,6 +83,33 @@ std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Ei
   return diagonals;
 }
 
+/// What the unknowns that are held take out of everything else.
+struct Held {
+  /// A column of a condition that stands for an unknown.
+  struct Part {
+    Eigen::Index column = 0;  ///< among the condition's own and random ones
+    Eigen::Index unknown = 0;
+    double factor = 1;
+  };
+  Eigen::LDLT<Eigen::MatrixXd> factors;
+  std::vector<std::vector<Part>> parts;  ///< one a condition
+  Eigen::VectorXd fitted;                ///< the unknowns' values for the residual
+  Eigen::VectorXd pulled;                ///< how hard the priors of what is shared pull at it, the last unknowns
+  double square = 0;                     ///< of the residual without them
+};
+
+/// The own columns, the light of the target, and what is shared.
+std::vector<Held::Part> parts_of(const Problem& problem, std::size_t condition, Eigen::Index own) {
+  std::vector<Held::Part> parts;
+  for (Eigen::Index c = 0; c < own; ++c) parts.push_back({c, c, 1});
+  const int target = problem.target[condition];
+  if (target >= 0) parts.push_back({own + light_direction, own + target, 1});
+  const auto targets = static_cast<Eigen::Index>(problem.targets.size());
+  for (const Shared& shared : problem.nuisances.of_condition[condition])
+    parts.push_back({own + shared.direction, own + targets + shared.unknown, shared.factor});
+  return parts;
+}
+
 Share share_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
                std::span<const Group* const> groups, const Variances& variances, std::size_t condition) {
   const Eigen::MatrixXd held = weighted_columns(problem, rows, own, condition);
@@ -90,80 +118,77 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
   double log_determinant = 0;
   const RandomMatrix middle =
       woodbury(gram.block<random_directions, random_directions>(count, count), variances, log_determinant);
+  const std::vector<Held::Part> parts = parts_of(problem, condition, count);
   std::vector<Eigen::Index> kept;
-  for (Eigen::Index c = 0; c < count; ++c) kept.push_back(c);
-  kept.push_back(count + random_directions - 1);  // light: that of the target is held
-  kept.push_back(count + random_directions);
+  Eigen::VectorXd factor(static_cast<Eigen::Index>(parts.size() + 1));
+  for (const Held::Part& part : parts) {
+    factor(static_cast<Eigen::Index>(kept.size())) = part.factor;
+    kept.push_back(part.column);
+  }
+  factor(static_cast<Eigen::Index>(kept.size())) = 1;
+  kept.push_back(count + gram_tail - 1);
   const Eigen::MatrixXd random = gram.middleCols(count, random_directions);
   Share share;
-  share.held = Eigen::MatrixXd(gram - random * middle * random.transpose())(kept, kept);
+  const Eigen::MatrixXd marginal = gram - random * middle * random.transpose();
+  share.held = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
+  const Residue* residue = problem.residue.get();
+  const auto superpixels = static_cast<Eigen::Index>(problem.design.superpixels());
   for (const Group* group : groups) {
-    const Eigen::MatrixXd columns = weighted(problem.data[condition], group->columns, condition, group->first_row);
-    const auto superpixels = static_cast<Eigen::Index>(problem.design.superpixels());
-    const Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
+    Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
+    Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
+    const bool smooth = residue != nullptr && group->first_row == distance;
+    // Of columns that stand for one a superpixel the whole inverse is put to the others, so that they stay diagonal.
+    if (smooth) residue->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
     const Eigen::MatrixXd cross =
         group->by_superpixel ? spread_cross(there, columns, superpixels) : Eigen::MatrixXd(there.transpose() * columns);
-    const Eigen::MatrixXd shared = middle * cross.middleRows(count, random_directions);
-    share.cross.push_back(Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
-    if (group->by_superpixel)
-      share.tried.push_back(
-          {true, {}, spread_diagonals(columns, superpixels), cross.middleRows(count, random_directions), middle});
-    else
-      share.tried.push_back(
-          {false,
-           columns.transpose() * columns - cross.middleRows(count, random_directions).transpose() * shared,
-           {},
-           {},
-           {}});
+    const Eigen::MatrixXd random_cross = cross.middleRows(count, random_directions), shared = middle * random_cross;
+    share.cross.push_back(factor.asDiagonal() * Eigen::MatrixXd(cross - random * shared)(kept, Eigen::all));
+    if (!group->by_superpixel) {
+      share.tried.push_back({false, columns.transpose() * columns - random_cross.transpose() * shared, {}, {}, {}});
+      continue;
+    }
+    Tried tried{true, {}, spread_diagonals(columns, superpixels), random_cross, middle};
+    if (smooth) {
+      const Eigen::MatrixXd& modes = residue->modes(condition);
+      tried.random.conservativeResize(random_directions + modes.cols(), Eigen::NoChange);
+      tried.random.bottomRows(modes.cols()) = spread_cross(modes, columns.topRows(superpixels), superpixels);
+      tried.middle = Eigen::MatrixXd::Zero(tried.random.rows(), tried.random.rows());
+      tried.middle.topLeftCorner(random_directions, random_directions) = middle;
+      tried.middle.diagonal().tail(modes.cols()) = residue->taken(condition);
+    }
+    share.tried.push_back(std::move(tried));
   }
   return share;
 }
 
-/// Where a condition's held columns stand among all unknowns; its light is -1 where its reflectivity is known.
-std::vector<Eigen::Index> places(Eigen::Index own, int target) {
-  std::vector<Eigen::Index> result;
-  for (Eigen::Index c = 0; c < own; ++c) result.push_back(c);
-  result.push_back(target < 0 ? -1 : own + target);
-  return result;
-}
-
-/// What the unknowns that are held take out of everything else.
-struct Held {
-  Eigen::LDLT<Eigen::MatrixXd> factors;
-  std::vector<std::vector<Eigen::Index>> place;  ///< one a condition
-  Eigen::VectorXd fitted;                        ///< their values for the residual
-  double square = 0;                             ///< of the residual without them
-};
-
-Held hold(const std::vector<Share>& shares, const Problem& problem, Eigen::Index own, Eigen::Index targets) {
-  const Eigen::Index unknowns = own + targets;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  Eigen::VectorXd score = Eigen::VectorXd::Zero(unknowns);
+Held hold(const std::vector<Share>& shares, const Problem& problem, std::size_t own, const Variances& variances) {
+  const Unknowns unknowns = problem.unknowns(own);
+  Eigen::MatrixXd sum = unknowns.prior(variances).asDiagonal();
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(unknowns.count());
   Held held;
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    const std::vector<Eigen::Index>& at = held.place.emplace_back(places(own, problem.target[i]));
+    const std::vector<Held::Part>& parts = held.parts.emplace_back(parts_of(problem, i, unknowns.effects));
     const Eigen::MatrixXd& block = shares[i].held;
     const Eigen::Index residual = block.cols() - 1;
     held.square += block(residual, residual);
     for (Eigen::Index a = 0; a < residual; ++a) {
-      const Eigen::Index to = at[static_cast<std::size_t>(a)];
-      if (to < 0) continue;
+      const Eigen::Index to = parts[static_cast<std::size_t>(a)].unknown;
       score(to) += block(a, residual);
-      for (Eigen::Index b = 0; b < residual; ++b) {
-        if (at[static_cast<std::size_t>(b)] >= 0) sum(to, at[static_cast<std::size_t>(b)]) += block(a, b);
-      }
+      for (Eigen::Index b = 0; b < residual; ++b) sum(to, parts[static_cast<std::size_t>(b)].unknown) += block(a, b);
     }
   }
-  sum.diagonal().array() += 1 / (prior_width * prior_width);
   held.factors.compute(sum);
-  held.fitted = unknowns > 0 ? Eigen::VectorXd(held.factors.solve(score)) : Eigen::VectorXd(0);
+  held.fitted = unknowns.count() > 0 ? Eigen::VectorXd(held.factors.solve(score)) : Eigen::VectorXd(0);
   held.square -= held.fitted.dot(score);
+  const auto shared = static_cast<Eigen::Index>(unknowns.sd.size());
+  held.pulled = unknowns.prior(variances).tail(shared).cwiseProduct(held.fitted.tail(shared));
   return held;
 }
 
-/// Scores of a group's columns, one row a condition, with what is held taken out.
+/// Scores of a group's columns with what is held taken out: one row a condition, and one for each unknown that is
+/// shared at random, which is as likely to be below zero as above, as conditions are.
 struct Projected {
-  Eigen::MatrixXd scores;       ///< conditions x columns
+  Eigen::MatrixXd scores;       ///< conditions and what they share x columns
   Eigen::MatrixXd information;  ///< columns x columns
 };
 
@@ -174,14 +199,14 @@ Projected project(const std::vector<Share>& shares, const Held& held, std::size_
   result.information = Eigen::MatrixXd::Zero(columns, columns);
   for (std::size_t i = 0; i < shares.size(); ++i) {
     shares[i].tried[group].add_to(result.information);
-    for (std::size_t a = 0; a < held.place[i].size(); ++a) {
-      if (held.place[i][a] >= 0)
-        cross.row(held.place[i][a]) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
-    }
+    for (std::size_t a = 0; a < held.parts[i].size(); ++a)
+      cross.row(held.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
   }
   const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
   result.information -= cross.transpose() * taken;
-  result.scores.resize(static_cast<Eigen::Index>(shares.size()), columns);
+  const Eigen::Index shared = held.pulled.size();
+  result.scores.resize(static_cast<Eigen::Index>(shares.size()) + shared, columns);
+  result.scores.bottomRows(shared) = held.pulled.asDiagonal() * taken.bottomRows(shared);
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const Share& share = shares[i];
     const Eigen::Index residual = share.held.cols() - 1;
@@ -189,15 +214,12 @@ Projected project(const std::vector<Share>& shares, const Held& held, std::size_
     Eigen::VectorXd left = share.held.col(residual).head(residual);
     Eigen::VectorXd score = share.cross[group].row(residual).transpose();
     for (Eigen::Index a = 0; a < residual; ++a) {
-      const Eigen::Index at = held.place[i][static_cast<std::size_t>(a)];
-      if (at < 0) continue;
+      const Eigen::Index at = held.parts[i][static_cast<std::size_t>(a)].unknown;
       left -= held.fitted(at) * share.held.col(a).head(residual);
       score -= held.fitted(at) * share.cross[group].row(a).transpose();
     }
-    for (Eigen::Index a = 0; a < residual; ++a) {
-      const Eigen::Index at = held.place[i][static_cast<std::size_t>(a)];
-      if (at >= 0) score -= left(a) * taken.row(at).transpose();
-    }
+    for (Eigen::Index a = 0; a < residual; ++a)
+      score -= left(a) * taken.row(held.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
     result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
   }
   return result;
@@ -294,8 +316,7 @@ Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, s
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
     shares[i] = share_of(problem, rows[i], own, groups, fit.state.variances, i);
   });
-  const Held held =
-      hold(shares, problem, static_cast<Eigen::Index>(own.size()), static_cast<Eigen::Index>(problem.targets.size()));
+  const Held held = hold(shares, problem, own.size(), fit.state.variances);
   Scan result;
   result.square = held.square;
   for (const Observations& data : problem.data)

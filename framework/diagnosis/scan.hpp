@@ -34,7 +34,7 @@ struct Score {
   double norm = 0;              ///< of the columns after the nuisances are taken out, in standard deviations
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
-  Eigen::MatrixXd shares;       ///< of the residual in them, likewise: conditions x columns
+  Eigen::MatrixXd shares;  ///< of the residual in them, likewise: of each condition, then of what they share at random
   Eigen::VectorXd score() const { return shares.colwise().sum(); }
 };
 

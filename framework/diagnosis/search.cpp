@@ -5,6 +5,7 @@
 #include "diagnosis/contribution.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/structure.hpp"
+#include "diagnosis/validation.hpp"
 #include "graph/stream.hpp"
 
 #include <fmt/format.h>
@@ -16,10 +17,11 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double tie_limit = 10;     ///< of deviance or BIC
-constexpr double promising = 0.3;    ///< of the best linear gain: what bending could still make of a candidate
-constexpr double rival_share = 0.5;  ///< likewise, to take the place of one that is in the model
-constexpr double hardly = 0.01;      ///< of the gain of the best generic pattern: less is not near
+constexpr double tie_limit = 10;      ///< of deviance or BIC
+constexpr double promising = 0.3;     ///< of the best linear gain: what bending could still make of a candidate
+constexpr double rival_share = 0.5;   ///< likewise, to take the place of one that is in the model
+constexpr double hardly = 0.01;       ///< of the gain of the best generic pattern: less is not near
+constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
 /// Out of fold.
 constexpr double least_chosen = 0.8;  ///< share of the folds
 constexpr double visible = 25;        ///< chi-square that must be expected where an effect is to prove itself
@@ -48,7 +50,10 @@ class Search : private Selection {
     }
     settle();
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
-    result_.cross_fit = cross_fit(problem().design, problem().data, model_, candidates_, options_);
+    // Where nothing is named the model stays as it is, and so it predicts what is put aside.
+    SearchOptions aside = options_;
+    if (pieces().empty()) aside.max_effects = 0;
+    result_.cross_fit = cross_fit(problem().design, problem().data, model_, candidates_, aside);
     prove();
     look_at_rest();
     result_.refused = trials_.refused();
@@ -56,6 +61,9 @@ class Search : private Selection {
     result_.after = best().fit;
     result_.correction = std::move(mutable_problem().correction);
     result_.brightening = std::move(mutable_problem().brightening);
+    result_.looseness = std::move(mutable_problem().looseness);
+    result_.residue = std::move(mutable_problem().residue);
+    result_.trace = take_trace();
     return std::move(result_);
   }
 
@@ -76,10 +84,20 @@ class Search : private Selection {
     const std::vector<Piece> all = pieces();
     std::vector<Found> found;
     std::size_t worst = 0;
-    const auto rank = [](const Found& f) { return std::pair(f.refutation.empty(), f.capture); };
+    const auto rank = [](const Found& f) {
+      return std::pair(f.refutation.empty(), std::isnan(f.capture) ? HUGE_VAL : f.capture);
+    };
+    const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
     for (const Piece& piece : all) {
       say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-      found.push_back(gates_.examined(best(), piece));
+      found.push_back(gates_.examined(best(), left, piece));
+      if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
+        found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
+      const Found& now = found.back();
+      note({"questioned",
+            {now.name},
+            {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.capture}},
+            now.refutation.empty() ? "passes" : now.refutation});
       if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
     }
     if (!found.empty() && !found[worst].refutation.empty()) {
@@ -91,20 +109,51 @@ class Search : private Selection {
     return true;
   }
 
-  /// Drops what does not prove itself out of fold.
+  /// Why the values of a term say nothing, or nothing. @param all intervals of all parameters
+  std::string untold(std::size_t t, const std::vector<Interval>& all) const {
+    const Term& term = terms()[t];
+    if (term.maps) return "";
+    std::size_t at = 0;
+    for (std::size_t earlier = 0; earlier < t; ++earlier) at += terms()[earlier].values.size();
+    bool off = true;
+    for (std::size_t k = 0; k < term.values.size(); ++k) {
+      const FreeParameter& p = term.candidate->free()[k];
+      const Interval& interval = all[at + k];
+      if (!p.shape)
+        off = off && interval.low <= p.off && p.off <= interval.high;
+      else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical))
+        return fmt::format("these conditions do not tell its {}", p.name);
+    }
+    return off ? "all of its sizes may as well be off" : "";
+  }
+
+  /// Why an effect does not prove itself out of fold, or nothing.
+  static std::string unproved(const Found& found) {
+    if (found.chosen < least_chosen) return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
+    if (found.fall.seen >= visible && !(found.fall.low > 0))
+      return fmt::format(
+          "the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
+          found.fall.without, found.fall.with);
+    return "";
+  }
+
+  /// Drops what does not prove itself out of fold, and what has values that say nothing.
   void prove() {
-    if (result_.cross_fit.empty()) return;
+    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
+    const bool aside = !result_.cross_fit.empty();
     bool changed = false;
     for (std::size_t f = result_.found.size(); f-- > 0;) {
       Found& found = result_.found[f];
-      found.chosen = result_.cross_fit.share_of(found.names());
-      found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
-      if (found.chosen < least_chosen)
-        found.refutation = fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
-      else if (found.fall.seen >= visible && !(found.fall.low > 0))
-        found.refutation =
-            fmt::format("the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
-                        found.fall.without, found.fall.with);
+      found.refutation = untold(model_.size() + f, all);
+      if (aside) {
+        found.chosen = result_.cross_fit.share_of(found.names());
+        found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
+      }
+      if (found.refutation.empty() && aside) found.refutation = unproved(found);
+      note({"proved",
+            {found.name},
+            {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
+            found.refutation.empty() ? "stays" : found.refutation});
       if (found.refutation.empty()) continue;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
       result_.found.erase(result_.found.begin() + static_cast<std::ptrdiff_t>(f));
@@ -121,9 +170,10 @@ class Search : private Selection {
     const InLightOf there(mutable_problem(), less);
     found.where = patterns_of(less);
     const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);
-    for (const Trial& trial : trials_.best(less, 0, options_.seed, found.candidate, rival_share, false, alike)) {
+    for (const Trial& trial : trials_.best(less, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
-      Rival rival{trial.candidate, trial.fit.deviance - best().fit.deviance, bic(trial.fit) - bic(best().fit), false};
+      Rival rival{trial.candidate, trial.fit.deviance - best().fit.deviance, bic(trial.fit) - bic(best().fit), false,
+                  trial.fit.state};
       rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
                    hardly_differ(problem(), best().fit.state, trial.fit.state, tie_limit);
       found.rivals.push_back(rival);
@@ -137,14 +187,18 @@ class Search : private Selection {
       if (pattern.significant && pattern.largest > least_change[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
-    if (std::optional<Pattern> unsteady = unsteady_camera(problem(), best().fit, weight()))
-      result_.rest.push_back(std::move(*unsteady));
+    for (std::optional<Pattern> pattern :
+         {unsteady_camera(problem(), best().fit, weight()), large_residue(problem(), best().fit)}) {
+      if (pattern) result_.rest.push_back(std::move(*pattern));
+    }
+    result_.misplaced = misplaced(places_of(problem(), best().fit.state));
     result_.lack_of_fit = left.square / left.freedom;
     result_.freedom = left.freedom;
     result_.structure = structure_rank(problem(), best().fit.state, options_.seed);
     if (!result_.something_left()) return;
-    for (const Trial& t : trials_.best(best(), 0, options_.seed, nullptr, promising, false)) {
-      const Group group{t.candidate->name(), signature(problem(), best().fit.state, t.fit.state, t.piece)};
+    for (const Trial& t : trials_.best(best(), nullptr, promising)) {
+      const Group group{t.candidate->name(),
+                        signature(problem(), best().fit.state, t.fit.state, {terms().size(), std::nullopt})};
       const double capture = std::min(gates_.capture(best(), group), 1.0);
       if (capture > hardly) result_.nearest.push_back({t.candidate, capture});
     }

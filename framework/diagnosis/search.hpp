@@ -5,6 +5,7 @@
 
 #include "diagnosis/crossfit.hpp"
 #include "diagnosis/found.hpp"
+#include "diagnosis/places.hpp"
 #include "diagnosis/selection.hpp"
 
 #include <array>
@@ -23,9 +24,14 @@ struct SearchResult {
   double lack_of_fit = 1;                      ///< chi-square over freedom after the search
   double freedom = 0;
   std::array<std::size_t, observables> structure{};  ///< patterns in the rest that follow no axis (parallel analysis)
-  std::vector<std::vector<double>> correction, brightening;  ///< of the problem, at the end
-  std::vector<Near> nearest;  ///< candidates that come nearest to the rest, nearest first
-  CrossFit cross_fit;         ///< out of fold
+  /// Of the problem, at the end.
+  std::vector<std::vector<double>> correction, brightening;
+  std::vector<double> looseness;
+  std::shared_ptr<const Residue> residue;
+  std::vector<Misplaced> misplaced;  ///< boards that do not stand where the campaign says
+  std::vector<Near> nearest;         ///< candidates that come nearest to the rest, nearest first
+  CrossFit cross_fit;                ///< out of fold
+  std::vector<Step> trace;           ///< all of it
 
   std::size_t patterns_without_axis() const { return std::accumulate(structure.begin(), structure.end(), 0UL); }
   bool something_left() const { return !rest.empty() || patterns_without_axis() > 0; }

@@ -17,20 +17,19 @@ constexpr std::size_t most_leaps = 3;   ///< enumerations of sets, each in the n
 constexpr double nearly_all = 0.97;     ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;        ///< gain that the effects of a set more than needed have
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
-constexpr double explained = 1.05;      ///< chi-square over its expectation where nothing is left to explain
+constexpr std::size_t most_allowances = 1;
 
-/// The largest gain that a set promises.
-double most_promised(const std::vector<Subset>& sets) {
+/// Gain that is nearly all of what the best set promises.
+double needed_of(const std::vector<Subset>& sets) {
   double most = 0;
   for (const Subset& set : sets) most = std::max(most, set.merit >= worth ? set.gain : 0);
-  return most;
+  return nearly_all * most - by_chance;
 }
 
 /// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
 /// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
 /// that misses is found from where its fit leads to.
-std::vector<Subset> worth_fitting(const std::vector<Subset>& sets) {
-  const double needed = nearly_all * most_promised(sets) - by_chance;
+std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed) {
   std::size_t size = std::numeric_limits<std::size_t>::max();
   for (const Subset& set : sets) {
     if (set.merit >= worth && set.gain >= needed) size = std::min(size, set.choices.size());
@@ -44,6 +43,12 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets) {
   }
   std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
   return chosen;
+}
+
+std::vector<std::string> names_of(const Alternatives& all, const Subset& subset) {
+  std::vector<std::string> names;
+  for (const std::size_t c : subset.choices) names.push_back(all.list[c].name());
+  return names;
 }
 
 }  // namespace
@@ -85,13 +90,35 @@ void Selection::grow() {
   add_all();
   grow_from_maps();
   drop_needless();
+  for (std::size_t round = 0; round < most_allowances && look_at_conditions(); ++round) {
+    add_all();
+    drop_needless();
+  }
+}
+
+/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or a residue
+/// that is new in each condition. The latter has one parameter, but pays for being any shape. @returns whether there is
+/// anything
+bool Selection::add_best() {
+  ResidueTrial residue;
+  if (problem_.residue && left() >= explained) residue = residue_of(problem_, best_.fit);
+  std::optional<Fit> next = leap();
+  const auto beaten = [&] { return !next || bic(best_.fit) - bic(*next) < residue.gain; };
+  // A residue that is the same each time would look like maps: none are looked for beside one.
+  if (beaten() && !problem_.residue) {
+    std::optional<Fit> maps = good_maps();
+    if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
+  }
+  if (!beaten()) return try_refine(std::move(next->state)).empty();
+  if (!residue.residue) return false;
+  return allow(problem_.looseness, std::move(residue.residue));
 }
 
 void Selection::add_all() {
   // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-  for (std::size_t round = 0; round < 2 * options_.max_effects; ++round) {
+  for (std::size_t round = 0; round < (problem_.residue ? 2 : 2 * options_.max_effects); ++round) {
     const bool first = terms().size() == model_.size();
-    if (!(leap() || add_maps())) break;
+    if (!add_best()) break;
     if (first) prefer_maps();
     drop_needless();
   }
@@ -99,11 +126,11 @@ void Selection::add_all() {
 
 /// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
 /// noise that the best of these leaves, until no other comes out. @returns whether there is one
-bool Selection::leap() {
-  if (terms().size() >= model_.size() + options_.max_effects) return false;
+std::optional<Fit> Selection::leap() {
+  if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
   const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_);
-  if (all.list.empty()) return false;
+  if (all.list.empty()) return std::nullopt;
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));
   options.prior = 1 / (prior_width * prior_width);
@@ -114,21 +141,43 @@ bool Selection::leap() {
     const Score score = score_of(problem_, reference, best_.columns, all.group, 0, 0);
     const double before = bic(best);
     const std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
-    const double needed = nearly_all * most_promised(sets) - by_chance;
+    const double needed = needed_of(sets);
+    if (round == 0) note_ranks(all, score, options);
     std::size_t size = 1;
-    for (const Subset& subset : worth_fitting(sets)) {
+    for (const Subset& subset : worth_fitting(sets, needed)) {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
       if (subset.choices.size() > size && reference.deviance - best.deviance >= needed) break;
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
       std::optional<Fit> next = fitted_set(all, subset);
-      if (next && bic(*next) < bic(best) - 1) best = std::move(*next);
+      const bool better = next && bic(*next) < bic(best) - 1;
+      note({"fitted",
+            names_of(all, subset),
+            {{"promised", subset.gain},
+             {"gain", next ? reference.deviance - next->deviance : NAN},
+             {"bic_fall", next ? before - bic(*next) : NAN}},
+            !next    ? "gives no number"
+            : better ? "the best so far"
+                     : "not better than the best so far"});
+      if (better) best = std::move(*next);
     }
     if (bic(best) == before) break;
     reference.state.variances = best.state.variances;
   }
-  return bic(best_.fit) - bic(best) >= worth && try_refine(std::move(best.state)).empty();
+  return bic(best_.fit) - bic(best) >= worth ? std::optional(std::move(best)) : std::nullopt;
+}
+
+/// What each effect promises alone, in its best form.
+void Selection::note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options) {
+  SubsetOptions alone = options;
+  alone.most_effects = 1;
+  alone.kept = all.choices.size();
+  for (const Subset& subset : best_subsets(score.information, score.score(), all.choices, alone))
+    note({"ranked",
+          names_of(all, subset),
+          {{"promised", subset.gain}, {"promised_less_price", subset.merit}},
+          subset.merit < worth ? "not worth its parameters" : "may be"});
 }
 
 /// Nothing where an effect gives no number.
@@ -164,15 +213,21 @@ std::optional<MapTrial> Selection::maps_alone() {
 
 /// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or in
 /// its place.
-bool Selection::add_maps() {
-  if (terms().size() >= model_.size() + options_.max_effects) return false;
+std::optional<Fit> Selection::good_maps() {
+  if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
   say("looking for what each pixel does");
   std::optional<MapTrial> maps = maps_on(best_);
   if (terms().size() > model_.size() && left() >= explained) {
     std::optional<MapTrial> alone = maps_alone();
     if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
   }
-  return maps && beats(*maps) && try_refine(std::move(maps->trial.fit.state)).empty();
+  if (!maps) return std::nullopt;
+  const bool good = beats(*maps);
+  note({"maps",
+        {maps->trial.candidate->name()},
+        {{"gain", best_.fit.deviance - maps->trial.fit.deviance}, {"bic_fall", bic(best_.fit) - bic(maps->trial.fit)}},
+        good ? "taken" : "not worth its parameters, or chance may do as much"});
+  return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
 }
 
 /// Where maps alone explain all there is, what was added first stood for a part of them.
@@ -185,7 +240,7 @@ void Selection::prefer_maps() {
 /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
 /// was hidden behind them.
 void Selection::grow_from_maps() {
-  if (terms().size() == model_.size() || left() < explained) return;
+  if (problem_.residue || terms().size() == model_.size() || left() < explained) return;
   const double gained = bic(original_.fit) - bic(best_.fit);
   std::optional<MapTrial> alone = maps_alone();
   if (!alone || !significant(alone->trial.score) ||
@@ -220,10 +275,15 @@ void Selection::drop(const Piece& piece) { refine(without(problem_, best_, piece
 void Selection::drop_needless() {
   while (pieces().size() > 1) {
     std::optional<Base> least;
+    std::string name;
     for (const Piece& piece : pieces()) {
       Base less = without(problem_, best_, piece, weight_);
-      if (bic(less.fit) < bic(least ? least->fit : best_.fit) + (least ? 0 : worth)) least = std::move(less);
+      if (!(bic(less.fit) < bic(least ? least->fit : best_.fit) + (least ? 0 : worth))) continue;
+      least = std::move(less);
+      name = name_of(terms()[piece.term], piece);
     }
+    if (least)
+      note({"taken out", {name}, {{"bic_rise", bic(least->fit) - bic(best_.fit)}}, "not worth its parameters"});
     if (!least || !try_refine(std::move(least->fit.state)).empty()) return;
   }
 }

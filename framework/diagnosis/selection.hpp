@@ -5,11 +5,15 @@
 
 #include "diagnosis/alternatives.hpp"
 #include "diagnosis/maps.hpp"
+#include "diagnosis/trace.hpp"
 #include "diagnosis/trials.hpp"
 
 #include <functional>
 
 namespace tofgraph::diagnosis {
+
+/// Chi-square over its expectation where nothing is left to explain.
+inline constexpr double explained = 1.05;
 
 struct SearchOptions {
   std::size_t max_effects = 6;
@@ -55,21 +59,27 @@ class Selection {
     if (options_.progress) options_.progress(what);
   }
   Problem& mutable_problem() { return problem_; }
+  void note(Step step) { trace_.push_back(std::move(step)); }
+  std::vector<Step> take_trace() { return std::move(trace_); }
 
  private:
   void take(Fit fit);
-  bool leap();
+  std::optional<Fit> leap();
+  bool add_best();
   std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
   bool beats(const MapTrial& maps) const;
   std::optional<MapTrial> maps_on(const Base& base);
   std::optional<MapTrial> maps_alone();
-  bool add_maps();
+  std::optional<Fit> good_maps();
   void prefer_maps();
   void grow_from_maps();
   void add_all();
   void drop_needless();
   void refine(State state);
   std::string try_refine(State state);
+  bool look_at_conditions();
+  bool allow(std::vector<double> looseness, std::shared_ptr<const Residue> residue);
+  void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
   double left() const;
 
   Problem problem_;
@@ -80,6 +90,7 @@ class Selection {
   std::vector<double> weight_;
   Base original_, best_;
   Alternatives alternatives_;
+  std::vector<Step> trace_;
 };
 
 /// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError

@@ -26,7 +26,7 @@ Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem,
   RandomMatrix information = RandomMatrix::Zero();
   Eigen::Vector<double, random_directions> score = decltype(score)::Zero();
   const auto directions = [&](std::size_t row) {
-    return Eigen::Vector<double, random_directions>(problem.design.shift(i)[row], problem.offset_response(i, row),
+    return Eigen::Vector<double, random_directions>(problem.jitter_response(i, row), problem.offset_response(i, row),
                                                     problem.light_response(i, row));
   };
   for (std::size_t row = 0; row < rows.size(); ++row) {
@@ -46,7 +46,7 @@ Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem,
 }
 
 std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state) {
-  const auto rows = expected(problem, state);
+  const auto rows = with_nuisances(problem, expected(problem, state), state.variances);
   const std::size_t n = problem.design.superpixels();
   const auto conditions = static_cast<Eigen::Index>(rows.size());
   std::vector<Eigen::MatrixXd> result(observables, Eigen::MatrixXd::Zero(conditions, static_cast<Eigen::Index>(n)));
@@ -60,6 +60,10 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
         result[row / n](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row % n)) =
             left[row] / std::sqrt(variance);
     }
+    if (!problem.residue) continue;
+    Eigen::MatrixXd here = result[distance].row(static_cast<Eigen::Index>(i)).transpose();
+    problem.residue->whiten(i, here);
+    result[distance].row(static_cast<Eigen::Index>(i)) = here.transpose();
   }
   return result;
 }

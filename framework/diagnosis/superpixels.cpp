@@ -162,13 +162,13 @@ class Reduction {
     return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
   }
 
-  /// Variance of one sample c_k in counts^2: between frames, or the profile's.
+  /// Variance of one sample c_k in counts^2 (of distances alone, where the amplitude is 1): between frames, or the
+  /// profile's.
   double sample_variance(const std::vector<std::size_t>& pixels) const {
     double sum = 0;
     for (const std::size_t i : pixels) {
       if (sums_.frames_ < 2) {
-        const double level = sums_.kind_ == FrameSums::Kind::taps ? sums_.intensity_[i] : ideal_[i].intensity;
-        sum += noise_.sample_variance(level);
+        sum += profile_variance(i);
         continue;
       }
       double squares = sums_.square_[i];
@@ -176,6 +176,22 @@ class Reduction {
       sum += squares / (4 * (frames_ - 1));
     }
     return sum / static_cast<double>(pixels.size());
+  }
+
+  double profile_variance(std::size_t i) const {
+    const double ideal = std::abs(ideal_[i].phasor);
+    const double gain = std::abs(mean(i).phasor) / ideal;
+    switch (sums_.kind_) {
+      case FrameSums::Kind::taps:
+        return noise_.sample_variance(sums_.intensity_[i]);
+      case FrameSums::Kind::phases:
+        return noise_.sample_variance(ideal_[i].intensity * gain);
+      case FrameSums::Kind::decoded:  // a component of the phasor is half the difference of two samples
+        return noise_.sample_variance(ideal_[i].intensity * gain) / 2;
+      case FrameSums::Kind::distances:
+        break;
+    }
+    return noise_.sample_variance(ideal_[i].intensity) / 2 / (ideal * ideal);
   }
 
   void summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n, Observations& out) const {

@@ -36,15 +36,13 @@ std::vector<State> Trials::starts(const State& state, const Probe& probe, const 
 }
 
 Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) const {
-  Trial result{probe.candidate, probe.piece, {}, score};
-  if (!probe.piece.refinement) result.piece.term = base.fit.state.terms.size();
+  Trial result{probe.candidate, {}, score};
   const std::vector<State> all = starts(base.fit.state, probe, score);
   for (std::size_t s = 0; s < all.size(); ++s) {
     // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
     if (s + 1 == all.size() && result.fit.deviance < base.fit.deviance) break;
     try {
-      Fit next =
-          probe.piece.refinement ? fit(problem_, all[s], weight_) : fit_last(problem_, all[s], weight_, base.columns);
+      Fit next = fit_last(problem_, all[s], weight_, base.columns);
       if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
@@ -53,8 +51,8 @@ Trial Trials::fitted(const Base& base, const Probe& probe, const Score& score) c
   return result;
 }
 
-std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                                double promising, bool refine, std::span<const std::string> always) const {
+std::vector<Trial> Trials::best(const Base& base, const Candidate* except, double promising,
+                                std::span<const std::string> always) const {
   std::vector<const Probe*> probes;
   std::vector<const Group*> groups;
   for (std::size_t p = 0; p < probes_.list.size(); ++p) {
@@ -63,13 +61,8 @@ std::vector<Trial> Trials::best(const Base& base, std::size_t flips, std::uint64
     probes.push_back(&probe);
     groups.push_back(&probes_.groups[p]);
   }
-  const Probes further = refine ? refinement_probes(problem_, base.fit.state) : Probes{};
-  for (std::size_t p = 0; p < further.list.size(); ++p) {
-    probes.push_back(&further.list[p]);
-    groups.push_back(&further.groups[p]);
-  }
   if (groups.empty()) return {};
-  const Scan scanned = scan(problem_, base.fit, base.columns, groups, flips, seed);
+  const Scan scanned = scan(problem_, base.fit, base.columns, groups, 0, 0);
   std::vector<std::size_t> ranked(probes.size());
   for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
   const double price = std::log(static_cast<double>(problem_.data.size()));

@@ -17,7 +17,6 @@ struct Base {
 /// A candidate in a model, with its score before it was fitted.
 struct Trial {
   const Candidate* candidate = nullptr;
-  Piece piece;
   Fit fit;
   Score score;
 };
@@ -31,15 +30,13 @@ class Trials {
   /// Probes the candidates anew. @param state what their changes are made to
   void prepare(const State& state) { probes_ = probes_of(problem_, state, candidates_); }
   const std::map<std::string, std::string>& refused() const { return probes_.refused; }
-  void refuse(const std::string& candidate, const std::string& why) { probes_.refused[candidate] = why; }
 
   /// The best candidates, fitted, best first by BIC.
   /// @param except a candidate that is scored and not fitted, or nullptr
   /// @param promising share of the best score below which none is fitted
   /// @param always names of those that are fitted whatever their score
-  /// @param refine whether refinements of what is in the base are among them
-  std::vector<Trial> best(const Base& base, std::size_t flips, std::uint64_t seed, const Candidate* except,
-                          double promising, bool refine, std::span<const std::string> always = {}) const;
+  std::vector<Trial> best(const Base& base, const Candidate* except, double promising,
+                          std::span<const std::string> always = {}) const;
 
  private:
   std::vector<State> starts(const State& state, const Probe& probe, const Score& score) const;

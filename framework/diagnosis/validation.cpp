@@ -2,8 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/validation.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <random>
 
 namespace tofgraph::diagnosis {
@@ -39,20 +45,72 @@ double gap(const Problem& problem, const State& state, std::size_t observable) {
   return std::sqrt(sum / count);
 }
 
-double noise_floor(const Problem& problem, const State& state, std::size_t observable) {
+namespace {
+
+/// All that is set in a condition, so that two with the same are the same measurement.
+std::string settings_of(const io::Condition& c) {
+  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x, c.board_tilt_y,
+                     c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient, c.roll,
+                     c.velocity, c.session, c.reference, c.lens, c.rail);
+}
+
+/// Squares of the differences from the mean of the conditions that have the same settings, over their freedom.
+double repeated(const Problem& problem, std::size_t observable) {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < problem.data.size(); ++i)
+    groups[settings_of(problem.design.conditions()[i])].push_back(i);
+  const std::size_t n = problem.design.superpixels();
+  double squares = 0, freedom = 0;
+  for (const auto& [settings, group] : groups) {
+    for (std::size_t row = observable * n; group.size() > 1 && row < (observable + 1) * n; ++row) {
+      double sum = 0, square = 0, count = 0;
+      for (const std::size_t i : group) {
+        if (std::isinf(problem.data[i].variance[row])) continue;
+        const double value = problem.data[i].value[row] * scale_of(problem, observable, i, row);
+        sum += value, square += value * value, ++count;
+      }
+      if (count < 2) continue;
+      squares += square - sum * sum / count;
+      freedom += count - 1;
+    }
+  }
+  return squares / freedom;
+}
+
+}  // namespace
+
+double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
+  if (const double variance = repeated(problem, observable); std::isfinite(variance)) return std::sqrt(variance);
+  if (!frames) return std::numeric_limits<double>::quiet_NaN();
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
-    const double scale = scale_of(problem, observable, i, row);
-    const double jitter = state.variances.jitter * problem.design.shift(i)[row];
-    const double offset = state.variances.offset * problem.offset_response(i, row);
-    const double light = state.variances.light * problem.light_response(i, row);
-    sum += scale * scale * (problem.data[i].variance[row] + jitter * jitter + offset * offset + light * light);
+    sum += std::pow(scale_of(problem, observable, i, row), 2) * problem.data[i].variance[row];
     ++count;
   });
   return std::sqrt(sum / count);
 }
 
-std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed) {
+double scatter_left(const Problem& problem, const State& state, std::size_t observable) {
+  const Variances& sd = state.variances;
+  const double residue = observable == distance && problem.residue ? problem.residue->sd() : 0;
+  double sum = 0, count = 0;
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+    const double scale = scale_of(problem, observable, i, row);
+    const std::array<double, gram_tail - 1> along = {problem.design.shift(i)[row], problem.offset_response(i, row),
+                                                     problem.light_response(i, row), problem.uniform_response(row)};
+    double variance = residue * residue + std::pow(sd.jitter * along[0], 2) + std::pow(sd.offset * along[1], 2) +
+                      std::pow(sd.light * along[2], 2);
+    for (const Shared& shared : problem.nuisances.of_condition[i])
+      variance += std::pow(sd.*problem.nuisances.sd[static_cast<std::size_t>(shared.unknown)] * shared.factor *
+                               along.at(static_cast<std::size_t>(shared.direction)),
+                           2);
+    sum += scale * scale * variance;
+    ++count;
+  });
+  return std::sqrt(sum / count);
+}
+
+std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit) {
   const auto rows = expected(problem, fit.state);
   const std::vector<Column> columns = own_columns(problem, fit.state, rows);
   const Unknowns unknowns = problem.unknowns(columns.size());
@@ -60,13 +118,13 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
   std::vector<double> weight(grams.size(), 1.0);
-  const Solution whole = solve(assemble(grams, determinants, unknowns, weight), unknowns.effects);
+  const Solution whole = solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
   std::mt19937_64 generator(seed);
   std::vector<std::vector<double>> drawn(columns.size());
   for (int d = 0; d < draws; ++d) {
     std::ranges::fill(weight, 0.0);
     for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
-    const Solution one = solve(assemble(grams, determinants, unknowns, weight), unknowns.effects);
+    const Solution one = solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const auto j = static_cast<Eigen::Index>(c);
       drawn[c].push_back(one.values(j) - whole.values(j));
@@ -81,7 +139,7 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
           1.96 * std::sqrt(whole.covariance(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)));
       const double below = std::min(drawn[c][draws / 40], -likely),
                    above = std::max(drawn[c][draws - 1 - draws / 40], likely);
-      const double unit = std::abs(term.candidate->free()[k].typical);
+      const double unit = std::abs(term.candidate->free()[k].typical) * std::sqrt(std::max(lack_of_fit, 1.0));
       result.push_back({term.values[k] + unit * below, term.values[k] + unit * above});
     }
   }

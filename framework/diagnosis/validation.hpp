@@ -13,14 +13,21 @@ namespace tofgraph::diagnosis {
 /// For the distance it is that of the depth.
 double gap(const Problem& problem, const State& state, std::size_t observable);
 
-/// What noise, and the jitter of board, camera and light, alone would leave of gap().
-double noise_floor(const Problem& problem, const State& state, std::size_t observable);
+/// What was measured of it: by how much conditions with the same settings differ from their mean, where some are
+/// repeated; else what the noise of the frames leaves. NaN where neither is known, as of tables. In units of gap().
+/// @param frames whether the variances of the data come from frames
+double noise_floor(const Problem& problem, bool frames, std::size_t observable);
+
+/// What conditions differ by beside the noise of their frames, as the fit needs it: board, camera, light, a wander,
+/// sessions, a smooth residue. In units of gap().
+double scatter_left(const Problem& problem, const State& state, std::size_t observable);
 
 struct Interval {
   double low = 0, high = 0;
 };
 /// 95 % intervals of the free parameters of all terms, in SI: conditions are drawn with replacement, each draw is one
 /// step of least squares. Never narrower than the covariance of the fit says.
-std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed);
+/// @param lack_of_fit chi-square over its expectation: where more than 1, intervals are its root times as wide
+std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit = 1);
 
 }  // namespace tofgraph::diagnosis

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The list of conditions that could be measured next, and the noise that they would have.
+#include "diagnosis/next_condition.hpp"
+
+#include <tofgraph/physics/constants.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double beyond_nearest = 0.7, beyond_farthest = 1.3;  ///< of the campaign's distances
+constexpr double tilt = 20 * std::numbers::pi / 180;           ///< rad
+constexpr std::size_t max_distances = 6, max_times = 3, max_targets = 3;
+constexpr double too_dark = 10;  ///< as for measured superpixels: amplitude in standard deviations of its mean
+constexpr double full = 0.98;    ///< of the full well, likewise
+
+/// A few of them, the ends included.
+template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::size_t count) {
+  if (levels.size() <= count) return levels;
+  std::vector<T> some;
+  for (std::size_t k = 0; k < count; ++k) some.push_back(levels[k * (levels.size() - 1) / (count - 1)]);
+  return some;
+}
+
+std::vector<double> distances_of(const Design& design) {
+  std::set<double> levels;
+  for (const io::Condition& c : design.conditions()) levels.insert(c.board_distance);
+  std::vector<double> all(levels.begin(), levels.end());
+  for (std::size_t k = 0; k + 1 < levels.size(); ++k) all.push_back((all[k] + all[k + 1]) / 2);
+  std::ranges::sort(all);
+  std::vector<double> chosen = thinned(all, max_distances);
+  const double near = beyond_nearest * all.front(), far = beyond_farthest * all.back(),
+               focal = design.camera().focal_length;
+  const double range = physics::unambiguous_range(design.camera().modulation_frequency);
+  if (near > 2 * focal) chosen.insert(chosen.begin(), near);
+  if (far < range || all.back() > range) chosen.push_back(far);
+  return chosen;
+}
+
+std::vector<double> times_of(const Design& design) {
+  std::set<double> levels;
+  for (const io::Condition& c : design.conditions()) levels.insert(c.integration_time);
+  std::vector<double> chosen = thinned(std::vector(levels.begin(), levels.end()), max_times);
+  chosen.insert(chosen.begin(), chosen.front() / 2);
+  chosen.push_back(2 * chosen.back());
+  return chosen;
+}
+
+/// Of all conditions the latest, and twice that; not known where none knows it.
+std::vector<double> power_on_times_of(const Design& design) {
+  double latest = io::unknown;
+  for (const io::Condition& c : design.conditions()) latest = std::fmax(latest, c.time_since_power_on);
+  return std::isnan(latest) || latest == 0 ? std::vector{latest} : std::vector{latest, 2 * latest};
+}
+
+/// One condition of each target, from the darkest to the brightest.
+std::vector<io::Condition> targets_of(const Problem& problem, std::span<const double> light) {
+  std::map<std::string, std::pair<double, std::size_t>> brightness;
+  const auto& conditions = problem.design.conditions();
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    const int t = problem.target[i];
+    const double ln = t < 0 ? 0 : light[static_cast<std::size_t>(t)];
+    brightness.try_emplace(conditions[i].target, std::log(pose_of(conditions[i]).reflectivity) + ln, i);
+  }
+  std::vector<std::pair<double, std::size_t>> order;
+  for (const auto& [name, place] : brightness) order.push_back(place);
+  std::ranges::sort(order);
+  std::vector<io::Condition> chosen;
+  for (const auto& [ln, i] : thinned(order, max_targets)) chosen.push_back(conditions[i]);
+  return chosen;
+}
+
+double sample_level(const Signal& signal, std::size_t observable) {
+  return observable == intensity || observable == null1 ? signal.intensity : std::abs(signal.phasor);
+}
+
+}  // namespace
+
+std::vector<io::Condition> candidate_conditions(const Problem& problem, std::span<const double> light) {
+  using Tilts = std::vector<std::array<double, 2>>;
+  const Design& design = problem.design;
+  const Tilts tilts =
+      design.superpixels() > 1 ? Tilts{{0, 0}, {tilt, 0}, {-tilt, 0}, {0, tilt}, {0, -tilt}} : Tilts{{0, 0}};
+  std::vector<io::Condition> all;
+  for (io::Condition c : targets_of(problem, light)) {
+    c.id = "next";
+    c.capture.clear();
+    c.frames.reset();
+    c.roi.reset();
+    c.order.reset();
+    c.recorded_at.clear();
+    c.session.clear();
+    c.measured = {};
+    for (const double time : times_of(design)) {
+      for (const double since : power_on_times_of(design)) {
+        for (const auto& [x, y] : tilts) {
+          for (const double z : distances_of(design)) {
+            c.board_distance = z;
+            c.board_tilt_x = x;
+            c.board_tilt_y = y;
+            c.integration_time = time;
+            c.time_since_power_on = since;
+            all.push_back(c);
+          }
+        }
+      }
+    }
+  }
+  return all;
+}
+
+NoiseLaw::NoiseLaw(const Problem& problem, std::span<const double> light) {
+  const std::size_t n = problem.design.superpixels();
+  for (std::size_t o = 0; o < observables; ++o) {
+    // Errors of the variances are relative: rows (1, I) / v against 1.
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t i = 0; i < problem.data.size(); ++i) {
+      const int t = problem.target[i];
+      const double factor = t < 0 ? 1 : std::exp(light[static_cast<std::size_t>(t)]);
+      for (std::size_t s = 0; s < n; ++s) {
+        const double variance = problem.data[i].variance[o * n + s];
+        if (!std::isfinite(variance)) continue;
+        const Signal& ideal = problem.design.ideal(i)[s];
+        const double level = factor * sample_level(ideal, o);
+        const Eigen::Vector2d row = Eigen::Vector2d(1, factor * ideal.intensity) / (variance * level * level);
+        normal += row * row.transpose();
+        right += row;
+      }
+    }
+    Law& law = laws_[o];
+    law.known = normal(0, 0) > 0;
+    if (!law.known) continue;
+    // Scaled, as counts^2 and counts are orders apart; neither part is below zero.
+    const Eigen::Vector2d scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::Matrix2d scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+    const Eigen::Vector2d both =
+        scale.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(scale.asDiagonal() * right);
+    law.constant = both(1) < 0 ? right(0) / normal(0, 0) : both(0) < 0 ? 0 : both(0);
+    law.slope = both(0) < 0 ? right(1) / normal(1, 1) : std::max(both(1), 0.0);
+  }
+}
+
+Observations NoiseLaw::blank(const Design& design, std::size_t condition, double light) const {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  const std::size_t n = design.superpixels();
+  const double factor = std::exp(light), well = design.camera().full_well;
+  Observations result{std::vector<double>(design.rows(), 0), std::vector<double>(design.rows(), none)};
+  for (std::size_t s = 0; s < n; ++s) {
+    const Signal& ideal = design.ideal(condition)[s];
+    const double mean = factor * ideal.intensity, strength = factor * std::abs(ideal.phasor);
+    if (well > 0 && mean + strength / 2 > full * well) continue;
+    for (std::size_t o = 0; o < observables; ++o) {
+      const double level = factor * sample_level(ideal, o);
+      if (laws_[o].known) result.variance[o * n + s] = (laws_[o].constant + laws_[o].slope * mean) / (level * level);
+    }
+    if (!(result.variance[amplitude * n + s] * too_dark * too_dark < 1) && laws_[amplitude].known) {
+      for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] = none;
+    }
+  }
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/by_condition.hpp"
+#include "diagnosis/gap_report_parts.hpp"
+#include "diagnosis/gap_report_values.hpp"
+#include "report/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr std::size_t max_bars = 10;        ///< of an effect's conditions
+constexpr std::size_t max_correlated = 16;  ///< parameters in a picture
+constexpr double correlated = 0.9;
+
+std::string value_text(const ParameterResult& p) {
+  if (!std::isfinite(p.interval.low))
+    return with_uncertainty(p.value, p.interval, p.unit) + ", scales maps that were estimated";
+  if (p.standing == Standing::not_determined) return "not determined";
+  return with_uncertainty(p.value, p.interval, p.unit);
+}
+
+std::string remark(const ParameterResult& p) {
+  if (p.standing == Standing::not_determined) return "the data leave it where it began";
+  return p.standing == Standing::holds_zero ? "holds zero: the value that changes nothing lies within the interval"
+                                            : "";
+}
+
+/// Sizes in units of their typical values.
+std::string forest(const Diagnosis& d) {
+  std::vector<report::Span> spans;
+  for (const EffectResult& e : d.effects) {
+    for (const ParameterResult& p : e.parameters) {
+      if (p.shape || !std::isfinite(p.interval.low) || p.standing == Standing::not_determined) continue;
+      const auto relative = [&](double v) { return (v - p.off) / std::abs(p.typical - p.off); };
+      spans.push_back({e.name + " " + p.name,
+                       fmt::format("{} {}: {} (95 %)\ntypical: {}", e.name, p.name, value_text(p),
+                                   with_uncertainty(p.typical, {NAN, NAN}, p.unit)),
+                       relative(p.value), relative(p.interval.low), relative(p.interval.high)});
+    }
+  }
+  return spans.empty() ? "" : report::forest(spans, "size / typical size (dashed: none, typical)", {-1, 0, 1}, 620);
+}
+
+void add_correlations(report::Page& page, const Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const EffectResult& e : d.effects) {
+    for (const ParameterResult& p : e.parameters) names.push_back(e.name + " " + p.name);
+  }
+  const Eigen::MatrixXd matrix = correlations(d.search.after);
+  if (matrix.rows() < 2) return;
+  std::string pairs;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (Eigen::Index j = i + 1; j < matrix.cols(); ++j) {
+      if (std::abs(matrix(i, j)) > correlated)
+        pairs += fmt::format("{}{} with {} ({:+.2f})", pairs.empty() ? "" : "; ", names[static_cast<std::size_t>(i)],
+                             names[static_cast<std::size_t>(j)], matrix(i, j));
+    }
+  }
+  page.paragraph(
+      pairs.empty() ? fmt::format("No two values are correlated by more than {}: each is known on its own.", correlated)
+                    : fmt::format("Correlated by more than {}, so that one is known only together with the "
+                                  "other: {}.",
+                                  correlated, pairs));
+  if (names.size() > max_correlated) return;
+  report::FieldMap map{.title = "correlations of the values", .rows = names.size(), .columns = names.size()};
+  map.x_names = map.y_names = names;
+  map.write_values = true;
+  for (std::size_t i = 0; i < names.size() * names.size(); ++i) {
+    const double value =
+        matrix(static_cast<Eigen::Index>(i / names.size()), static_cast<Eigen::Index>(i % names.size()));
+    map.fields.push_back(
+        {value, fmt::format("{} and {}: {:+.3f}", names[i / names.size()], names[i % names.size()], value)});
+  }
+  const int side = 210 + 42 * static_cast<int>(names.size());
+  const std::vector<std::string> picture = {report::field_map(map, side + 60, side - 20)};
+  page.figures(picture);
+}
+
+/// The conditions that carry most of an effect's gain.
+std::string carriers(const ReportData& data, const EffectResult& e) {
+  std::vector<std::size_t> order(e.influence.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater<>{}, [&](std::size_t i) { return e.influence[i]; });
+  std::vector<report::Span> spans;
+  for (const std::size_t i : order) {
+    if (spans.size() == max_bars) break;
+    const io::Condition& c = data.design.conditions()[i];
+    spans.push_back({c.id + ": " + setting_of(c), fmt::format("{}: {:.1f} % of the gain", c.id, 100 * e.influence[i]),
+                     100 * e.influence[i], 0, 0, i});
+  }
+  return report::bars(spans, e.name + ": share of the gain / %", 860);
+}
+
+/// What a rival's model has more than the model found, over the distance.
+std::string apart(const ReportData& data, const EffectResult& e, const Rival& rival) {
+  const Column change =
+      difference(expected(data.at_the_end, rival.state), expected(data.at_the_end, data.d.search.after.state));
+  const auto sigma = differences_in_sigma(data.at_the_end, data.d.search.after.state, rival.state);
+  report::Series points{"", report::Series::Style::points, {}};
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const io::Condition& c = data.design.conditions()[i];
+    std::vector<double> depths;
+    for (std::size_t s = 0; s < data.design.superpixels(); ++s)
+      depths.push_back(scaled(change[i][s] / data.design.shift(i)[s], distance));
+    points.marks.push_back({c.board_distance, mean(depths), 0,
+                            fmt::format("{}: {}\n{:+.3g} mm; {:.1f} sd over the whole condition", c.id, setting_of(c),
+                                        mean(depths), sigma[i]),
+                            i});
+  }
+  return report::chart({.title = rival.candidate->name() + " minus " + e.name,
+                        .x_label = "distance of the board / m",
+                        .y_label = "expected distance / mm",
+                        .series = {points}});
+}
+
+}  // namespace
+
+void add_parameters(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
+  page.heading("Values");
+  if (d.effects.empty())
+    return page.paragraph("The model has no effect, and none was found: there is nothing to give a value.");
+  page.paragraph(
+      "Values of the extended model with their 95 % intervals. Typical: the size that the effect usually has in such "
+      "cameras. Not determined: the data say no more of it than was supposed before.");
+  std::vector<Row> rows;
+  for (const EffectResult& e : d.effects) {
+    for (const ParameterResult& p : e.parameters)
+      rows.push_back(
+          {e.name, p.name, value_text(p), p.shape ? "-" : with_uncertainty(p.typical, {NAN, NAN}, p.unit), remark(p)});
+    for (const ParameterResult& p : e.fixed)
+      rows.push_back({e.name, p.name, with_uncertainty(p.value, {NAN, NAN}, p.unit), "-",
+                      "fixed: the data do not ask to vary it"});
+  }
+  const Row header = {"effect", "parameter", "value (95 %)", "typical", ""};
+  page.table(header, rows);
+  if (const std::string picture = forest(d); !picture.empty()) {
+    const std::vector<std::string> pictures = {picture};
+    page.figures(
+        pictures,
+        "Bars are the 95 % intervals; one that crosses the dashed line at 0 does not exclude that there is none.");
+  }
+  add_correlations(page, d);
+}
+
+void add_influence(report::Page& page, const ReportData& data) {
+  std::vector<std::string> pictures;
+  for (const EffectResult& e : data.d.effects) {
+    if (!e.influence.empty()) pictures.push_back(carriers(data, e));
+  }
+  if (pictures.empty()) return;
+  page.heading("What each name rests on");
+  page.paragraph(
+      "An effect's gain is how much better the model fits with it (the fall of the deviance, minus twice the log "
+      "likelihood). "
+      "Shown are the conditions with the largest shares. A name that rests on one or two of them is worth a repetition "
+      "of these.");
+  page.figures(pictures);
+}
+
+void add_rivals(report::Page& page, const ReportData& data) {
+  std::vector<Row> rows;
+  std::vector<std::string> pictures;
+  for (std::size_t t = 0; t < data.d.effects.size(); ++t) {
+    const EffectResult& e = data.d.effects[t];
+    for (const Rival& rival : e.rivals) {
+      rows.push_back({e.name, rival.candidate->name(), fmt::format("{:.4g}", rival.deviance),
+                      rival.tied ? "cannot be told apart (a tie)" : "worse"});
+      if (rival.tied) pictures.push_back(apart(data, e, rival));
+    }
+  }
+  if (rows.empty()) return;
+  page.heading("Other effects in its place");
+  page.paragraph(
+      "How much deviance is lost when another effect stands in the place of the one that was found. Below 10 the two "
+      "are tied.");
+  const Row header = {"found", "in its place", "deviance lost", ""};
+  page.table(header, rows);
+  if (!pictures.empty())
+    page.figures(
+        pictures,
+        "Where tied models differ: what the one expects more than the other, mean over each condition's image.");
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/by_condition.hpp"
+#include "diagnosis/gap_report_parts.hpp"
+#include "diagnosis/gap_report_script.hpp"
+#include "diagnosis/gap_report_values.hpp"
+#include "io/palettes.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+using report::Mark;
+using report::Series;
+
+/// Conditions from the nearest board to the farthest.
+std::vector<std::size_t> by_distance(const Design& design) {
+  std::vector<std::size_t> order(design.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return design.conditions()[i].board_distance; });
+  return order;
+}
+
+/// Means of values at one distance after the other.
+std::vector<Mark> joined(const Design& design, const std::vector<std::size_t>& order,
+                         const std::vector<Evidence::Mean>& means, double Evidence::Mean::*which, std::size_t o) {
+  std::map<double, std::vector<double>> levels;
+  for (const std::size_t i : order) levels[design.conditions()[i].board_distance].push_back(means[i].*which);
+  std::vector<Mark> line;
+  for (const auto& [z, values] : levels)
+    line.push_back({.x = z, .y = scaled(mean(values), o), .error = 0, .title = ""});
+  return line;
+}
+
+std::string curve(const ReportData& data, std::size_t o) {
+  const Evidence& e = data.evidence.at(o);
+  const std::vector<std::size_t> order = by_distance(data.design);
+  Series points{"measured", Series::Style::points, {}};
+  for (const std::size_t i : order) {
+    const io::Condition& c = data.design.conditions()[i];
+    points.marks.push_back(
+        {.x = c.board_distance,
+         .y = scaled(e.means[i].measured, o),
+         .error = scaled(1.96 * e.means[i].sd, o),
+         .title =
+             fmt::format("{}: {}\nmeasured {:+.3g} {unit}, simulated {:+.3g} {unit}, extended {:+.3g} {unit}\n"
+                         "standard deviation {:.2g} {unit}; {:.1f} from the extended model",
+                         c.id, setting_of(c), scaled(e.means[i].measured, o), scaled(e.means[i].simulated, o),
+                         scaled(e.means[i].extended, o), scaled(e.means[i].sd, o),
+                         (e.means[i].measured - e.means[i].extended) / e.means[i].sd, fmt::arg("unit", unit_of(o))),
+         .condition = i});
+  }
+  return report::chart(
+      {.title = label(o),
+       .x_label = "distance of the board / m",
+       .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
+       .series = {
+           points,
+           {"simulated", Series::Style::dashes, joined(data.design, order, e.means, &Evidence::Mean::simulated, o)},
+           {"extended", Series::Style::line, joined(data.design, order, e.means, &Evidence::Mean::extended, o)}}});
+}
+
+/// One number of each condition out of fold, before and after.
+std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
+  Series before{"before", Series::Style::points, {}}, after{"after", Series::Style::points, {}};
+  for (const std::size_t i : by_distance(data.design)) {
+    const io::Condition& c = data.design.conditions()[i];
+    const std::string title = fmt::format("{}: {}\ngap before {}, after {}", c.id, setting_of(c),
+                                          shown(gaps[i].before, distance), shown(gaps[i].after, distance));
+    const double place = static_cast<double>(before.marks.size()) + 1;
+    before.marks.push_back({place, scaled(gaps[i].before, distance), 0, title, i});
+    after.marks.push_back({place, scaled(gaps[i].after, distance), 0, title, i});
+  }
+  return report::chart({.title = "distance gap of each condition",
+                        .x_label = "conditions, from the nearest board to the farthest",
+                        .y_label = "gap / mm",
+                        .series = {after, before},
+                        .from_zero = true},
+                       std::max(540, static_cast<int>(90 + 9 * data.design.size())));
+}
+
+std::string numbers(const std::vector<double>& values, std::size_t o) {
+  std::string text;
+  for (const double v : values)
+    text += (text.empty() ? "" : ",") + (std::isfinite(v) ? fmt::format("{:.3g}", scaled(v, o)) : std::string("null"));
+  return "[" + text + "]";
+}
+
+void add_click(report::Page& page, const ReportData& data) {
+  const Evidence& e = data.evidence.at(distance);
+  std::string options, list, palette;
+  for (const std::size_t i : by_distance(data.design)) {
+    const io::Condition& c = data.design.conditions()[i];
+    options += fmt::format("<option value=\"{}\">{}</option>", i, report::escaped(c.id + ": " + setting_of(c)));
+  }
+  for (std::size_t i = 0; i < data.design.size(); ++i)
+    list += fmt::format("{}{{\"before\":{},\"after\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
+                        numbers(e.before[i], distance), numbers(e.after[i], distance), numbers(e.sd[i], distance));
+  for (const io::Colour colour : io::signed_colours)
+    palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
+                           colour & 0xffU);
+  page.insert(fmt::format(
+      "<p><label>Distance residuals of one condition over the sensor; choose it here or by a click on any mark that "
+      "stands for it: <select id=\"condition\">{}</select></label></p>\n<figure><div id=\"condition-maps\">The maps "
+      "need a "
+      "browser that runs scripts.</div></figure>\n<script>\nconst grid = {}, palette = [{}], conditions = "
+      "[{}];{}</script>\n",
+      options, data.design.pixels().columns, palette, list, condition_script));
+}
+
+void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
+  const Evidence& e = data.evidence.at(o);
+  std::vector<double> sizes, ratios;
+  for (std::size_t s = 0; s < e.map_before.size(); ++s) {
+    sizes.push_back(scaled(e.map_before[s], o));
+    ratios.push_back(e.map_before[s] / e.map_sd[s]);
+  }
+  const double limit = report::percentile_98(sizes);
+  // Chance alone reaches three.
+  const double sigma_limit = std::max(report::percentile_98(ratios), 3.0);
+  constexpr int width = 276, height = 240;  // four in a row
+  std::vector<std::string> maps, of_sigma;
+  for (const auto& [values, when] : {std::pair(&e.map_before, "before"), std::pair(&e.map_after, "after")}) {
+    report::FieldMap map = sensor_map(data.design, *values, e.map_sd, o, fmt::format("{}, {}", label(o), when));
+    map.limit = limit;
+    maps.push_back(report::field_map(map, width, height));
+    map.title += ", in sd";
+    map.unit = "sd";
+    map.limit = sigma_limit;
+    for (std::size_t s = 0; s < values->size(); ++s) map.fields[s].value = (*values)[s] / e.map_sd[s];
+    of_sigma.push_back(report::field_map(map, width, height));
+  }
+  std::ranges::copy(of_sigma, std::back_inserter(maps));
+  page.figures(maps);
+}
+
+}  // namespace
+
+void add_curves(report::Page& page, const ReportData& data) {
+  page.heading("Over the distance");
+  page.paragraph(
+      "Errors of the camera, against an ideal one that looks at the same board: measured (each condition, mean over "
+      "its "
+      "image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated (the model "
+      "as "
+      "it was) and extended (the model found). Lines are means over the conditions at a distance.");
+  std::vector<std::string> charts;
+  for (const std::size_t o : {distance, amplitude}) {
+    if (data.evidence.contains(o)) charts.push_back(curve(data, o));
+  }
+  page.figures(charts, "At a mark: its condition, values and standard deviation.");
+}
+
+void add_conditions(report::Page& page, const ReportData& data) {
+  page.heading("Condition by condition");
+  const auto gaps = gaps_by_condition(data.d.search.cross_fit, data.design.size(), distance);
+  if (data.d.search.cross_fit.empty()) {
+    page.paragraph("No conditions could be held out: there is no gap of conditions that the search has not seen.");
+  } else {
+    const std::vector<std::string> charts = {gap_chart(data, gaps)};
+    page.figures(
+        charts,
+        "Root mean square over the condition's image, each time predicted by a model that was chosen and fitted "
+        "without this condition's level (held out).");
+  }
+  if (data.design.superpixels() > 1) add_click(page, data);
+}
+
+void add_maps(report::Page& page, const ReportData& data) {
+  if (data.design.superpixels() < 2) return;
+  page.heading("Over the sensor");
+  page.paragraph(
+      "Residuals (measured minus model), mean over all conditions, on one scale before and after. Beside them the same "
+      "in "
+      "standard deviations (sd) of that mean: within 3 sd it is what chance gives.");
+  bool folded = false;
+  for (const auto& [o, e] : data.evidence) {
+    if (o == intensity) {
+      page.fold("Intensity and null channels");
+      folded = true;
+    }
+    add_observable(page, data, o);
+  }
+  if (folded) page.unfold();
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/gap_report_parts.hpp"
+
+#include <fmt/format.h>
+
+namespace tofgraph::diagnosis {
+
+void add_origin(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < d.inputs.size() && i < 2; ++i)
+    rows.push_back(
+        {i == 0 ? "model" : "campaign", fmt::format("{} (SHA-256 {})", d.inputs[i].file, d.inputs[i].sha256)});
+  rows.push_back({"data", fmt::format("{} conditions, {} frames", data.design.size(), d.measurements.frames)});
+  if (!d.origin.command.empty()) rows.push_back({"command", d.origin.command});
+  rows.push_back({"seed", fmt::format("{}", d.seed)});
+  if (!d.origin.date.empty()) rows.push_back({"made", fmt::format("{}, in {:.0f} s", d.origin.date, d.origin.seconds)});
+  page.facts(rows);
+  if (d.inputs.size() > 2) {
+    page.fold(fmt::format("{} more input files with their SHA-256", d.inputs.size() - 2));
+    std::vector<Row> files;
+    for (std::size_t i = 2; i < d.inputs.size(); ++i) files.push_back({d.inputs[i].file, d.inputs[i].sha256});
+    const Row file_header = {"file", "SHA-256"};
+    page.table(file_header, files);
+    page.unfold();
+  }
+  page.contents();
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config/quantity.hpp"
+#include "diagnosis/gap_report_parts.hpp"
+#include "diagnosis/gap_report_values.hpp"
+#include "diagnosis/structure.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// What distinguishes conditions at a distance: by target (as a number where it is one), then by time.
+using Kind = std::tuple<double, std::string, double, std::string>;
+
+Kind kind_of(const io::Condition& c, bool with_time) {
+  std::string others;
+  if (!c.sources.empty()) others += fmt::format(" {}", fmt::join(c.sources, "+"));
+  if (c.ambient != "dark") others += " " + c.ambient;
+  double number = 0;
+  std::from_chars(c.target.data(), c.target.data() + c.target.size(), number);
+  return {number, c.target, with_time ? c.integration_time : 0, others};
+}
+
+/// Times distinguish columns where that does not leave most of the fields empty.
+bool times_are_columns(const Design& design) {
+  std::set<double> distances;
+  std::set<Kind> kinds;
+  std::set<std::pair<double, Kind>> fields;
+  for (const io::Condition& c : design.conditions()) {
+    distances.insert(c.board_distance);
+    kinds.insert(kind_of(c, true));
+    fields.emplace(c.board_distance, kind_of(c, true));
+  }
+  return 3 * fields.size() > distances.size() * kinds.size();
+}
+
+/// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
+std::string over_conditions(const Design& design, const std::vector<std::vector<double>>& values, std::size_t o,
+                            const std::string& title) {
+  const bool with_time = times_are_columns(design);
+  std::set<double> distances;
+  std::map<Kind, std::size_t> kinds;
+  for (const io::Condition& c : design.conditions()) {
+    distances.insert(c.board_distance);
+    kinds.emplace(kind_of(c, with_time), 0);
+  }
+  std::size_t next = 0;
+  report::FieldMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
+  for (auto& [kind, column] : kinds) {
+    column = next++;
+    const auto& [number, target, time, others] = kind;
+    map.x_names.push_back(with_time ? fmt::format("{} {}{}", target, config::format_quantity(time, "s"), others)
+                                    : target + others);
+  }
+  for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
+  std::vector<std::vector<double>> cells(map.rows * map.columns);
+  map.fields.resize(cells.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const io::Condition& c = design.conditions()[i];
+    const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
+    const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
+    cells[cell].push_back(mean(values[i]));
+    map.fields[cell].condition = i;
+    map.fields[cell].title += fmt::format("{}{}: {:+.3g} {}", map.fields[cell].title.empty() ? "" : "\n", c.id,
+                                          scaled(mean(values[i]), o), unit_of(o));
+  }
+  std::vector<double> all;
+  for (std::size_t k = 0; k < cells.size(); ++k) all.push_back(map.fields[k].value = scaled(mean(cells[k]), o));
+  map.limit = report::percentile_98(all);
+  map.x_label = with_time ? "target, integration time" : "target";
+  map.y_label = "board";
+  return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
+}
+
+}  // namespace
+
+std::string rest_map(const ReportData& data) {
+  const SearchResult& search = data.d.search;
+  std::size_t o = distance;
+  if (!search.rest.empty())
+    o = search.rest.front().observable;
+  else
+    while (search.structure[o] == 0) ++o;
+  const std::string title = label(o) + ", what no effect explains";
+  if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
+  const std::vector<double> pattern = leading_pattern(data.at_the_end, search.after.state, o);
+  report::FieldMap map = sensor_map(data.design, pattern, data.evidence.at(o).map_sd, o, title);
+  std::vector<double> sizes;
+  for (const report::Field& field : map.fields) sizes.push_back(field.value);
+  map.limit = report::percentile_98(sizes);
+  return report::field_map(map);
+}
+
+void add_rest(report::Page& page, const ReportData& data) {
+  const SearchResult& search = data.d.search;
+  std::vector<Row> before;
+  constexpr std::size_t max_patterns = 12;
+  for (const Pattern& p : search.where) {
+    if (p.significant && before.size() < max_patterns)
+      before.push_back(
+          {label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share)});
+  }
+  page.heading("What the gap follows, and what no effect explains");
+  page.paragraph(
+      before.empty()
+          ? "Before the search the gap followed no setting beyond chance."
+          : "Before the search the gap followed these settings beyond chance (curves without physics; they overlap):");
+  const Row before_header = {"of", "along", "size (root mean square)", "share of what exceeds noise"};
+  if (!before.empty()) page.table(before_header, before);
+  if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
+  std::vector<Row> rows;
+  for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});
+  if (!rows.empty()) {
+    page.paragraph("After it this is left, and no effect explains it:");
+    const Row header = {"of", "along", "size (root mean square)"};
+    page.table(header, rows);
+  }
+  const std::size_t others = search.patterns_without_axis();
+  if (others > 0)
+    page.paragraph(fmt::format("{} pattern{} over the sensor {} left that follow{} no setting.", others,
+                               others == 1 ? "" : "s", others == 1 ? "is" : "are", others == 1 ? "s" : ""));
+  std::string nearest;
+  for (const Near& near : search.nearest)
+    nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(), 100 * near.capture);
+  if (!nearest.empty())
+    page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
+  const std::vector<std::string> shape = {rest_map(data)};
+  page.figures(shape,
+               "The largest of what is left. Over the sensor its sign may change from one condition to the next.");
+}
+
+}  // namespace tofgraph::diagnosis

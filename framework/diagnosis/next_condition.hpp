@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What to measure next: of a list of conditions that extend those of the campaign, the one in which two models differ
+/// most. Two tied models, or the model with and without an effect that these data could not have shown.
+#pragma once
+
+#include "diagnosis/audit.hpp"
+#include "diagnosis/found.hpp"
+
+namespace tofgraph::diagnosis {
+
+/// Variance of superpixels in conditions that were not measured, as in those that were: a + b I counts^2 of a sample,
+/// I counts of a tap's mean. One law an observable, least squares over the campaign's superpixels.
+class NoiseLaw {
+ public:
+  /// @param light ln of each target's factor on the design's reflectivity
+  NoiseLaw(const Problem& problem, std::span<const double> light);
+  /// Values 0; infinite variances where the campaign knows nothing of the observable, and where a board is too dark
+  /// (10 standard deviations of a superpixel's amplitude) or a tap is full. @param light as above, of one condition
+  Observations blank(const Design& design, std::size_t condition, double light) const;
+
+ private:
+  struct Law {
+    double constant = 0, slope = 0;
+    bool known = false;
+  };
+  std::array<Law, observables> laws_;
+};
+
+/// The product of a few levels of each setting: distances of the campaign, between and beyond them; its integration
+/// times, half and twice; its targets; boards that face the camera or are tilted by 20 deg to each side about x or y
+/// (not where the data are means over boards); its latest time since power-on and twice that.
+/// @param light ln of each target's factor on the reflectivity: the darkest, the brightest and one between are listed
+std::vector<io::Condition> candidate_conditions(const Problem& problem, std::span<const double> light);
+
+/// Two models that both fit the campaign.
+struct Question {
+  std::vector<std::string> effects;  ///< two that are tied, or one that these data could not have shown
+  State one, other;                  ///< with reflectivities of the problem's targets
+  std::string experiment;            ///< what the effect's author advises
+};
+
+/// Of a tie, and of each blind effect at half its typical size beside the model, refitted linearly to the campaign.
+/// Effects that give no number are left out. @param found in the order of the state's terms from the first added one on
+std::vector<Question> open_questions(const Problem& problem, const State& state, const std::vector<Found>& found,
+                                     const Audit& audit);
+
+struct NextCondition {
+  std::vector<std::string> effects;
+  io::Condition condition;
+  double reflectivity = 0;     ///< of its target, as the model found it
+  double sigma = 0;            ///< by which the two models differ there: sqrt(d' C^-1 d), C with jitter and light
+  double measured_sigma = 0;   ///< the largest of the campaign's own conditions
+  std::size_t observable = 0;  ///< that carries most of it
+  double difference = 0;       ///< root mean square over superpixels of that observable, SI, distances as depths
+  std::size_t candidates = 0;  ///< that were compared
+  std::string experiment;
+};
+
+/// Less tells nothing: by so much one condition in twenty differs by chance.
+inline constexpr double telling = 2;
+
+/// The best condition for each pair of tied effects and for each blind one, of whatever size shows best; ties first,
+/// then the largest difference. What no condition of the list shows is left out.
+std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions);
+
+/// The first that tells something, and more than what was measured; nullptr: there is none.
+const NextCondition* most_telling(const std::vector<NextCondition>& next);
+
+/// Standard deviations of one condition by which two models differ, in each of a problem's conditions. What is left
+/// beside the board's place, the camera's offset and the light counts only where it is as large as matters
+/// (least_change): below that the simulation itself is not exact.
+std::vector<double> differences_in_sigma(const Problem& problem, const State& one, const State& other);
+
+}  // namespace tofgraph::diagnosis

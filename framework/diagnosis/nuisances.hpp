@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What conditions share that is no effect of the camera: a wander of its distances and of the light while the
+/// conditions were measured, and offsets from one session to the next.
+#pragma once
+
+#include "diagnosis/design.hpp"
+#include "diagnosis/mixed_model.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Unknowns with a normal prior around zero, whose standard deviation is estimated.
+struct Nuisances {
+  std::vector<std::vector<Shared>> of_condition;  ///< one a condition
+  std::vector<double Variances::*> sd;            ///< one an unknown: that of its prior
+};
+
+/// A constant and half waves over the order measured where all conditions tell it, k of them with 1 / k of the standard
+/// deviation as those of a random walk have; an offset and a factor of light for each session where there are several.
+Nuisances nuisances_of(const Design& design);
+
+/// Of a wander with a standard deviation of its first wave: its root mean square over the conditions.
+double wander_of(const Design& design, double sd);
+
+}  // namespace tofgraph::diagnosis

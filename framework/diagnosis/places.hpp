@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Boards that stand elsewhere than their campaign says, by more than the others do.
+#pragma once
+
+#include "diagnosis/fit.hpp"
+
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+struct Places {
+  std::vector<double> off;  ///< m that each board is farther than it should be; 0 where no distance is known
+  double sd = 0;            ///< of most of them, m
+};
+
+/// Beside a model, with what conditions share taken out. Only distances are asked: light has reasons of its own.
+Places places_of(const Problem& problem, const State& state);
+
+/// How many times the usual jitter each board may be off: Student's t with 4 degrees of freedom, so that one that
+/// stands elsewhere does not pull at the others. 1 for nearly all.
+std::vector<double> looseness_of(const Places& places);
+
+/// A board that stands where no other does.
+struct Misplaced {
+  std::size_t condition = 0;
+  double off = 0;  ///< m
+};
+std::vector<Misplaced> misplaced(const Places& places);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/residue.hpp"
+
+#include "diagnosis/fit.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr int most_half_waves = 6;                         ///< over the image, in all directions
+constexpr double worth = 20;                               ///< fall of the deviance
+constexpr double least = 2e-5, most = 2e-2, factor = 1.5;  ///< standard deviations that are tried, m
+
+/// Cosines over the superpixels, constant excluded, whose squares sum to 1 on average: the spectrum falls with the
+/// fourth power of the number of half waves from two on.
+Eigen::MatrixXd cosines(std::size_t side) {
+  std::vector<Eigen::VectorXd> columns;
+  double sum = 0;
+  const auto n = static_cast<Eigen::Index>(side);
+  for (int x = 0; x <= most_half_waves; ++x) {
+    for (int y = 0; y <= most_half_waves; ++y) {
+      const double waves = std::hypot(x, y);
+      if (waves == 0 || waves > most_half_waves) continue;
+      const double variance = std::pow(1 + waves * waves / 4, -2);
+      Eigen::VectorXd& column = columns.emplace_back(n * n);
+      for (Eigen::Index s = 0; s < n * n; ++s) {
+        const auto at = [n](Eigen::Index i) {
+          return std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+        };
+        column(s) = std::sqrt(variance) * std::cos(x * at(s % n)) * std::cos(y * at(s / n));
+      }
+      sum += column.squaredNorm() / static_cast<double>(n * n);
+    }
+  }
+  Eigen::MatrixXd all(n * n, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c) all.col(static_cast<Eigen::Index>(c)) = columns[c] / std::sqrt(sum);
+  return all;
+}
+
+}  // namespace
+
+Residue::Residue(const std::vector<Observations>& data) {
+  const std::size_t n = data.front().variance.size() / observables;
+  const Eigen::MatrixXd waves = cosines(static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(n)))));
+  std::vector<Field> fields(data.size());
+  tbb::parallel_for(std::size_t{0}, data.size(), [&](std::size_t i) {
+    Eigen::MatrixXd weighted = waves;
+    for (std::size_t s = 0; s < n; ++s)
+      weighted.row(static_cast<Eigen::Index>(s)) /= std::sqrt(data[i].variance[distance * n + s]);  // 0 where unknown
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(weighted.transpose() * weighted);
+    const Eigen::VectorXd variance = solver.eigenvalues().cwiseMax(0);
+    const auto kept = static_cast<Eigen::Index>((variance.array() > 1e-9 * variance.maxCoeff()).count());
+    const Eigen::VectorXd largest = variance.tail(kept);
+    fields[i] = {weighted * solver.eigenvectors().rightCols(kept) * largest.cwiseSqrt().cwiseInverse().asDiagonal(),
+                 largest};
+  });
+  fields_ = std::make_shared<const std::vector<Field>>(std::move(fields));
+}
+
+Residue::Residue(const Residue& other, double sd) : fields_(other.fields_), sd_(sd) {}
+
+Eigen::VectorXd Residue::taken(std::size_t condition) const {
+  const Eigen::ArrayXd variance = sd_ * sd_ * (*fields_)[condition].variance.array();
+  return variance / (1 + variance);
+}
+
+double Residue::log_determinant(std::size_t condition) const {
+  return (1 + sd_ * sd_ * (*fields_)[condition].variance.array()).log().sum();
+}
+
+void Residue::whiten(std::size_t condition, Eigen::Ref<Eigen::MatrixXd> rows) const {
+  const Eigen::MatrixXd& along = modes(condition);
+  const Eigen::VectorXd less = 1 - (1 - taken(condition).array()).sqrt();
+  const Eigen::MatrixXd parts = less.asDiagonal() * (along.transpose() * rows);
+  rows.noalias() -= along * parts;
+}
+
+ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
+  const std::size_t n = problem.design.superpixels();
+  if (n < 2) return {};
+  Problem plain = problem;
+  plain.residue = nullptr;
+  const auto rows = expected(plain, fit.state);
+  const std::vector<Column> columns = own_columns(plain, fit.state, rows);
+  const Residue fields(problem.data);
+  std::vector<Gram> whole(rows.size());
+  std::vector<Eigen::MatrixXd> along(rows.size());  // modes x columns
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    const Eigen::MatrixXd all = weighted_columns(plain, rows[i], columns, i);
+    whole[i] = all.transpose() * all;
+    along[i] = fields.modes(i).transpose() * all.topRows(static_cast<Eigen::Index>(n));
+  });
+  const std::vector<double> weight(rows.size(), 1);
+  const Unknowns unknowns = problem.unknowns(columns.size());
+  const auto grams_with = [&](double sd, double& determinant) {
+    const Residue residue(fields, sd);
+    std::vector<Gram> grams(rows.size());
+    determinant = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      grams[i] = whole[i] - along[i].transpose() * residue.taken(i).asDiagonal() * along[i];
+      determinant += residue.log_determinant(i);
+    }
+    return grams;
+  };
+  const auto roughly = [&](double sd) {  // at the variances of the fit
+    double determinant = 0;
+    std::vector<Gram> grams = grams_with(sd, determinant);
+    std::vector<double> determinants(grams.size());
+    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
+    return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances).deviance + determinant;
+  };
+  const auto exactly = [&](double sd) {
+    double determinant = 0;
+    return profile(grams_with(sd, determinant), unknowns, weight, fit.state.variances).solution.deviance + determinant;
+  };
+  const double now = problem.residue ? problem.residue->sd() : 0;
+  double best = 0, lowest = roughly(0) - worth;
+  for (double sd = least; sd <= most; sd *= factor) {
+    const double here = roughly(sd);
+    if (here < lowest) lowest = here, best = sd;
+  }
+  if (best == 0 || best == now) return {};
+  return {std::make_shared<const Residue>(fields, best), exactly(now) - exactly(best)};
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// An error of the distances that is smooth over the image and another one in each condition: boards that are not
+/// flat, reflections that come and go. Cosines over the image with random heights, the finer the smaller.
+#pragma once
+
+#include "diagnosis/observables.hpp"
+
+#include <Eigen/Dense>
+
+#include <memory>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+class Residue {
+ public:
+  /// @param data one a condition, of grid x grid superpixels
+  explicit Residue(const std::vector<Observations>& data);
+  /// The same with a standard deviation over the image, m.
+  Residue(const Residue& other, double sd);
+
+  double sd() const { return sd_; }
+  /// Takes from rows over their standard deviations what makes their covariance differ from the unit matrix: its
+  /// inverse root. @param rows superpixels x columns, of the distance
+  void whiten(std::size_t condition, Eigen::Ref<Eigen::MatrixXd> rows) const;
+  /// The directions in which rows over their standard deviations vary, superpixels x modes, orthonormal.
+  const Eigen::MatrixXd& modes(std::size_t condition) const { return (*fields_)[condition].modes; }
+  /// What the inverse of their covariance lacks of the unit matrix along each mode.
+  Eigen::VectorXd taken(std::size_t condition) const;
+  /// ln of the determinant of their covariance.
+  double log_determinant(std::size_t condition) const;
+
+ private:
+  struct Field {
+    Eigen::MatrixXd modes;
+    Eigen::VectorXd variance;  ///< along each, for a standard deviation of 1 m
+  };
+  std::shared_ptr<const std::vector<Field>> fields_;
+  double sd_ = 0;
+};
+
+struct Problem;
+struct Fit;
+/// A residue, and how much the deviance is less with it than with what the problem has.
+struct ResidueTrial {
+  std::shared_ptr<const Residue> residue;  ///< nothing where the problem's is as good
+  double gain = 0;
+};
+/// The residue with the least deviance beside a fit.
+ResidueTrial residue_of(const Problem& problem, const Fit& fit);
+
+}  // namespace tofgraph::diagnosis
