@@ -145,7 +145,12 @@ class Writer {
         views_(measured_views(options, conditions_)),
         clutter_(add_clutter(options.clutter, options.seed, options.rig_seed(), conditions_, views_)),
         defects_(draw_defects(options, physics_.camera)) {
-    for (io::Condition& condition : conditions_) condition.capture = folder_ / "captures" / (condition.id + ".h5");
+    for (std::size_t i = 0; i < conditions_.size(); ++i) {
+      conditions_[i].capture = folder_ / "captures" / (conditions_[i].id + ".h5");
+      if (!clutter_.sessions.empty())
+        conditions_[i].session =
+            fmt::format("{}", session_of(views_[i].order, views_.size(), clutter_.sessions.size()));
+    }
   }
 
   void write() {

@@ -74,6 +74,47 @@ TEST(Diagnose, ExtendsTheModelSoThatSimulateTakesIt) {
   EXPECT_EQ(read_text(folder.path() / "found/report.json"), read_text(folder.path() / "repeated/report.json"));
 }
 
+/// What to measure next is a scene that simulate takes; the report has no address of anything else and says what it is
+/// of.
+TEST(Diagnose, SaysWhatToMeasureNextAndWhatItIsOf) {
+  const TemporaryFolder folder;
+  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
+  ASSERT_EQ(diagnose(folder, "--seed 4").exit_code, 0);
+  const auto said = report(folder);
+  ASSERT_FALSE(said.at("next").empty()) << "a rail of one target and one integration time leaves much open";
+  const auto& next = said["next"][0];
+  EXPECT_GT(next["standard_deviations"].get<double>(), next["standard_deviations_measured"].get<double>());
+  const Outcome tried =
+      shell("$TOFGRAPH simulate found/next_condition.yaml -o next.h5 && $TOFGRAPH info next.h5", folder.path());
+  ASSERT_EQ(tried.exit_code, 0) << tried.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "next.h5"));
+
+  EXPECT_EQ(said["seed"], 4);
+  ASSERT_EQ(said["inputs"].size(), 2U + 8) << "model, campaign, eight captures";
+  const Outcome hash = shell("sha256sum model.yaml | cut -d' ' -f1", folder.path());
+  EXPECT_EQ(said["inputs"][0]["sha256"].get<std::string>() + "\n", hash.out);
+  const std::string html = read_text(folder.path() / "found/report.html");
+  EXPECT_NE(html.find(said["inputs"][1]["sha256"].get<std::string>()), std::string::npos);
+  EXPECT_NE(html.find("tofgraph diagnose --model model.yaml --data data/campaign.yaml -o found --seed 4"),
+            std::string::npos);
+  for (const char* outside : {"src=", "href=\"http", "url(", "@import", "fetch("})
+    EXPECT_EQ(html.find(outside), std::string::npos) << outside;
+  // The conditions carry the name together, and none says so alone.
+  double sum = 0;
+  int carriers = 0;
+  for (const auto& [id, share] : said["effects"][0]["influence"].items()) {
+    sum += share.get<double>();
+    carriers += share.get<double>() > 0.05 ? 1 : 0;
+  }
+  EXPECT_GT(carriers, 1);
+  EXPECT_NEAR(sum, 1, 1e-6);
+  EXPECT_EQ(said["effects"][0]["parameters"]["amplitude"]["standing"], "determined");
+  EXPECT_EQ(said["correlations"]["matrix"].size(), said["correlations"]["parameters"].size());
+  ASSERT_EQ(said["conditions"].size(), 8U);
+  for (const auto& condition : said["conditions"])
+    EXPECT_LT(condition["held_out_gap_after"].get<double>(), 0.01) << condition;
+}
+
 TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   const TemporaryFolder folder;
   simulate(folder, rail, "", 2);

@@ -14,7 +14,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 struct Dense {
-  std::vector<Eigen::MatrixXd> columns;  // effects, g, o, h, residual
+  std::vector<Eigen::MatrixXd> columns;  // effects, g, o, h, u, residual
   std::vector<Eigen::VectorXd> variance;
 };
 
@@ -50,7 +50,8 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   std::vector<Gram> marginals(6);
   std::vector<double> determinants(6);
   for (std::size_t i = 0; i < 6; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
-  const Solution solution = solve(assemble(marginals, determinants, {effects, target, targets}, weight), effects);
+  const Unknowns unknowns{effects, target, targets};
+  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, variances);
 
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(effects + targets, effects + targets);
   Eigen::VectorXd score = Eigen::VectorXd::Zero(effects + targets);
@@ -58,7 +59,7 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   for (std::size_t i = 0; i < 6; ++i) {
     const Eigen::MatrixXd& all = dense.columns[i];
     const Eigen::VectorXd g = all.col(effects), o = all.col(effects + 1), h = all.col(effects + 2),
-                          r = all.col(effects + 3);
+                          r = all.col(effects + gram_tail - 1);
     const Eigen::MatrixXd noise = dense.variance[i].asDiagonal();
     const Eigen::MatrixXd covariance = noise + std::pow(variances.jitter, 2) * g * g.transpose() +
                                        std::pow(variances.offset, 2) * o * o.transpose() +
@@ -79,6 +80,59 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   EXPECT_NEAR(solution.dimension, 2, 1e-3);
 }
 
+/// What conditions share at random is in the covariance of all of them together.
+TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
+  constexpr Eigen::Index rows = 7, effects = 2, conditions = 5, all = rows * conditions;
+  constexpr int targets = 1;
+  const Variances variances{
+      .jitter = 0.7, .offset = 0.3, .light = 0.4, .drift = 0.6, .drift_light = 0.2, .session = 0.9};
+  const Dense dense = random_conditions(conditions, rows, effects);
+  const std::vector<Gram> grams = grams_of(dense);
+  const std::vector<int> target = {0, 0, -1, 0, 0};
+  const std::vector<std::vector<Shared>> shared = {
+      {{3, 0, 1}, {3, 2, 1}}, {{3, 0, -0.4}, {2, 1, 0.8}}, {{3, 0, 0.3}, {2, 1, -1}, {3, 2, 1}}, {}, {{2, 1, 0.5}}};
+  const std::vector<double Variances::*> sd = {&Variances::drift, &Variances::drift_light, &Variances::session};
+  const Unknowns unknowns{effects, target, targets, shared, sd};
+  std::vector<Gram> marginals(conditions);
+  std::vector<double> determinants(conditions);
+  for (std::size_t i = 0; i < conditions; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
+  const std::vector<double> weight(conditions, 1.0);
+  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, variances);
+
+  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(all, all), design = Eigen::MatrixXd::Zero(all, effects + targets),
+                  along = Eigen::MatrixXd::Zero(all, 3);
+  Eigen::MatrixXd covariance = noise;
+  Eigen::VectorXd residual(all);
+  const std::array<double, 3> own = {variances.jitter, variances.offset, variances.light};
+  for (std::size_t i = 0; i < conditions; ++i) {
+    const auto first = static_cast<Eigen::Index>(i) * rows;
+    const Eigen::MatrixXd& columns = dense.columns[i];
+    noise.diagonal().segment(first, rows) = dense.variance[i];
+    for (Eigen::Index d = 0; d < random_directions; ++d) {
+      const Eigen::VectorXd direction = columns.col(effects + d);
+      covariance.block(first, first, rows, rows) +=
+          std::pow(own.at(static_cast<std::size_t>(d)), 2) * direction * direction.transpose();
+    }
+    for (const Shared& s : shared[i])
+      along.col(s.unknown).segment(first, rows) += s.factor * columns.col(effects + s.direction);
+    design.block(first, 0, rows, effects) = columns.leftCols(effects);
+    if (target[i] >= 0) design.col(effects).segment(first, rows) = columns.col(effects + light_direction);
+    residual.segment(first, rows) = columns.col(effects + gram_tail - 1);
+  }
+  covariance += noise;
+  for (Eigen::Index u = 0; u < 3; ++u)
+    covariance += std::pow(variances.*sd[static_cast<std::size_t>(u)], 2) * along.col(u) * along.col(u).transpose();
+  const Eigen::MatrixXd inverse = covariance.inverse();
+  Eigen::MatrixXd information = design.transpose() * inverse * design;
+  information.diagonal().array() += 1 / (prior_width * prior_width);
+  const Eigen::VectorXd score = design.transpose() * inverse * residual, expected = information.inverse() * score;
+  for (Eigen::Index j = 0; j < expected.size(); ++j) EXPECT_NEAR(solution.values(j), expected(j), 1e-9);
+  const Eigen::MatrixXd known = information.inverse();
+  for (Eigen::Index j = 0; j < effects; ++j) EXPECT_NEAR(solution.covariance(j, j), known(j, j), 1e-9);
+  const double determinant = Eigen::MatrixXd(covariance * noise.inverse()).partialPivLu().determinant();
+  EXPECT_NEAR(solution.deviance, residual.dot(inverse * residual) - expected.dot(score) + std::log(determinant), 1e-8);
+}
+
 TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   // One row a condition, g = 1: r is normal with the variance 1 + jitter^2, whose likeliest value is the mean square.
   std::mt19937 generator(5);
@@ -88,7 +142,9 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   for (int i = 0; i < 400; ++i) {
     const double r = 0.02 * normal(generator), noise = 1e-4;
     square += r * r / 400;
-    Eigen::Vector4d row(1, 0, 0, r);
+    Eigen::Vector<double, gram_tail> row = Eigen::Vector<double, gram_tail>::Zero();
+    row(0) = 1;
+    row(gram_tail - 1) = r;
     grams.emplace_back(row * row.transpose() / noise);
   }
   const std::vector<int> target(400, -1);

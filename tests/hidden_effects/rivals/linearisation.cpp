@@ -145,7 +145,7 @@ Probes all_probes(const Problem& problem, const State& state,
   for (const auto& candidate : candidates) {
     if (candidate->refinements().empty() || all.refused.contains(candidate->name())) continue;
     State with = state;
-    with.terms.push_back({candidate.get(), candidate->probes().front()});
+    with.terms.push_back({candidate.get(), probes_of(candidate->free()).front()});
     Probes more = refinement_probes(problem, with);
     std::ranges::move(more.list, std::back_inserter(all.list));
     std::ranges::move(more.groups, std::back_inserter(all.groups));

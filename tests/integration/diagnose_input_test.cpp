@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What `tofgraph diagnose` makes of the data that a laboratory gives it: mistakes in the campaign, boards with a size,
+// pixels outside the lens model, recordings without samples.
+#include "tests/program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace tofgraph::tests {
+namespace {
+
+const std::string conditions = "0.7 m, 1.1 m, 1.6 m, 2 m, 2.3 m, 2.9 m, 3.3 m, 3.8 m";
+
+class DiagnoseInput : public testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& text) { write_text(folder_.path() / name, text); }
+  std::string campaign() const { return read_text(folder_.path() / "data/campaign.yaml"); }
+  /// Puts a text in place of the first one of its kind in the campaign's condition of this number.
+  void change(std::size_t condition, const std::string& from, const std::string& to) {
+    std::string text = campaign();
+    std::size_t at = 0;
+    for (std::size_t i = 0; i <= condition; ++i) at = text.find("- id:", at + 1);
+    at = text.find(from, at);
+    ASSERT_NE(at, std::string::npos) << from << " in\n" << text;
+    write("data/campaign.yaml", text.replace(at, from.size(), to));
+  }
+
+  /// A rail with wiggling of 6 mm. @param board more of the board @param scene more of the scene
+  void simulate(const std::string& board = "", const std::string& scene = "", const std::string& camera = "camcube2") {
+    write("model.yaml", "model: 1\ncamera: " + camera + "\neffects: []\n");
+    write("truth.yaml",
+          "model: 1\ncamera: " + camera + "\neffects: [{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}]\n");
+    write("scene.yaml", "scene: 1\ncamera: " + camera +
+                            "\nframes: 3\nseed: 3\ntime_since_power_on: 3600 s\nintegration_time: 2 ms\n" +
+                            (scene.empty() ? "output: taps\n" : scene) +
+                            "objects:\n  - {name: board, type: board, distance: 1 m, reflectivity: 0.6" + board +
+                            "}\nsequence:\n  - {key: board.distance, values: [" + conditions + "]}\n");
+    const Outcome made = shell("$TOFGRAPH simulate scene.yaml --model truth.yaml -o data", folder_.path());
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  Outcome diagnose(const std::string& options = "") {
+    return shell(
+        "$TOFGRAPH diagnose --quiet --force --model model.yaml --data data/campaign.yaml --out found " + options,
+        folder_.path());
+  }
+  void expect_wiggling(double tolerance) {
+    const Outcome outcome = diagnose();
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto said = report();
+    ASSERT_EQ(said.at("effects").size(), 1U) << said.dump(1);
+    EXPECT_EQ(said["effects"][0]["name"], "wiggling");
+    EXPECT_NEAR(said["effects"][0]["parameters"]["amplitude"]["value"].get<double>(), 6e-3, tolerance);
+  }
+  nlohmann::json report() const { return nlohmann::json::parse(read_text(folder_.path() / "found/report.json")); }
+  bool notes(const std::string& text) const {
+    const auto said = report();
+    return std::ranges::any_of(said.at("notes"), [&](const auto& note) {
+      return note.template get<std::string>().find(text) != std::string::npos;
+    });
+  }
+
+  TemporaryFolder folder_;
+};
+
+void expect_said(const Outcome& outcome, const std::string& text) {
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+}
+
+TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped) {
+  simulate();
+  change(1, "distance: 1.1 m", "distance: 11 m");
+  const Outcome refused = diagnose();
+  expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // and the millimetres of the wiggle
+  expect_said(refused, "correct it, or go on without the condition: --skip ");
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
+  expect_said(diagnose("--skip nothing"), "--skip: error: there is no condition 'nothing'\n");
+  const std::size_t at = refused.err.rfind("--skip ") + 7;
+  const Outcome skipped = diagnose("--skip " + refused.err.substr(at, refused.err.find('\n', at) - at));
+  ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
+  EXPECT_TRUE(notes("--skip says so"));
+  EXPECT_EQ(report()["data"]["conditions"], 7);
+}
+
+TEST_F(DiagnoseInput, TheSameFramesInTwoConditionsAreRefused) {
+  simulate();
+  const std::string text = campaign();
+  const std::size_t first = text.find("capture: ") + 9, second = text.find("capture: ", first) + 9;
+  change(1, text.substr(second, text.find('\n', second) - second), text.substr(first, text.find('\n', first) - first));
+  expect_said(diagnose(), "diagnose cannot use the condition: the frames of ");
+  const Outcome checked = shell("$TOFGRAPH check data/campaign.yaml", folder_.path());
+  EXPECT_EQ(checked.exit_code, 0) << "other commands may take them";
+  EXPECT_NE(checked.err.find("warning: diagnose cannot use the condition: the frames of "), std::string::npos);
+}
+
+TEST_F(DiagnoseInput, ABoardWithASizeIsUsedWhereItIsSeen) {
+  simulate(", size: [900 mm, 700 mm]");
+  EXPECT_NE(campaign().find("size: "), std::string::npos) << campaign();
+  expect_wiggling(2e-4);
+}
+
+TEST_F(DiagnoseInput, PixelsOutsideTheLensModelAreLeftOut) {
+  // 21 % of the pixels see what no undistorted point is mapped to: beyond r = 1 / sqrt(-3 k1) the lens folds back.
+  std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
+  profile.replace(profile.find("[0, 0, 0, 0, 0]"), 15, "[-1.45, 0, 0, 0, 0]");
+  write("bent.yaml", profile);
+  simulate("", "", folder_.path().string() + "/bent.yaml");
+  expect_wiggling(2e-4);
+  EXPECT_TRUE(notes("% of the pixels are outside the lens model and are left out")) << report()["notes"];
+}
+
+TEST_F(DiagnoseInput, DistancesWithAmplitudeAreEnough) {
+  simulate("", "output: distance\n");
+  expect_wiggling(2e-4);
+}
+
+}  // namespace
+}  // namespace tofgraph::tests

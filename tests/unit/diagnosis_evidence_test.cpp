@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What the gap report shows, against closed forms and brute force.
+#include "diagnosis/by_condition.hpp"
+#include "diagnosis/evidence.hpp"
+#include "diagnosis/inputs.hpp"
+#include "diagnosis/standing.hpp"
+#include "tests/unit/rail.hpp"
+
+#include <cmath>
+#include <fstream>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Many draws of noise, jitter and light: measured minus truth scatters as the bars say, and so do superpixels.
+TEST_F(Rail, BarsAreAsLongAsDrawsScatter) {
+  const Term term{&effect("zero_offset"), {4e-3}};
+  Problem problem = make_problem(*design, blank);
+  const State truth{
+      {term}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
+  const State ideal{{}, truth.light, truth.variances};
+  for (const std::size_t o : {distance, amplitude}) {
+    double square = 0, count = 0, of_pixels = 0, pixels = 0, of_map = 0, map = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      const std::vector<Observations> data = injected(problem, truth, 100 + seed);
+      Problem drawn = make_problem(*design, data);
+      const Evidence e = evidence({drawn, ideal}, {drawn, truth}, o);
+      for (const Evidence::Mean& mean : e.means) {
+        square += std::pow((mean.measured - mean.extended) / mean.sd, 2);
+        ++count;
+      }
+      for (std::size_t i = 0; i < e.after.size(); ++i) {
+        for (std::size_t s = 0; s < e.after[i].size(); ++s, ++pixels)
+          of_pixels += std::pow(e.after[i][s] / e.sd[i][s], 2);
+      }
+      for (std::size_t s = 0; s < e.map_after.size(); ++s, ++map) of_map += std::pow(e.map_after[s] / e.map_sd[s], 2);
+    }
+    // Some 400 conditions; the superpixels of one share its jitter.
+    EXPECT_NEAR(square / count, 1, 0.25) << o;
+    EXPECT_NEAR(of_pixels / pixels, 1, 0.25) << o;
+    EXPECT_NEAR(of_map / map, 1, 0.9) << "what is common to a condition is common to its map " << o;
+  }
+  const Evidence exact = evidence({problem, ideal}, {problem, truth}, distance);
+  for (const Evidence::Mean& mean : exact.means) {
+    EXPECT_NEAR(mean.simulated, 0, 1e-9);
+    EXPECT_LT(mean.extended, 4e-3) << "oblique rays are longer than the board is far";
+    EXPECT_GT(mean.extended, 3.4e-3);
+  }
+}
+
+/// An effect that a single condition shows rests on it.
+TEST_F(Rail, TheConditionThatShowsAnEffectCarriesIt) {
+  for (io::Condition& c : conditions) c.velocity = 0;  // where it is not stated the effect is in full
+  conditions[7].velocity = 0.3;
+  measure();
+  const Problem blank_problem = make_problem(*design, blank);
+  const Term term{&effect("motion"), random_term(effect("motion"), 1, 3).values};
+  const State truth{{term}, std::vector<double>(2, 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
+  const std::vector<Observations> data = injected(blank_problem, truth, 5);
+  const std::vector<double> shares = influence(make_problem(*design, data), truth, 0);
+  ASSERT_EQ(shares.size(), design->size());
+  double sum = 0;
+  for (const double share : shares) sum += share;
+  EXPECT_NEAR(sum, 1, 1e-9);
+  EXPECT_GT(shares[7], 0.99);
+}
+
+/// One column, known reflectivities: shares by dense covariances, written out.
+TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
+  conditions.resize(4);
+  for (io::Condition& c : conditions) c.reflectivity = 0.6;
+  measure();
+  const Problem ideal = make_problem(*design, blank);
+  const State truth{{{&effect("wiggling"), {5e-3, 0.4}}}, {}, {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
+  const std::vector<Observations> data = injected(ideal, truth, 8);
+  const Problem problem = make_problem(*design, data);
+  const std::vector<double> shares = influence(problem, truth, 0);
+  const auto with = expected(problem, truth), without = expected(problem, {{}, {}, truth.variances});
+  std::vector<double> scores;
+  double all = 0;
+  for (std::size_t i = 0; i < design->size(); ++i) {
+    const auto n = static_cast<Eigen::Index>(design->rows());
+    Eigen::VectorXd x(n), r(n), g(n), h(n);
+    Eigen::MatrixXd c = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const auto row = static_cast<std::size_t>(k);
+      x(k) = with[i][row] - without[i][row];
+      r(k) = data[i].value[row] - without[i][row];
+      g(k) = 5e-4 * design->shift(i)[row];
+      h(k) = 2e-3 * problem.light_response(i, row);
+      c(k, k) = data[i].variance[row];
+    }
+    c += g * g.transpose() + h * h.transpose();
+    scores.push_back(x.dot(c.ldlt().solve(r)));
+    all += scores.back();
+  }
+  for (std::size_t i = 0; i < shares.size(); ++i) EXPECT_NEAR(shares[i], scores[i] / all, 1e-4) << i;
+}
+
+TEST(ByCondition, AGapOutOfFoldIsTheRootMeanSquareOverItsFolds) {
+  CrossFit folds;
+  OutOfFold first{.condition = 1}, second{.condition = 1};
+  first.before[distance] = 8e-6, first.after[distance] = 2e-6, first.count[distance] = 2;
+  second.before[distance] = 24e-6, second.after[distance] = 4e-6, second.count[distance] = 4;
+  folds.folds.resize(2);
+  folds.folds[0].conditions = {first};
+  folds.folds[1].conditions = {second};
+  const auto gaps = gaps_by_condition(folds, 2, distance);
+  EXPECT_TRUE(std::isnan(gaps[0].before)) << "it was never put aside";
+  EXPECT_NEAR(gaps[1].before, std::sqrt(32e-6 / 6), 1e-12);
+  EXPECT_NEAR(gaps[1].after, 1e-3, 1e-12);
+}
+
+TEST(Standing, NumbersHaveTheDigitsOfTheirUncertainty) {
+  EXPECT_EQ(with_uncertainty(4.0012e-3, {3.9812e-3, 4.0212e-3}, "m"), "4.001 mm ± 0.020 mm");
+  EXPECT_EQ(with_uncertainty(599.606, {540, 659}, "counts/s"), "600 counts/s ± 60 counts/s");
+  EXPECT_EQ(with_uncertainty(0.5, {0.49, 0.51}, "rad"), "28.65 deg ± 0.57 deg");
+  EXPECT_EQ(with_uncertainty(1e-3, {0.9e-3, 2e-3}, "s"), "1.00 ms (0.90 ms to 2.00 ms)") << "its ends are not alike";
+  EXPECT_EQ(with_uncertainty(0.03, {NAN, NAN}, ""), "0.03") << "no interval is known";
+}
+
+TEST_F(Rail, WhatTheDataSayOfAParameter) {
+  const FreeParameter& size = effect("wiggling").free()[0];
+  const FreeParameter& angle = effect("wiggling").free()[1];
+  EXPECT_EQ(standing(size, {3e-3, 5e-3}, 1e-4), Standing::determined);
+  EXPECT_EQ(standing(size, {-1e-3, 5e-3}, 1e-4), Standing::holds_zero);
+  EXPECT_EQ(standing(size, {-1, 1}, 9000), Standing::not_determined) << "the prior alone has 100^2";
+  EXPECT_EQ(standing(angle, {-3, 4}, 2), Standing::not_determined) << "a whole turn";
+  EXPECT_EQ(standing(angle, {-0.1, 0.1}, 1e-3), Standing::determined) << "no angle changes nothing";
+}
+
+/// SHA-256 of "abc" (FIPS 180-2, appendix B.1).
+TEST(Inputs, FilesAreNamedWithTheirHashes) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "inputs";
+  std::filesystem::create_directories(folder / "captures");
+  for (const char* name : {"model.yaml", "campaign.yaml", "captures/a.h5"}) std::ofstream(folder / name) << "abc";
+  io::Condition one, same, gone;
+  one.capture = same.capture = folder / "captures/a.h5";
+  gone.capture = folder / "captures/b.h5";
+  const auto inputs = hashed_inputs(folder / "model.yaml", folder / "campaign.yaml", {one, same, gone});
+  ASSERT_EQ(inputs.size(), 3U);
+  EXPECT_EQ(inputs[0].file, (folder / "model.yaml").string());
+  EXPECT_EQ(inputs[2].file, "captures/a.h5");
+  for (const InputFile& input : inputs)
+    EXPECT_EQ(input.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What to measure next, against brute force: every condition of the list with a covariance of its own, written out.
+#include "diagnosis/next_condition.hpp"
+#include "tests/unit/rail.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double constant = 4, slope = 0.02;  // counts^2 and counts^2 per count, of a superpixel's sample
+
+class Next : public Rail {
+ protected:
+  void SetUp() override {
+    Rail::SetUp();
+    // Variances by one law, so that those of other conditions are known here without asking the code.
+    for (std::size_t i = 0; i < design->size(); ++i) {
+      for (std::size_t s = 0; s < design->superpixels(); ++s) {
+        const Signal& signal = design->ideal(i)[s];
+        for (std::size_t o = 0; o < observables; ++o)
+          blank[i].variance[o * design->superpixels() + s] = law(signal, o, std::exp(light));
+      }
+    }
+  }
+
+  static double law(const Signal& signal, std::size_t o, double factor) {
+    const double level = factor * (o == intensity || o == null1 ? signal.intensity : std::abs(signal.phasor));
+    return (constant + slope * factor * signal.intensity) / (level * level);
+  }
+
+  State state_with(const std::vector<Term>& terms) const {
+    return {terms, std::vector<double>(2, light), {.jitter = 4e-4, .offset = 1e-4, .light = 3e-3}};
+  }
+
+  /// d' C^-1 d of a condition that stands alone: C is built up by one direction after the other (Sherman and Morrison).
+  double brute_force(const io::Condition& condition, const State& one, const State& other) const {
+    const Design alone(design->camera_pointer(), design->physical(), {condition});
+    const auto model = [&](const State& state) { return forward_model(state.terms, alone.camera(), true); };
+    const std::vector<double> first = alone.predict(model(one), 0, one.light[0]),
+                              second = alone.predict(model(other), 0, other.light[0]);
+    const std::size_t rows = alone.rows(), n = alone.superpixels();
+    std::vector<Eigen::VectorXd> directions(3, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows)));
+    Eigen::VectorXd change(rows), inverse(rows);
+    constexpr double step = 0.01;
+    const std::vector<double> lit = alone.predict(model(one), 0, one.light[0] + step);
+    for (std::size_t row = 0; row < rows; ++row) {
+      const auto r = static_cast<Eigen::Index>(row);
+      const Signal& signal = alone.ideal(0)[row % n];
+      const double relative = law(signal, amplitude, std::exp(light));
+      const bool full =
+          std::exp(light) * (signal.intensity + std::abs(signal.phasor) / 2) > 0.98 * alone.camera().full_well;
+      change(r) = second[row] - first[row];
+      inverse(r) = relative * 100 < 1 && !full ? 1 / law(signal, row / n, std::exp(light)) : 0;
+      directions[0](r) = one.variances.jitter * alone.shift(0)[row];
+      directions[1](r) = one.variances.offset * alone.offset(0)[row];
+      directions[2](r) = one.variances.light * (lit[row] - first[row]) / step;
+    }
+    Eigen::MatrixXd u(rows, 0);  // C^-1 = D^-1 - sum of u u'
+    const auto solved = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
+      return inverse.cwiseProduct(v) - u * (u.transpose() * v);
+    };
+    for (const Eigen::VectorXd& direction : directions) {
+      const Eigen::VectorXd w = solved(direction);
+      u.conservativeResize(Eigen::NoChange, u.cols() + 1);
+      u.rightCols(1) = w / std::sqrt(1 + direction.dot(w));
+    }
+    const double square = change.dot(solved(change));
+    // Below what matters only what board, camera and light could make counts, in their standard deviations.
+    Eigen::MatrixXd along(rows, 3);
+    const State& sd = one;
+    along << directions[0] / sd.variances.jitter, directions[1] / sd.variances.offset,
+        directions[2] / sd.variances.light;
+    const Eigen::VectorXd root = inverse.cwiseSqrt();
+    const Eigen::VectorXd taken =
+        (root.asDiagonal() * along).completeOrthogonalDecomposition().solve(root.cwiseProduct(change));
+    const Eigen::VectorXd rest = change - along * taken;
+    for (std::size_t o = 0; o < observables; ++o) {
+      double sum = 0, count = 0;
+      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
+        const auto r = static_cast<Eigen::Index>(row);
+        if (inverse(r) > 0) sum += rest(r) * rest(r), ++count;
+      }
+      if (count > 0 && std::sqrt(sum / count) >= least_change[o]) return std::sqrt(square);
+    }
+    return std::sqrt(std::min(square, std::pow(taken(0) + taken(1), 2) /
+                                              (std::pow(sd.variances.jitter, 2) + std::pow(sd.variances.offset, 2)) +
+                                          std::pow(taken(2) / sd.variances.light, 2)));
+  }
+
+  static constexpr double light = 0.2;
+};
+
+TEST_F(Next, TheListHasWhatTheCampaignHasAndMore) {
+  const Problem problem = make_problem(*design, blank);
+  const std::vector<io::Condition> list = candidate_conditions(problem, std::vector<double>(2, light));
+  std::set<double> distances, times, since;
+  std::set<std::string> targets;
+  std::set<std::pair<double, double>> tilts;
+  for (const io::Condition& c : list) {
+    distances.insert(c.board_distance);
+    times.insert(c.integration_time);
+    since.insert(c.time_since_power_on);
+    targets.insert(c.target);
+    tilts.emplace(std::round(c.board_tilt_x * 180 / std::numbers::pi),
+                  std::round(c.board_tilt_y * 180 / std::numbers::pi));
+  }
+  EXPECT_LT(*distances.begin(), 0.6);
+  EXPECT_GT(*distances.rbegin(), 0.6 + 9 * 0.43);
+  EXPECT_EQ(times, (std::set<double>{5e-4, 1e-3, 4e-3, 8e-3}));
+  EXPECT_EQ(since, (std::set<double>{3600, 7200}));
+  EXPECT_EQ(targets, (std::set<std::string>{"grey", "white"}));
+  EXPECT_EQ(tilts, (std::set<std::pair<double, double>>{{0, 0}, {20, 0}, {-20, 0}, {0, 20}, {0, -20}}));
+  EXPECT_EQ(list.size(), distances.size() * times.size() * since.size() * targets.size() * tilts.size());
+}
+
+TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
+  const Problem problem = make_problem(*design, blank);
+  const State one = state_with({{&effect("rail_scale"), {2e-3}}}),
+              other = state_with({{&effect("modulation_frequency"), {-2e-3}}});
+  const std::vector<Question> questions = {{{"rail_scale", "modulation_frequency"}, one, other, "a laser"}};
+  const std::vector<NextCondition> next = next_conditions(problem, questions);
+  ASSERT_EQ(next.size(), 1U);
+  double best = 0;
+  for (const io::Condition& c : candidate_conditions(problem, one.light))
+    best = std::max(best, brute_force(c, one, other));
+  EXPECT_NEAR(next[0].sigma, best, 1e-3 * best);
+  EXPECT_NEAR(brute_force(next[0].condition, one, other), best, 1e-3 * best);
+  // Those that were measured, likewise.
+  double measured = 0;
+  for (const io::Condition& c : conditions) measured = std::max(measured, brute_force(c, one, other));
+  EXPECT_NEAR(next[0].measured_sigma, measured, 1e-3 * measured);
+  EXPECT_GT(next[0].sigma, next[0].measured_sigma) << "the list has more to offer than what is there";
+}
+
+/// A difference that is sure and does not matter is none: the simulation itself is not that exact.
+TEST_F(Next, WhatIsBelowWhatMattersTellsNothing) {
+  const Problem problem = make_problem(*design, blank);
+  const State one = state_with({}), other = state_with({{&effect("source_phase"), {1e-3}}});
+  ASSERT_EQ(effect("source_phase").free().size(), 1U);
+  const std::vector<NextCondition> next = next_conditions(problem, {{{"source_phase"}, one, other, ""}});
+  for (const NextCondition& best : next) EXPECT_LT(best.sigma, telling);
+  EXPECT_EQ(most_telling(next), nullptr);
+}
+
+/// A campaign at one distance: an error that goes with the distance is blind there, and shows on another board.
+TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
+  std::erase_if(conditions, [](const io::Condition& c) { return std::abs(c.board_distance - 0.6) > 0.9; });
+  for (io::Condition& c : conditions) c.board_distance = 2, c.reflectivity = 0.5;
+  measure();
+  std::erase_if(candidates, [](const auto& c) { return c->name() != "rail_scale" && c->name() != "rail_offset"; });
+  const Term offset{&effect("rail_offset"), {3e-3}};
+  const Problem problem = make_problem(*design, blank);
+  const State state{{offset}, {}, {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
+  const Audit seen = audit(problem, {offset}, candidates);
+  ASSERT_EQ(seen.effects.size(), 1U);
+  ASSERT_TRUE(seen.effects[0].blind) << "an offset makes up for it";
+  const std::vector<Question> questions = open_questions(problem, state, {}, seen);
+  ASSERT_EQ(questions.size(), 1U);
+  EXPECT_EQ(questions[0].effects, std::vector<std::string>{"rail_scale"});
+  // At the distance of the campaign the offset makes up for half a typical scale: s z = -o.
+  const double scale = questions[0].other.terms[1].values[0];
+  EXPECT_NEAR(scale, effect("rail_scale").free()[0].typical / 2, 1e-12);
+  EXPECT_LT(std::ranges::max(differences_in_sigma(problem, questions[0].one, questions[0].other)), 0.1);
+  const std::vector<NextCondition> next = next_conditions(problem, questions);
+  ASSERT_EQ(next.size(), 1U);
+  EXPECT_NEAR(std::abs(next[0].condition.board_distance - 2), 0.6, 1e-9) << "0.7 and 1.3 of the only distance";
+  EXPECT_EQ(next[0].observable, distance);
+  EXPECT_NEAR(next[0].difference, scale * 0.6, 0.05 * scale * 0.6);
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis

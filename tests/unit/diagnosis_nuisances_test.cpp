@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
+// the image. None of it makes a name, and an effect beside it keeps its own.
+#include "tests/unit/rail.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+class Clutter : public Rail {
+ protected:
+  /// Few candidates do here.
+  void keep_few() {
+    const std::set<std::string> kept = {"wiggling",        "crosstalk",   "source_position",
+                                        "lens_distortion", "zero_offset", "integration_time_offset"};
+    std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
+  }
+  void SetUp() override {
+    Rail::SetUp();
+    keep_few();
+  }
+
+  /// Data in which every pixel of a condition shows more distance. @param more by condition and superpixel, m
+  template <class F> std::vector<Observations> shifted(std::vector<Observations> data, F more) const {
+    const std::size_t n = design->superpixels();
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      for (std::size_t s = 0; s < n; ++s) data[i].value[distance * n + s] += more(i, s);
+    }
+    return data;
+  }
+
+  SearchResult searched(const std::vector<Observations>& data) const {
+    return search(make_problem(*design, data), {}, candidates, {});
+  }
+
+  /// A wiggle, and what the clutter makes of the search for it.
+  void expect_wiggling_alone(const SearchResult& result, const std::vector<double>& truth) const {
+    ASSERT_EQ(names(result), std::vector<std::string>{"wiggling"});
+    EXPECT_TRUE(result.rest.empty()) << name_of(result.rest.front());
+    EXPECT_EQ(result.patterns_without_axis(), 0U);
+    EXPECT_NEAR(result.after.state.terms[0].values[0], truth[0], 4e-4);
+    EXPECT_NEAR(result.after.state.terms[0].values[1], truth[1], 0.1);
+  }
+
+  static constexpr std::array<double, 2> wiggle = {5e-3, 0.4};
+  std::vector<Term> wiggling() const { return {{&effect("wiggling"), {wiggle.begin(), wiggle.end()}}}; }
+};
+
+TEST_F(Clutter, SessionsAreNoEffect) {
+  constexpr std::array<double, 3> offset = {-3e-3, 1e-3, 4e-3};
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].session = std::to_string(i % 3);
+  measure();
+  keep_few();
+  const auto session = [&](std::size_t i, std::size_t) { return offset.at(i % 3); };
+  EXPECT_EQ(names(searched(shifted(data_with({}, 21), session))), std::vector<std::string>{});
+  const SearchResult result = searched(shifted(data_with(wiggling(), 22), session));
+  expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
+  // The likeliest standard deviation of three offsets around zero.
+  EXPECT_NEAR(result.after.state.variances.session, std::sqrt((9 + 1 + 16) / 3.0) * 1e-3, 3e-4);
+  EXPECT_LT(result.after.state.variances.jitter, 1e-3);
+}
+
+TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
+  constexpr std::size_t lost = 7;
+  const auto off = [&](std::size_t i, std::size_t s) { return i == lost ? 20e-3 * design->shift(i)[s] : 0; };
+  for (const bool hidden : {false, true}) {
+    const SearchResult result = searched(shifted(data_with(hidden ? wiggling() : std::vector<Term>{}, 23), off));
+    if (hidden)
+      expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
+    else
+      EXPECT_EQ(names(result), std::vector<std::string>{});
+    ASSERT_EQ(result.misplaced.size(), 1U);
+    EXPECT_EQ(result.misplaced[0].condition, lost);
+    EXPECT_NEAR(result.misplaced[0].off, 20e-3, 2e-3);
+    EXPECT_LT(result.after.state.variances.jitter, 1e-3) << "the others' is as it was";
+  }
+  EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
+}
+
+/// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.
+TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    conditions[i].session = std::to_string(i / 7);
+    conditions[i].order = i;
+  }
+  measure();
+  const std::vector<Observations> data = shifted(data_with({}, 30), [](std::size_t i, std::size_t s) {
+    return 3e-3 * (i / 7 == 1) + 1e-5 * static_cast<double>(s);
+  });
+  Problem problem = make_problem(*design, data);
+  problem.residue = std::make_shared<const Residue>(Residue(data), 2e-4);
+  Fit fit;
+  fit.state = {{},
+               std::vector<double>(problem.targets.size(), 0.1),
+               {.jitter = 5e-4, .offset = 0, .drift = 3e-4, .session = 2e-3}};
+  Group group{"ramp", {}};
+  for (const int power : {1, 2}) {
+    Column& column = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));
+    for (std::size_t i = 0; i < design->size(); ++i) {
+      for (std::size_t s = 0; s < design->superpixels(); ++s)
+        column[i][distance * design->superpixels() + s] =
+            1e-3 * std::pow(0.1 * static_cast<double>(i), power) + 1e-5 * static_cast<double>(s % 12);
+    }
+  }
+  const auto rows = expected(problem, fit.state);
+  const std::vector<double> weight(design->size(), 1);
+  const auto deviance = [&](std::span<const Column> columns) {
+    std::vector<Gram> grams = grams_of(problem, rows, columns);
+    std::vector<double> determinants(grams.size());
+    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
+    const Unknowns unknowns = problem.unknowns(columns.size());
+    return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
+  };
+  const Score score = score_of(problem, fit, {}, group, 0, 0);
+  const Solution with = deviance(group.columns);
+  EXPECT_GT(score.gain, 1);
+  EXPECT_NEAR(score.gain, deviance({}).deviance - with.deviance, 1e-6 * score.gain);
+  for (Eigen::Index c = 0; c < 2; ++c) EXPECT_NEAR(score.values(c), with.values(c), 1e-6 * std::abs(with.values(c)));
+}
+
+TEST(SmoothResidue, IsWhitenedAsItsCovarianceSays) {
+  std::mt19937_64 generator(29);
+  std::uniform_real_distribution<double> uniform(0.5, 2);
+  constexpr std::size_t n = 144, unknown = 17;
+  Observations data{std::vector<double>(observables * n, 0), std::vector<double>(observables * n, 1e-8)};
+  for (std::size_t s = 0; s < n; ++s) data.variance[s] *= uniform(generator);
+  data.variance[unknown] = std::numeric_limits<double>::infinity();
+  constexpr double sd = 3e-4;
+  const Residue residue(Residue({data}), sd);
+  const Eigen::MatrixXd modes = residue.modes(0);
+  const Eigen::VectorXd variance = residue.taken(0).array() / (1 - residue.taken(0).array());
+  const Eigen::MatrixXd covariance =
+      Eigen::MatrixXd::Identity(n, n) + modes * variance.asDiagonal() * modes.transpose();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
+  residue.whiten(0, root);
+  EXPECT_LT((root * covariance * root.transpose() - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(residue.log_determinant(0), covariance.ldlt().vectorD().array().log().sum(), 1e-8);
+  double sum = 0;
+  for (std::size_t s = 0; s < n; ++s) {
+    const auto at = static_cast<Eigen::Index>(s);
+    if (s != unknown)
+      sum += (covariance(at, at) - 1) * data.variance[s];
+    else
+      EXPECT_NEAR(covariance(at, at), 1, 1e-12);
+  }
+  EXPECT_NEAR(std::sqrt(sum / (n - 1)), sd, 0.02 * sd) << "over the image it is what it is called";
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
