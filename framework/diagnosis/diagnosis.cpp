@@ -114,10 +114,13 @@ class Run {
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
           fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
-    if (!simulation::is_for(d_->model, *campaign.camera))
-      d_->notes.push_back(
-          fmt::format("The model is for the camera '{}', the campaign was made with '{}': its profile is used.",
-                      d_->model.camera, campaign.camera_name));
+    if (!simulation::is_for(d_->model, *campaign.camera)) {
+      diagnostics.error(d_->model.camera_at,
+                        fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
+                                    d_->model.camera, options_.data.string(), campaign.camera_name),
+                        "give the model that was made for this camera, or change its camera: if it is meant for it");
+      throw config::ConfigurationError(diagnostics);
+    }
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);

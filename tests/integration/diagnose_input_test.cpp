@@ -97,6 +97,14 @@ TEST_F(DiagnoseInput, TheSameFramesInTwoConditionsAreRefused) {
   EXPECT_NE(checked.err.find("warning: diagnose cannot use the condition: the frames of "), std::string::npos);
 }
 
+TEST_F(DiagnoseInput, AModelOfAnotherCameraIsAMistake) {
+  simulate();
+  write("model.yaml", "model: 1\ncamera: camcube3\neffects: []\n");
+  const Outcome refused = diagnose();
+  expect_said(refused, "model.yaml:2:9: error: the model is for the camera 'camcube3', the campaign data/campaign.yaml");
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
+}
+
 TEST_F(DiagnoseInput, ABoardWithASizeIsUsedWhereItIsSeen) {
   simulate(", size: [900 mm, 700 mm]");
   EXPECT_NE(campaign().find("size: "), std::string::npos) << campaign();
