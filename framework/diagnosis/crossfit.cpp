@@ -5,10 +5,13 @@
 #include "diagnosis/places.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <ranges>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -208,15 +211,40 @@ std::pair<double, double> drawn(const std::vector<Condition>& conditions, std::u
 }  // namespace
 
 CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {
+                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+                   std::span<const std::vector<std::string>> asked) {
+  constexpr std::size_t at_once = 4;  // each has columns of its own, up to some 500 MB
+  const std::vector<Fold> folds = folds_of(design);
   CrossFit result;
+  result.folds.resize(folds.size());
   SearchOptions quiet = options;
   quiet.progress = {};
-  for (const Fold& fold : folds_of(design)) {
-    if (options.progress) options.progress(fmt::format("predicting {} {}", fold.setting, fold.levels));
-    result.folds.push_back(result_of(fold, design, data, model, candidates, quiet));
+  // Of those that must choose an effect as many may do without it.
+  const auto may_miss = static_cast<std::size_t>((1 - least_chosen) * static_cast<double>(folds.size()) + 1e-9);
+  std::size_t done = 0;
+  const auto refuted = [&](const std::vector<std::string>& names) {
+    return static_cast<std::size_t>(std::ranges::count_if(result.folds | std::views::take(done), [&](const auto& fold) {
+             return fold.failed.empty() && !fold.chose(names);
+           })) > may_miss;
+  };
+  while (done < folds.size()) {
+    const std::size_t end = std::min(folds.size(), done + (done == 0 ? std::min(may_miss + 1, at_once) : at_once));
+    if (options.progress)
+      options.progress(fmt::format("predicting what was put aside, {} of {}", done + 1, folds.size()));
+    tbb::parallel_for(done, end, [&](std::size_t f) {
+      // Else a thread that waits within one would begin another one on top of it.
+      tbb::this_task_arena::isolate(
+          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+    });
+    done = end;
+    if (!asked.empty() && std::ranges::all_of(asked, refuted)) break;
   }
+  result.folds.resize(done);
   return result;
+}
+
+bool FoldResult::chose(const std::vector<std::string>& names) const {
+  return std::ranges::any_of(chosen, [&](const auto& name) { return std::ranges::find(names, name) != names.end(); });
 }
 
 double CrossFit::share_of(const std::vector<std::string>& names) const {
@@ -224,8 +252,7 @@ double CrossFit::share_of(const std::vector<std::string>& names) const {
   for (const FoldResult& fold : folds) {
     if (!fold.failed.empty()) continue;
     ++all;
-    const auto among = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
-    chosen += std::ranges::any_of(fold.chosen, among) ? 1 : 0;
+    chosen += fold.chose(names) ? 1 : 0;
   }
   return all > 0 ? chosen / all : 0;
 }

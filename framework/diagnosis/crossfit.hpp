@@ -35,7 +35,13 @@ struct FoldResult {
   State state;                      ///< of the model that was fitted without what is put aside
   std::vector<OutOfFold> conditions;
   std::string failed;  ///< why it gave no number, or empty
+
+  /// Whether one of these was chosen.
+  bool chose(const std::vector<std::string>& names) const;
 };
+
+/// Share of the folds that must choose an effect that is named.
+inline constexpr double least_chosen = 0.8;
 
 struct CrossFit {
   std::vector<FoldResult> folds;
@@ -51,9 +57,12 @@ struct CrossFit {
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
 };
 
-/// @param data of the whole design @param progress told the fold that begins, may be empty
+/// @param data of the whole design
+/// @param asked names of each effect that must prove itself, with all it stands for: when so many folds did without that
+/// none of them can, the other folds are left out
 CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options);
+                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+                   std::span<const std::vector<std::string>> asked = {});
 
 /// What an effect brings out of fold: chi-square with all but it, and with all, over the conditions of all folds that
 /// chose it.

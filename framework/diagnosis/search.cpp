@@ -22,9 +22,7 @@ constexpr double promising = 0.3;     ///< of the best linear gain: what bending
 constexpr double rival_share = 0.5;   ///< likewise, to take the place of one that is in the model
 constexpr double hardly = 0.01;       ///< of the gain of the best generic pattern: less is not near
 constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
-/// Out of fold.
-constexpr double least_chosen = 0.8;  ///< share of the folds
-constexpr double visible = 25;        ///< chi-square that must be expected where an effect is to prove itself
+constexpr double visible = 25;        ///< chi-square expected out of fold where an effect is to prove itself there
 
 class Search : private Selection {
  public:
@@ -49,12 +47,10 @@ class Search : private Selection {
     while (!confirm()) {
     }
     settle();
+    require_told();
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
-    // Where nothing is named the model stays as it is, and so it predicts what is put aside.
-    SearchOptions aside = options_;
-    if (pieces().empty()) aside.max_effects = 0;
-    result_.cross_fit = cross_fit(problem().design, problem().data, model_, candidates_, aside);
-    prove();
+    put_aside();
+    if (prove() && pieces().empty()) put_aside();
     look_at_rest();
     result_.refused = trials_.refused();
     for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
@@ -137,29 +133,53 @@ class Search : private Selection {
     return "";
   }
 
-  /// Drops what does not prove itself out of fold, and what has values that say nothing.
-  void prove() {
-    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
-    const bool aside = !result_.cross_fit.empty();
+  /// Where nothing is named the model stays as it is, and so it predicts what is put aside.
+  void put_aside() {
+    SearchOptions aside = options_;
+    if (pieces().empty()) aside.max_effects = 0;
+    std::vector<std::vector<std::string>> names;
+    for (const Found& found : result_.found) names.push_back(found.names());
+    result_.cross_fit = cross_fit(problem().design, problem().data, model_, candidates_, aside, names);
+  }
+
+  /// Drops the effects that a question refutes. @returns whether there was such a one
+  template <class Question> bool drop_refuted(const Question& question) {
     bool changed = false;
     for (std::size_t f = result_.found.size(); f-- > 0;) {
       Found& found = result_.found[f];
-      found.refutation = untold(model_.size() + f, all);
-      if (aside) {
-        found.chosen = result_.cross_fit.share_of(found.names());
-        found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
-      }
-      if (found.refutation.empty() && aside) found.refutation = unproved(found);
-      note({"proved",
-            {found.name},
-            {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
-            found.refutation.empty() ? "stays" : found.refutation});
+      found.refutation = question(found, model_.size() + f);
       if (found.refutation.empty()) continue;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
       result_.found.erase(result_.found.begin() + static_cast<std::ptrdiff_t>(f));
       changed = true;
     }
     if (changed) settle();
+    return changed;
+  }
+
+  /// Drops what has values that say nothing.
+  void require_told() {
+    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
+    drop_refuted([&](const Found& found, std::size_t t) {
+      const std::string why = untold(t, all);
+      if (!why.empty()) note({"valued", {found.name}, {}, why});
+      return why;
+    });
+  }
+
+  /// Drops what does not prove itself out of fold. @returns whether there was such a one
+  bool prove() {
+    if (result_.cross_fit.empty()) return false;
+    return drop_refuted([&](Found& found, std::size_t) {
+      found.chosen = result_.cross_fit.share_of(found.names());
+      found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
+      const std::string why = unproved(found);
+      note({"proved",
+            {found.name},
+            {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
+            why.empty() ? "stays" : why});
+      return why;
+    });
   }
 
   /// What the gap looks like without an effect, and what else could stand in its place.

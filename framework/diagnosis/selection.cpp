@@ -17,6 +17,7 @@ constexpr std::size_t most_leaps = 3;   ///< enumerations of sets, each in the n
 constexpr double nearly_all = 0.97;     ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;        ///< gain that the effects of a set more than needed have
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+constexpr double worthwhile = 0.1;      ///< of the excess of chi-square: what an addition beside others must take away
 constexpr std::size_t most_allowances = 1;
 
 /// Gain that is nearly all of what the best set promises.
@@ -71,7 +72,7 @@ void Selection::begin() {
   take(fit(problem_, start, weight_));
   original_ = best_;
   original_.brightening = problem_.brightening;
-  alternatives_ = alternatives_of(problem_, best_.fit.state, candidates_, refused_);
+  if (options_.max_effects > 0) alternatives_ = alternatives_of(problem_, best_.fit.state, candidates_, refused_);
 }
 
 void Selection::take(Fit fit) {
@@ -118,9 +119,13 @@ void Selection::add_all() {
   // What is dropped may be tried again, so the rounds are counted, not the effects alone.
   for (std::size_t round = 0; round < (problem_.residue ? 2 : 2 * options_.max_effects); ++round) {
     const bool first = terms().size() == model_.size();
+    const double before = left();
     if (!add_best()) break;
     if (first) prefer_maps();
     drop_needless();
+    // What stays unexplained whatever is added is none of the catalogue's, and each addition a stand-in for a bit of
+    // it.
+    if (const double now = left(); !first && now >= explained && before - now < worthwhile * (before - 1)) break;
   }
 }
 
@@ -134,6 +139,7 @@ std::optional<Fit> Selection::leap() {
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));
   options.prior = 1 / (prior_width * prior_width);
+  options.share_of_all = nearly_all, options.less_than_all = by_chance;
   options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
   Fit reference = best_.fit, best = best_.fit;
   std::vector<std::vector<std::size_t>> fitted;

@@ -24,6 +24,12 @@ struct Node {
   double gain = 0, merit = 0;
 };
 
+/// A node with one choice more.
+struct Entry {
+  std::size_t node = 0, choice = 0;
+  double gain = 0, merit = 0;
+};
+
 class Enumeration {
  public:
   Enumeration(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, std::span<const Choice> choices,
@@ -38,16 +44,18 @@ class Enumeration {
   }
 
   std::vector<Subset> run() {
+    if (choices_.empty() || options_.most_effects == 0) return {};
+    const double enough = options_.share_of_all * gain_of_all() - options_.less_than_all;
     std::vector<Node> level(1);  // the empty set
-    bool complete = true;
+    bool complete = true, reached = false;
     for (std::size_t size = 1; size <= options_.most_effects && !level.empty(); ++size) {
-      level = enlarged(level, complete);
-      keep(level);
-      complete = complete && level.size() <= options_.beam;
-      if (level.size() <= options_.beam) continue;
-      const auto middle = level.begin() + static_cast<std::ptrdiff_t>(options_.beam);
-      std::ranges::nth_element(level, middle, std::greater<>{}, &Node::merit);
-      level.resize(options_.beam);
+      const std::vector<Entry> entries = enlarged(level, complete);
+      keep(level, entries);
+      const bool last = reached;
+      reached = std::ranges::any_of(best_, [&](const Subset& s) { return s.merit > 0 && s.gain >= enough; });
+      if (last || size == options_.most_effects) break;
+      level = chosen(level, entries, complete ? 1 : size);
+      complete = complete && entries.size() <= options_.beam;
     }
     std::ranges::stable_sort(best_, std::greater<>{}, &Subset::merit);
     for (Subset& subset : best_) subset.values = solved(subset.choices, columns_of(subset.choices));
@@ -115,49 +123,69 @@ class Enumeration {
     return gain;
   }
 
+  /// What no set can exceed: all columns at once.
+  double gain_of_all() const { return score_.dot(information_.ldlt().solve(score_)); }
+
   /// All sets with one effect more. @param complete whether these are all sets of their size, so that each set with
   /// one more has one of them as its first
-  std::vector<Node> enlarged(const std::vector<Node>& level, bool complete) const {
-    std::vector<std::vector<Node>> grown(level.size());
+  std::vector<Entry> enlarged(const std::vector<Node>& level, bool complete) const {
+    std::vector<std::vector<Entry>> grown(level.size());
     tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t n) {
       const Node& node = level[n];
       const std::size_t first = complete && !node.choices.empty() ? node.choices.back() + 1 : 0;
       const std::vector<double> gain = gains(node, first);
       for (std::size_t c = first; c < choices_.size(); ++c) {
         const double merit = node.merit + gain[c] - node.gain - options_.price * choices_[c].dimension;
-        if (!std::isfinite(merit)) continue;
-        Node next{node.choices, gain[c], merit};
-        next.choices.insert(std::ranges::upper_bound(next.choices, c), c);
-        grown[n].push_back(std::move(next));
+        if (std::isfinite(merit)) grown[n].push_back({n, c, gain[c], merit});
       }
     });
-    std::vector<Node> all;
-    std::set<std::vector<std::size_t>> seen;
-    for (std::vector<Node>& some : grown) {
-      for (Node& node : some) {
-        if (complete || seen.insert(node.choices).second) all.push_back(std::move(node));
-      }
-    }
+    std::vector<Entry> all;
+    for (const std::vector<Entry>& some : grown) all.insert(all.end(), some.begin(), some.end());
     return all;
   }
 
+  static Node made(const std::vector<Node>& level, const Entry& entry) {
+    Node node{level[entry.node].choices, entry.gain, entry.merit};
+    node.choices.insert(std::ranges::upper_bound(node.choices, entry.choice), entry.choice);
+    return node;
+  }
+
+  /// The best of them, as many as the beam is wide. @param times how often a set may be among them
+  std::vector<Node> chosen(const std::vector<Node>& level, std::vector<Entry> entries, std::size_t times) const {
+    if (const std::size_t most = options_.beam * times; entries.size() > most) {
+      std::ranges::nth_element(entries, entries.begin() + static_cast<std::ptrdiff_t>(most), std::greater<>{},
+                               &Entry::merit);
+      entries.resize(most);
+    }
+    std::ranges::stable_sort(entries, std::greater<>{}, &Entry::merit);
+    std::vector<Node> nodes;
+    std::set<std::vector<std::size_t>> seen;
+    for (const Entry& entry : entries) {
+      Node node = made(level, entry);
+      if (nodes.size() < options_.beam && (times == 1 || seen.insert(node.choices).second))
+        nodes.push_back(std::move(node));
+    }
+    return nodes;
+  }
+
   /// The best sets of a size.
-  void keep(const std::vector<Node>& level) {
-    std::map<std::vector<std::size_t>, const Node*> best;  // of each set of effects
+  void keep(const std::vector<Node>& level, const std::vector<Entry>& entries) {
+    std::map<std::vector<std::size_t>, Node> best;  // of each set of effects
     double least = -std::numeric_limits<double>::infinity();
-    const auto merit = [](const auto& entry) { return entry.second->merit; };
-    for (const Node& node : level) {
-      if (node.merit <= least) continue;
+    const auto merit = [](const auto& entry) { return entry.second.merit; };
+    for (const Entry& entry : entries) {
+      if (entry.merit <= least) continue;
+      Node node = made(level, entry);
       std::vector<std::size_t> effects;
       for (const std::size_t c : node.choices) effects.push_back(choices_[c].effect);
       std::ranges::sort(effects);
-      const Node*& at = best[std::move(effects)];
-      if (at == nullptr || node.merit > at->merit) at = &node;
+      const auto [at, first] = best.try_emplace(std::move(effects), node);
+      if (!first && node.merit > at->second.merit) at->second = std::move(node);
       if (best.size() <= options_.kept) continue;
       best.erase(std::ranges::min_element(best, {}, merit));
       least = merit(*std::ranges::min_element(best, {}, merit));
     }
-    for (const auto& [effects, node] : best) best_.push_back({node->choices, node->gain, node->merit, {}});
+    for (const auto& [effects, node] : best) best_.push_back({node.choices, node.gain, node.merit, {}});
   }
 
   Eigen::MatrixXd information_;

@@ -31,6 +31,8 @@ struct SubsetOptions {
   double price = 5;         ///< of a parameter, in deviance: ln of the number of conditions
   double prior = 1e-4;      ///< added to the diagonal of the information, see prior_width
   std::size_t beam = 2500;  ///< sets of one size that are enlarged; with fewer in all, nothing is left out
+  /// A set that gains this share of what all columns gain at once, or so much less, is enlarged once and no more.
+  double share_of_all = 1, less_than_all = 0;
 };
 
 /// The sets of each size with the greatest merit, greatest first; sets of the same effects count once, with their best
