@@ -102,7 +102,7 @@ class Prediction {
   void after(const State& state) {
     after_ = predict(state);
     variances_ = state.variances;
-    held_.problem.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
+    held_.problem.allowed.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
     const std::vector<Gram> grams = grams_of(held_.problem, with_nuisances(held_.problem, after_, variances_), {});
     for (std::size_t i = 0; i < after_.size(); ++i) {
       OutOfFold& one = conditions_[i];
@@ -166,7 +166,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   try {
     Selection selection(training.problem, model, candidates, options, {});
     selection.begin();
-    selection.grow();
+    if (options.max_effects > 0) selection.grow();
     Prediction prediction(held, fold);
     // The model as it was is not refitted, only the reflectivities are.
     State as_it_was = selection.original().fit.state;
@@ -175,8 +175,8 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     if (!model.empty()) correct(original, as_it_was);
     prediction.before(fit_nuisances(original, as_it_was, selection.weight()).state);
     result.state = selection.best().fit.state;
-    if (const Residue* residue = selection.problem().residue.get(); residue != nullptr)
-      held.problem.residue = std::make_shared<const Residue>(Residue(held.data), residue->sd());
+    if (const Residue* residue = selection.problem().allowed.residue.get(); residue != nullptr)
+      held.problem.allowed.residue = std::make_shared<const Residue>(Residue(held.data), residue->sd());
     prediction.after(result.state);
     for (const Piece& piece : selection.pieces()) {
       if (piece.refinement) continue;

@@ -58,8 +58,8 @@ struct CrossFit {
 };
 
 /// @param data of the whole design
-/// @param asked names of each effect that must prove itself, with all it stands for: when so many folds did without that
-/// none of them can, the other folds are left out
+/// @param asked names of each effect that must prove itself, with all it stands for: when so many folds did without
+/// that none of them can, the other folds are left out
 CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                    std::span<const std::vector<std::string>> asked = {});

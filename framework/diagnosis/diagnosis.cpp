@@ -82,8 +82,7 @@ class Run {
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
     problem_->correction = d_->search.correction;
     problem_->brightening = d_->search.brightening;
-    problem_->looseness = d_->search.looseness;
-    problem_->residue = d_->search.residue;
+    problem_->allowed = d_->search.allowed;
     progress(0.95, "putting numbers on it");
     validate();
     describe();
@@ -194,10 +193,12 @@ class Run {
     const std::vector<double> all(problem_->data.size(), 1);
     const State before = d_->as_it_was = fit_nuisances(original, as_it_was, all).state;
     const State& after = d_->search.after.state;
+    Problem flat = *problem_;  // the gap is the camera's: a board's shape stays in it
+    flat.allowed.boards = nullptr;
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
       d_->gaps[o] = {gap(original, before, o),
-                     gap(*problem_, after, o),
+                     gap(flat, after, o),
                      out.before,
                      out.after,
                      out.low,
@@ -270,12 +271,16 @@ class Run {
       d_->notes.push_back(
           fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",
                       1e3 * sd.session, 100 * sd.session_light));
-    if (problem_->residue && !d_->search.something_left())
+    if (problem_->allowed.boards)
+      d_->notes.push_back(fmt::format(
+          "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
+          "wherever it stands: a nuisance, no effect.",
+          1e3 * problem_->allowed.boards->sd));
+    if (problem_->allowed.residue && !d_->search.something_left())
       d_->notes.push_back(
           fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
-                      "deviation), as "
-                      "with boards that are not flat: a nuisance, no effect.",
-                      1e3 * problem_->residue->sd()));
+                      "deviation): a nuisance, no effect.",
+                      1e3 * problem_->allowed.residue->sd()));
     if (d_->search.something_left())
       d_->notes.push_back(fmt::format(
           "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "

@@ -19,7 +19,7 @@ std::array<double, random_directions> common(const Model& model, std::size_t i, 
 
 /// Of one superpixel alone; what is smooth over the image and differs between conditions counts as that.
 double own_variance(const Problem& problem, std::size_t observable, std::size_t i, std::size_t row) {
-  const double residue = observable == distance && problem.residue ? problem.residue->sd() : 0;
+  const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   return problem.data[i].variance[row] + residue * residue;
 }
 

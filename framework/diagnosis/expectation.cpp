@@ -88,6 +88,8 @@ std::vector<std::vector<double>> expected(const Problem& problem, const State& s
     rows[i] = design.predict(model, i, light_of(problem, state, i));
     if (!problem.correction.empty())
       for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.correction[i][row];
+    if (problem.allowed.boards)
+      for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += problem.allowed.boards->rows[i][row];
     const std::vector<double>& variance = problem.data[i].variance;
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(variance[row]))
@@ -207,7 +209,8 @@ Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<doubl
                                                 data.value[row] - rows[row]};
     for (Eigen::Index t = 0; t < gram_tail; ++t) all(r, first + t) = weight * tail[static_cast<std::size_t>(t)];
   }
-  if (problem.residue) problem.residue->whiten(i, all.topRows(static_cast<Eigen::Index>(problem.design.superpixels())));
+  if (problem.allowed.residue)
+    problem.allowed.residue->whiten(i, all.topRows(static_cast<Eigen::Index>(problem.design.superpixels())));
   return all;
 }
 

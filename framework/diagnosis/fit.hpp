@@ -13,6 +13,19 @@
 
 namespace tofgraph::diagnosis {
 
+/// Boards that are not flat, see BoardShapes.
+struct Boards {
+  double sd = 0;                          ///< m, of their heights where superpixels see them
+  std::vector<std::vector<double>> rows;  ///< what that changes, one a condition
+};
+
+/// What conditions are allowed to have of their own, beside a model: found with it.
+struct Allowances {
+  std::vector<double> looseness = {};  ///< how many times the usual jitter each board's place may be off; empty: 1
+  std::shared_ptr<const Residue> residue = nullptr;  ///< part of the noise of the superpixels, or nothing
+  std::shared_ptr<const Boards> boards = nullptr;    ///< or nothing: flat
+};
+
 /// What is to be explained.
 struct Problem {
   const Design& design;
@@ -25,9 +38,7 @@ struct Problem {
   /// Change of the observables for a factor e of light, one a condition, or nothing: that of the ideal camera. Where
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
-  /// How many times the usual jitter each board's place may be off, or nothing: not more. See loosen().
-  std::vector<double> looseness = {};
-  std::shared_ptr<const Residue> residue = nullptr;  ///< part of the noise of the superpixels, or nothing
+  Allowances allowed = {};
 
   /// Whether amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
   /// first target, which is unknown_reflectivity.
@@ -40,7 +51,7 @@ struct Problem {
   /// Change for a metre that the board is farther away, as often as its place is less certain than others'. Of a row
   /// of observables x superpixels, as are the next.
   double jitter_response(std::size_t condition, std::size_t row) const {
-    return design.shift(condition)[row] * (looseness.empty() ? 1 : looseness[condition]);
+    return design.shift(condition)[row] * (allowed.looseness.empty() ? 1 : allowed.looseness[condition]);
   }
   /// Change for a metre that the camera shows more.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }

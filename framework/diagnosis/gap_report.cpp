@@ -90,8 +90,7 @@ ReportData::ReportData(const Diagnosis& diagnosis)
   if (!d.as_it_was.terms.empty()) correct(as_it_was, d.as_it_was);
   at_the_end.correction = d.search.correction;
   at_the_end.brightening = d.search.brightening;
-  at_the_end.looseness = d.search.looseness;
-  at_the_end.residue = d.search.residue;
+  at_the_end.allowed = d.search.allowed;
   for (std::size_t o = 0; o < observables; ++o) {
     if (std::isfinite(d.gaps[o].before))
       evidence.emplace(o, diagnosis::evidence({as_it_was, d.as_it_was}, {at_the_end, d.search.after.state}, o));

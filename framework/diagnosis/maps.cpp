@@ -234,11 +234,9 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
   for (std::size_t i = 0; i < data.size(); ++i) {
     if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
   }
-  const Problem aside{problem.design,      data,
-                      problem.targets,     problem.target,
-                      problem.nuisances,   problem.correction,
-                      problem.brightening, problem.looseness,
-                      problem.residue};
+  const Problem aside{
+      problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
+      problem.brightening, problem.allowed};
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
     if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
   }

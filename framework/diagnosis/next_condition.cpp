@@ -37,11 +37,9 @@ State absorbing(const Problem& problem, const State& state, const Column& change
   for (std::size_t i = 0; i < data.size(); ++i) {
     for (std::size_t row = 0; row < rows[i].size(); ++row) data[i].value[row] = rows[i][row] - change[i][row];
   }
-  const Problem other{problem.design,      data,
-                      problem.targets,     problem.target,
-                      problem.nuisances,   problem.correction,
-                      problem.brightening, problem.looseness,
-                      problem.residue};
+  const Problem other{
+      problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
+      problem.brightening, problem.allowed};
   const std::vector<Column> columns = own_columns(other, state, rows);
   std::vector<Gram> grams = grams_of(other, rows, columns);
   std::vector<double> determinants(grams.size());
@@ -110,7 +108,8 @@ class Unmeasured {
       problem_.target.push_back(target);
       data_.push_back(noise.blank(design_, i, target < 0 ? 0 : state.light[static_cast<std::size_t>(target)]));
     }
-    if (campaign.residue) problem_.residue = std::make_shared<const Residue>(Residue(data_), campaign.residue->sd());
+    if (campaign.allowed.residue)
+      problem_.allowed.residue = std::make_shared<const Residue>(Residue(data_), campaign.allowed.residue->sd());
   }
   Unmeasured(const Unmeasured&) = delete;
   Unmeasured& operator=(const Unmeasured&) = delete;

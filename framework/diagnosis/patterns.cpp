@@ -42,18 +42,18 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, s
 
 std::optional<Pattern> large_residue(const Problem& problem, const Fit& fit) {
   constexpr double usual = 2e-3;  // m: boards that are not flat
-  if (!problem.residue || problem.residue->sd() < usual) return std::nullopt;
+  if (!problem.allowed.residue || problem.allowed.residue->sd() < usual) return std::nullopt;
   Problem without = problem;
-  without.residue = nullptr;
+  without.allowed.residue = nullptr;
   double gain = deviance_of(without, fit.state) - deviance_of(problem, fit.state);
-  for (std::size_t i = 0; i < problem.data.size(); ++i) gain -= problem.residue->log_determinant(i);
+  for (std::size_t i = 0; i < problem.data.size(); ++i) gain -= problem.allowed.residue->log_determinant(i);
   return Pattern{.observable = distance,
                  .axis = smooth_over_image,
                  .gain = gain,
                  .p_value = std::erfc(std::sqrt(std::max(gain, 0.0) / 2)),
-                 .size = problem.residue->sd(),
+                 .size = problem.allowed.residue->sd(),
                  .significant = true,
-                 .largest = problem.residue->sd(),
+                 .largest = problem.allowed.residue->sd(),
                  .share = std::numeric_limits<double>::quiet_NaN()};
 }
 

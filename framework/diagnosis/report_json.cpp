@@ -163,7 +163,9 @@ json nuisances_json(const Diagnosis& d) {
   for (const Misplaced& one : d.search.misplaced)
     result["misplaced"].push_back(
         {{"condition", d.measurements.design->conditions()[one.condition].id}, {"value", one.off}, {"unit", "m"}});
-  if (d.search.residue) result["smooth_residue"] = {{"value", d.search.residue->sd()}, {"unit", "m"}};
+  if (const auto& residue = d.search.allowed.residue)
+    result["smooth_residue"] = {{"value", residue->sd()}, {"unit", "m"}};
+  if (const auto& boards = d.search.allowed.boards) result["boards"] = {{"value", boards->sd}, {"unit", "m"}};
   const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
   for (const auto& [name, which, unit] :
        {std::tuple("drift", &Variances::drift, "m"), std::tuple("drift_light", &Variances::drift_light, ""),

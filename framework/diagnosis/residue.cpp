@@ -85,7 +85,7 @@ ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
   const std::size_t n = problem.design.superpixels();
   if (n < 2) return {};
   Problem plain = problem;
-  plain.residue = nullptr;
+  plain.allowed.residue = nullptr;
   const auto rows = expected(plain, fit.state);
   const std::vector<Column> columns = own_columns(plain, fit.state, rows);
   const Residue fields(problem.data);
@@ -119,7 +119,7 @@ ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
     double determinant = 0;
     return profile(grams_with(sd, determinant), unknowns, weight, fit.state.variances).solution.deviance + determinant;
   };
-  const double now = problem.residue ? problem.residue->sd() : 0;
+  const double now = problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   double best = 0, lowest = roughly(0) - worth;
   for (double sd = least; sd <= most; sd *= factor) {
     const double here = roughly(sd);

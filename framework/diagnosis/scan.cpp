@@ -131,7 +131,7 @@ Share share_of(const Problem& problem, const std::vector<double>& rows, std::spa
   Share share;
   const Eigen::MatrixXd marginal = gram - random * middle * random.transpose();
   share.held = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
-  const Residue* residue = problem.residue.get();
+  const Residue* residue = problem.allowed.residue.get();
   const auto superpixels = static_cast<Eigen::Index>(problem.design.superpixels());
   for (const Group* group : groups) {
     Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);

@@ -57,8 +57,7 @@ class Search : private Selection {
     result_.after = best().fit;
     result_.correction = std::move(mutable_problem().correction);
     result_.brightening = std::move(mutable_problem().brightening);
-    result_.looseness = std::move(mutable_problem().looseness);
-    result_.residue = std::move(mutable_problem().residue);
+    result_.allowed = std::move(mutable_problem().allowed);
     result_.trace = take_trace();
     return std::move(result_);
   }

@@ -26,8 +26,7 @@ struct SearchResult {
   std::array<std::size_t, observables> structure{};  ///< patterns in the rest that follow no axis (parallel analysis)
   /// Of the problem, at the end.
   std::vector<std::vector<double>> correction, brightening;
-  std::vector<double> looseness;
-  std::shared_ptr<const Residue> residue;
+  Allowances allowed;
   std::vector<Misplaced> misplaced;  ///< boards that do not stand where the campaign says
   std::vector<Near> nearest;         ///< candidates that come nearest to the rest, nearest first
   CrossFit cross_fit;                ///< out of fold

@@ -97,27 +97,24 @@ void Selection::grow() {
   }
 }
 
-/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or a residue
-/// that is new in each condition. The latter has one parameter, but pays for being any shape. @returns whether there is
-/// anything
+/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or what is
+/// none of the camera's. The latter has one parameter, but pays for being any shape. @returns whether there is anything
 bool Selection::add_best() {
-  ResidueTrial residue;
-  if (problem_.residue && left() >= explained) residue = residue_of(problem_, best_.fit);
+  auto [allowed, gain] = allowance();
   std::optional<Fit> next = leap();
-  const auto beaten = [&] { return !next || bic(best_.fit) - bic(*next) < residue.gain; };
+  const auto beaten = [&, gain = gain] { return !next || bic(best_.fit) - bic(*next) < gain; };
   // A residue that is the same each time would look like maps: none are looked for beside one.
-  if (beaten() && !problem_.residue) {
+  if (beaten() && !problem_.allowed.residue) {
     std::optional<Fit> maps = good_maps();
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) return try_refine(std::move(next->state)).empty();
-  if (!residue.residue) return false;
-  return allow(problem_.looseness, std::move(residue.residue));
+  return gain > 0 && allow(std::move(allowed));
 }
 
 void Selection::add_all() {
   // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-  for (std::size_t round = 0; round < (problem_.residue ? 2 : 2 * options_.max_effects); ++round) {
+  for (std::size_t round = 0; round < (problem_.allowed.residue ? 2 : 2 * options_.max_effects); ++round) {
     const bool first = terms().size() == model_.size();
     const double before = left();
     if (!add_best()) break;
@@ -246,7 +243,7 @@ void Selection::prefer_maps() {
 /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
 /// was hidden behind them.
 void Selection::grow_from_maps() {
-  if (problem_.residue || terms().size() == model_.size() || left() < explained) return;
+  if (problem_.allowed.residue || terms().size() == model_.size() || left() < explained) return;
   const double gained = bic(original_.fit) - bic(best_.fit);
   std::optional<MapTrial> alone = maps_alone();
   if (!alone || !significant(alone->trial.score) ||
@@ -298,6 +295,7 @@ void Selection::drop_needless() {
 void Selection::refine(State state) {
   correct(problem_, state);
   take(fit_with_maps(problem_, std::move(state), weight_));
+  if (reshape_boards()) take(fit_with_maps(problem_, best_.fit.state, weight_));
 }
 
 /// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
@@ -305,6 +303,7 @@ std::string Selection::try_refine(State state) {
   const Base before = best_;
   auto correction = problem_.correction;
   auto brightening = problem_.brightening;
+  const Allowances allowed = problem_.allowed;
   try {
     refine(std::move(state));
     return "";
@@ -312,6 +311,7 @@ std::string Selection::try_refine(State state) {
     best_ = before;
     problem_.correction = std::move(correction);
     problem_.brightening = std::move(brightening);
+    problem_.allowed = allowed;
     return error.what();
   }
 }

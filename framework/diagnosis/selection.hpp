@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/alternatives.hpp"
+#include "diagnosis/boards.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/trace.hpp"
 #include "diagnosis/trials.hpp"
@@ -78,7 +79,9 @@ class Selection {
   void refine(State state);
   std::string try_refine(State state);
   bool look_at_conditions();
-  bool allow(std::vector<double> looseness, std::shared_ptr<const Residue> residue);
+  std::pair<Allowances, double> allowance();
+  bool allow(Allowances more);
+  bool reshape_boards();
   void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
   double left() const;
 
@@ -90,6 +93,7 @@ class Selection {
   std::vector<double> weight_;
   Base original_, best_;
   Alternatives alternatives_;
+  std::unique_ptr<const BoardShapes> shapes_;  ///< when they are asked for
   std::vector<Step> trace_;
 };
 

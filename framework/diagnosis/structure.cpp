@@ -60,9 +60,9 @@ std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const St
         result[row / n](static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(row % n)) =
             left[row] / std::sqrt(variance);
     }
-    if (!problem.residue) continue;
+    if (!problem.allowed.residue) continue;
     Eigen::MatrixXd here = result[distance].row(static_cast<Eigen::Index>(i)).transpose();
-    problem.residue->whiten(i, here);
+    problem.allowed.residue->whiten(i, here);
     result[distance].row(static_cast<Eigen::Index>(i)) = here.transpose();
   }
   return result;

@@ -92,7 +92,7 @@ double noise_floor(const Problem& problem, bool frames, std::size_t observable) 
 
 double scatter_left(const Problem& problem, const State& state, std::size_t observable) {
   const Variances& sd = state.variances;
-  const double residue = observable == distance && problem.residue ? problem.residue->sd() : 0;
+  const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);

@@ -93,7 +93,7 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
     return 3e-3 * (i / 7 == 1) + 1e-5 * static_cast<double>(s);
   });
   Problem problem = make_problem(*design, data);
-  problem.residue = std::make_shared<const Residue>(Residue(data), 2e-4);
+  problem.allowed.residue = std::make_shared<const Residue>(Residue(data), 2e-4);
   Fit fit;
   fit.state = {{},
                std::vector<double>(problem.targets.size(), 0.1),

@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/boards.hpp"
+
+#include "simulation/board.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr int most_half_waves = 14;                        ///< over what is seen of a board, in all directions
+constexpr double bend = 3;                                 ///< half waves from which on shapes are weaker
+constexpr double least = 5e-5, most = 1e-2, factor = 1.6;  ///< standard deviations that are tried, m
+constexpr double least_share = 0.5;                        ///< of the excess of chi-square
+constexpr double shared = 0.8;                             ///< of the gain, that one shape for all may have at most
+constexpr double worth = 20;                               ///< fall of the deviance
+
+struct Place {
+  double x = 0, y = 0;  ///< m, on the board from where the axis meets it
+};
+
+/// Where superpixels see a board: along its own axes, which tilt and roll with it.
+std::vector<Place> places_on_board(const Design& design, std::size_t condition) {
+  const simulation::BoardPose pose = pose_of(design.conditions()[condition]);
+  const std::vector<simulation::Vector3>& rays = design.pixels().rays;
+  std::vector<simulation::Hit> hits(rays.size());
+  simulation::board_tracer(design.camera().focal_length, pose)({}, rays, hits);
+  const auto turned = [&](simulation::Vector3 axis) {
+    return simulation::rotation(0, 0, -pose.roll) * (simulation::rotation(pose.tilt_x, pose.tilt_y, 0) * axis);
+  };
+  const simulation::Vector3 across = turned({1, 0, 0}), down = turned({0, 1, 0}), middle{0, 0, pose.distance};
+  std::vector<Place> places(rays.size(), {NAN, NAN});
+  for (std::size_t s = 0; s < rays.size(); ++s) {
+    if (!std::isfinite(hits[s].return_path)) continue;
+    const simulation::Vector3 from = hits[s].point - middle;
+    places[s] = {physics::dot(from, across), physics::dot(from, down)};
+  }
+  return places;
+}
+
+/// Columns of a condition that stand for a board's place and its light, over the noise.
+Eigen::MatrixXd place_and_light(const Problem& problem, std::size_t i) {
+  const std::size_t n = problem.design.superpixels();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.design.rows()), 2);
+  for (std::size_t row = 0; row < problem.design.rows(); ++row) {
+    const double variance = problem.data[i].variance[row];
+    if (std::isinf(variance)) continue;
+    const bool light = row / n == amplitude || row / n == intensity;
+    columns.row(static_cast<Eigen::Index>(row)) << problem.design.shift(i)[row] / std::sqrt(variance),
+        light ? 1 / std::sqrt(variance) : 0;
+  }
+  return columns;
+}
+
+/// What the first columns do not explain of the others.
+Eigen::MatrixXd less(const Eigen::MatrixXd& first, const Eigen::MatrixXd& others) {
+  const Eigen::MatrixXd gram = first.transpose() * first + 1e-9 * Eigen::MatrixXd::Identity(first.cols(), first.cols());
+  return others - first * gram.ldlt().solve(first.transpose() * others);
+}
+
+struct Fall {
+  double deviance = 0, square = 0;
+};
+
+/// With shapes of a standard deviation.
+Fall fall_of(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, double sd) {
+  Eigen::MatrixXd inner = sd * sd * information;
+  inner.diagonal().array() += 1;
+  const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
+  const Eigen::VectorXd values = sd * sd * factors.solve(score);
+  return {values.dot(score) - factors.vectorD().array().log().sum(),
+          2 * values.dot(score) - values.dot(information * values)};
+}
+
+double mean_of_wave(double phase) { return phase == 0 ? 1 : std::sin(phase / 2) / (phase / 2); }
+
+}  // namespace
+
+BoardShapes::BoardShapes(const Problem& problem) {
+  const Design& design = problem.design;
+  std::vector<std::vector<Place>> places(design.size());
+  std::map<std::string, double> half_width;  // m, of what is seen of each target
+  std::vector<double> seen(design.size(), 0);
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    places[i] = places_on_board(design, i);
+    for (const Place& place : places[i]) {
+      if (std::isfinite(place.x)) seen[i] = std::max({seen[i], std::abs(place.x), std::abs(place.y)});
+    }
+    double& half = half_width[design.conditions()[i].target];
+    half = std::max(half, seen[i]);
+  }
+  std::vector<std::pair<int, int>> waves;
+  std::vector<double> sd;  // of each, squares summing to 1
+  double sum = 0;
+  for (int x = 0; x <= most_half_waves; ++x) {
+    for (int y = 0; y <= most_half_waves; ++y) {
+      if (x + y == 0 || std::hypot(x, y) > most_half_waves) continue;
+      waves.emplace_back(x, y);
+      sd.push_back(1 / (1 + (x * x + y * y) / (bend * bend)));
+      sum += sd.back() * sd.back();
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(design.superpixels()), count = static_cast<Eigen::Index>(waves.size());
+  heights_.resize(design.size());
+  std::vector<Eigen::MatrixXd> grams(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const double half = half_width.at(design.conditions()[i].target);
+    const double width = 2 * seen[i] / (std::sqrt(static_cast<double>(n)) - 1);
+    heights_[i] = Eigen::MatrixXd::Zero(n, count);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const auto wave = static_cast<std::size_t>(c);
+      const double x = waves[wave].first * std::numbers::pi / (2 * half),
+                   y = waves[wave].second * std::numbers::pi / (2 * half);
+      // Superpixels see means of the waves.
+      const double size = 2 * sd[wave] / std::sqrt(sum) * mean_of_wave(x * width) * mean_of_wave(y * width);
+      for (Eigen::Index s = 0; s < n; ++s) {
+        const Place& place = places[i][static_cast<std::size_t>(s)];
+        if (std::isfinite(place.x))
+          heights_[i](s, c) = size * std::cos(x * (place.x + half)) * std::cos(y * (place.y + half));
+      }
+    }
+    const Eigen::MatrixXd taken = place_and_light(problem, i);
+    const Eigen::MatrixXd columns = less(taken, taken.col(0).asDiagonal() * heights_[i].replicate(observables, 1));
+    grams[i] = Eigen::MatrixXd::Zero(count, count);
+    grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  });
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    Eigen::MatrixXd& of_target = information_[design.conditions()[i].target];
+    if (of_target.size() == 0) of_target = Eigen::MatrixXd::Zero(count, count);
+    of_target += grams[i].selfadjointView<Eigen::Lower>();
+  }
+}
+
+BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const {
+  const Design& design = problem.design;
+  Problem flat = problem;
+  flat.allowed.boards = nullptr;
+  const auto rows = with_nuisances(flat, expected(flat, state), state.variances);
+  std::map<std::string, Eigen::VectorXd> scores;
+  const Eigen::Index count = heights_.front().cols();
+  double excess = 0;
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    const Observations& data = problem.data[i];
+    Eigen::MatrixXd left = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(design.rows()), 1);
+    for (std::size_t row = 0; row < design.rows(); ++row) {
+      if (std::isinf(data.variance[row])) continue;
+      left(static_cast<Eigen::Index>(row)) = (data.value[row] - rows[i][row]) / std::sqrt(data.variance[row]);
+      excess -= 1;
+    }
+    const Eigen::MatrixXd taken = place_and_light(problem, i);
+    left = less(taken, left);
+    excess += left.squaredNorm();
+    const Eigen::VectorXd along = taken.col(0).cwiseProduct(left.col(0));
+    Eigen::VectorXd& score = scores[design.conditions()[i].target];
+    if (score.size() == 0) score = Eigen::VectorXd::Zero(count);
+    score += heights_[i].transpose() * along.reshaped(heights_[i].rows(), observables).rowwise().sum();
+  }
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd alike = Eigen::VectorXd::Zero(count);
+  for (const auto& [name, score] : scores) all += information_.at(name), alike += score;
+  double best = 0, one_for_all = 0;
+  Fall most_fall{worth, 0};
+  for (double sd = least; sd <= most; sd *= factor) {
+    one_for_all = std::max(one_for_all, fall_of(all, alike, sd).deviance);
+    Fall sum;
+    for (const auto& [name, score] : scores) {
+      const Fall one = fall_of(information_.at(name), score, sd);
+      sum.deviance += one.deviance, sum.square += one.square;
+    }
+    if (sum.deviance > most_fall.deviance) most_fall = sum, best = sd;
+  }
+  if (best == 0 || one_for_all > shared * most_fall.deviance || most_fall.square < least_share * excess) return {};
+  return {shaped(design, scores, best), most_fall.deviance};
+}
+
+std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
+                                                  const std::map<std::string, Eigen::VectorXd>& scores,
+                                                  double sd) const {
+  Boards result{0, std::vector<std::vector<double>>(design.size())};
+  std::map<std::string, Eigen::VectorXd> values;
+  for (const auto& [name, score] : scores) {
+    Eigen::MatrixXd inner = information_.at(name);
+    inner.diagonal().array() += 1 / (sd * sd);
+    values[name] = inner.ldlt().solve(score);
+  }
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);
+    result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.size());
+    for (std::size_t row = 0; row < design.rows(); ++row)
+      result.rows[i].push_back(design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels())));
+  }
+  result.sd = std::sqrt(result.sd);
+  return std::make_shared<const Boards>(std::move(result));
+}
+
+}  // namespace tofgraph::diagnosis

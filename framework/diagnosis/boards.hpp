@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Boards that are not flat: a smooth shape for each target, fixed to its board. A nuisance, no effect.
+#pragma once
+
+#include "diagnosis/fit.hpp"
+
+#include <map>
+
+namespace tofgraph::diagnosis {
+
+/// Shapes of boards that would explain what a fit leaves, or nothing.
+struct BoardTrial {
+  std::shared_ptr<const Boards> boards;
+  double gain = 0;  ///< fall of the deviance, the shapes being random
+};
+
+/// Cosines over the part of each board that any condition sees, weaker the shorter they are.
+class BoardShapes {
+ public:
+  /// @param problem with more than one superpixel
+  explicit BoardShapes(const Problem& problem);
+
+  /// With the standard deviation that has the least deviance. Nothing where shapes explain less than half of what is
+  /// more than noise, and where one shape for all targets does nearly as well: that is the camera's.
+  /// @param problem that these are for, or with other allowances
+  BoardTrial trial(const Problem& problem, const State& state) const;
+
+ private:
+  std::shared_ptr<const Boards> shaped(const Design& design, const std::map<std::string, Eigen::VectorXd>& scores,
+                                       double sd) const;
+
+  std::vector<Eigen::MatrixXd> heights_;                ///< superpixels x shapes, one a condition
+  std::map<std::string, Eigen::MatrixXd> information_;  ///< of each target's shapes, their place and light taken out
+};
+
+}  // namespace tofgraph::diagnosis
