@@ -10,22 +10,21 @@
 
 namespace tofgraph::diagnosis {
 
-/// What would explain the rest though it is none of the camera's, with what it gains: boards that are not flat, or a
-/// residue where there is one already.
-std::pair<Allowances, double> Selection::allowance() {
-  std::pair<Allowances, double> result{problem_.allowed, 0};
-  if (left() < explained) return result;
-  if (problem_.allowed.residue) {
-    const ResidueTrial trial = residue_of(problem_, best_.fit);
-    if (trial.residue) result = {{problem_.allowed.looseness, trial.residue, problem_.allowed.boards}, trial.gain};
-  }
-  if (!problem_.allowed.boards && problem_.design.superpixels() > 1) {
-    if (!shapes_) shapes_ = std::make_unique<const BoardShapes>(problem_);
-    const BoardTrial trial = shapes_->trial(problem_, best_.fit.state);
-    if (trial.boards && trial.gain > result.second)
-      result = {{problem_.allowed.looseness, problem_.allowed.residue, trial.boards}, trial.gain};
-  }
-  return result;
+/// Where shapes of boards explain most of what is left over the images they come first: sets of effects would make up
+/// for them. An effect that has a part in it takes that back when the shapes are found anew beside it.
+/// @returns whether there are any that were not known before
+bool Selection::allow_boards() {
+  if (left() < explained) return false;
+  Allowances more = problem_.allowed;
+  more.boards = boards_beside(best_.fit.state);
+  return more.boards && allow(std::move(more));
+}
+
+/// Nothing where they are known already, or are not worth it.
+std::shared_ptr<const Boards> Selection::boards_beside(const State& state) {
+  if (problem_.allowed.boards || problem_.design.superpixels() < 2) return nullptr;
+  if (!shapes_) shapes_ = std::make_unique<const BoardShapes>(problem_);
+  return shapes_->trial(problem_, state);
 }
 
 /// Where conditions have something of their own, a board that stands elsewhere or a residue that is smooth over the
@@ -67,7 +66,7 @@ bool Selection::allow(Allowances more) {
 /// Shapes of boards are found with the model: anew for another one. @returns whether there are any
 bool Selection::reshape_boards() {
   if (!problem_.allowed.boards) return false;
-  problem_.allowed.boards = shapes_->trial(problem_, best_.fit.state).boards;
+  problem_.allowed.boards = shapes_->trial(problem_, best_.fit.state);
   return true;
 }
 

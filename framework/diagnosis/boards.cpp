@@ -138,7 +138,7 @@ BoardShapes::BoardShapes(const Problem& problem) {
   }
 }
 
-BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const {
+std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const State& state) const {
   const Design& design = problem.design;
   Problem flat = problem;
   flat.allowed.boards = nullptr;
@@ -176,8 +176,8 @@ BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const 
     }
     if (sum.deviance > most_fall.deviance) most_fall = sum, best = sd;
   }
-  if (best == 0 || one_for_all > shared * most_fall.deviance || most_fall.square < least_share * excess) return {};
-  return {shaped(design, scores, best), most_fall.deviance};
+  if (best == 0 || one_for_all > shared * most_fall.deviance || most_fall.square < least_share * excess) return nullptr;
+  return shaped(design, scores, best);
 }
 
 std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,

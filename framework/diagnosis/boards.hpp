@@ -9,12 +9,6 @@
 
 namespace tofgraph::diagnosis {
 
-/// Shapes of boards that would explain what a fit leaves, or nothing.
-struct BoardTrial {
-  std::shared_ptr<const Boards> boards;
-  double gain = 0;  ///< fall of the deviance, the shapes being random
-};
-
 /// Cosines over the part of each board that any condition sees, weaker the shorter they are.
 class BoardShapes {
  public:
@@ -24,7 +18,7 @@ class BoardShapes {
   /// With the standard deviation that has the least deviance. Nothing where shapes explain less than half of what is
   /// more than noise, and where one shape for all targets does nearly as well: that is the camera's.
   /// @param problem that these are for, or with other allowances
-  BoardTrial trial(const Problem& problem, const State& state) const;
+  std::shared_ptr<const Boards> trial(const Problem& problem, const State& state) const;
 
  private:
   std::shared_ptr<const Boards> shaped(const Design& design, const std::map<std::string, Eigen::VectorXd>& scores,

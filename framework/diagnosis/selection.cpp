@@ -19,6 +19,7 @@ constexpr double by_chance = 30;        ///< gain that the effects of a set more
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
 constexpr double worthwhile = 0.1;      ///< of the excess of chi-square: what an addition beside others must take away
 constexpr std::size_t most_allowances = 1;
+constexpr int most_reshapes = 6;  ///< of boards and effects in turn
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
@@ -97,19 +98,25 @@ void Selection::grow() {
   }
 }
 
-/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or what is
-/// none of the camera's. The latter has one parameter, but pays for being any shape. @returns whether there is anything
+/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or a residue
+/// that is new in each condition. The latter has one parameter, but pays for being any shape. @returns whether there is
+/// anything
 bool Selection::add_best() {
-  auto [allowed, gain] = allowance();
+  if (allow_boards()) return true;
+  ResidueTrial residue;
+  if (problem_.allowed.residue && left() >= explained) residue = residue_of(problem_, best_.fit);
   std::optional<Fit> next = leap();
-  const auto beaten = [&, gain = gain] { return !next || bic(best_.fit) - bic(*next) < gain; };
+  const auto beaten = [&] { return !next || bic(best_.fit) - bic(*next) < residue.gain; };
   // A residue that is the same each time would look like maps: none are looked for beside one.
   if (beaten() && !problem_.allowed.residue) {
     std::optional<Fit> maps = good_maps();
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) return try_refine(std::move(next->state)).empty();
-  return gain > 0 && allow(std::move(allowed));
+  if (!residue.residue) return false;
+  Allowances more = problem_.allowed;
+  more.residue = std::move(residue.residue);
+  return allow(std::move(more));
 }
 
 void Selection::add_all() {
@@ -149,7 +156,10 @@ std::optional<Fit> Selection::leap() {
     std::size_t size = 1;
     for (const Subset& subset : worth_fitting(sets, needed)) {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
-      if (subset.choices.size() > size && reference.deviance - best.deviance >= needed) break;
+      const bool larger = subset.choices.size() > size;
+      if (larger && reference.deviance - best.deviance >= needed) break;
+      // Nor where boards that are not flat explain what is left beside one.
+      if (larger && size == 1 && bic(best) < bic(best_.fit) - worth && boards_beside(best.state)) return best;
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
@@ -295,7 +305,11 @@ void Selection::drop_needless() {
 void Selection::refine(State state) {
   correct(problem_, state);
   take(fit_with_maps(problem_, std::move(state), weight_));
-  if (reshape_boards()) take(fit_with_maps(problem_, best_.fit.state, weight_));
+  for (int round = 0; round < most_reshapes && reshape_boards(); ++round) {
+    const double before = best_.fit.deviance;
+    take(fit_with_maps(problem_, best_.fit.state, weight_));
+    if (before - best_.fit.deviance < worth) break;
+  }
 }
 
 /// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""

@@ -79,7 +79,8 @@ class Selection {
   void refine(State state);
   std::string try_refine(State state);
   bool look_at_conditions();
-  std::pair<Allowances, double> allowance();
+  bool allow_boards();
+  std::shared_ptr<const Boards> boards_beside(const State& state);
   bool allow(Allowances more);
   bool reshape_boards();
   void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
