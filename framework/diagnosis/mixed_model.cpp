@@ -13,8 +13,8 @@ struct Bounds {
   double least, most;
 };
 constexpr Bounds jitter_bounds{1e-6, 1}, offset_bounds{1e-6, 1e-2}, light_bounds{1e-6, 0.1};
-/// Of what conditions share.
-constexpr Bounds shared_bounds{1e-6, 0.3};
+/// Of what conditions share. Cameras that are warm wander by 2 mm and 2 % at most: what is more has a cause.
+constexpr Bounds drift_bounds{1e-6, 2e-3}, drift_light_bounds{1e-6, 2e-2}, session_bounds{1e-6, 0.3};
 
 /// The least value of f over ln x by golden sections.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
@@ -149,10 +149,11 @@ Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span
     vary(&Variances::light, light_bounds, at);
     if (unknowns.sd.empty()) continue;
     const NormalEquations fixed = at(best);  // what is shared is in the priors alone
-    for (const auto which :
-         {&Variances::drift, &Variances::drift_light, &Variances::session, &Variances::session_light}) {
+    for (const auto& [which, bounds] :
+         {std::pair(&Variances::drift, drift_bounds), std::pair(&Variances::drift_light, drift_light_bounds),
+          std::pair(&Variances::session, session_bounds), std::pair(&Variances::session_light, session_bounds)}) {
       if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
-        vary(which, shared_bounds, [&](const Variances&) -> const NormalEquations& { return fixed; });
+        vary(which, bounds, [&](const Variances&) -> const NormalEquations& { return fixed; });
     }
   }
   return {best, solve(at(best), unknowns, best)};
