@@ -19,7 +19,7 @@ constexpr int most_half_waves = 14;                        ///< over what is see
 constexpr double bend = 3;                                 ///< half waves from which on shapes are weaker
 constexpr double least = 5e-5, most = 1e-2, factor = 1.6;  ///< standard deviations that are tried, m
 constexpr double least_share = 0.5;                        ///< of the excess of chi-square
-constexpr double shared = 0.8;                             ///< of the gain, that one shape for all may have at most
+constexpr double alike = 0.95;                             ///< of the gain, that one shape for all has at most
 constexpr double worth = 20;                               ///< fall of the deviance
 
 struct Place {
@@ -163,12 +163,12 @@ std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const S
     score += heights_[i].transpose() * along.reshaped(heights_[i].rows(), observables).rowwise().sum();
   }
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
-  Eigen::VectorXd alike = Eigen::VectorXd::Zero(count);
-  for (const auto& [name, score] : scores) all += information_.at(name), alike += score;
+  Eigen::VectorXd sum_of_scores = Eigen::VectorXd::Zero(count);
+  for (const auto& [name, score] : scores) all += information_.at(name), sum_of_scores += score;
   double best = 0, one_for_all = 0;
   Fall most_fall{worth, 0};
   for (double sd = least; sd <= most; sd *= factor) {
-    one_for_all = std::max(one_for_all, fall_of(all, alike, sd).deviance);
+    one_for_all = std::max(one_for_all, fall_of(all, sum_of_scores, sd).deviance);
     Fall sum;
     for (const auto& [name, score] : scores) {
       const Fall one = fall_of(information_.at(name), score, sd);
@@ -176,7 +176,11 @@ std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const S
     }
     if (sum.deviance > most_fall.deviance) most_fall = sum, best = sd;
   }
-  if (best == 0 || one_for_all > shared * most_fall.deviance || most_fall.square < least_share * excess) return nullptr;
+  // What telling the boards apart explains is more than what stays: else it is a pattern of the camera.
+  const double apart = most_fall.deviance - one_for_all;
+  if (best == 0 || most_fall.square < least_share * excess || one_for_all > alike * most_fall.deviance ||
+      apart < excess - most_fall.square)
+    return nullptr;
   return shaped(design, scores, best);
 }
 

@@ -200,9 +200,14 @@ std::string shrunk(const Diagnosis& d) {
     if (fall(o) > fall(most)) most = o;
   }
   const double scale = shown_factor(most);
-  return fmt::format("the {} gap {}goes from {:.2f} {unit} to {:.2f} {unit}, noise alone is {:.2f} {unit}",
-                     observable_labels[most], aside ? "on held-out conditions " : "", scale * ends(most).first,
-                     scale * ends(most).second, scale * noise(most), fmt::arg("unit", shown_unit(most)));
+  const char* repeated = std::isnan(d.gaps[most].noise_floor)
+                             ? "{:.2f} {unit} scatter from one condition to the next, and without repeats nobody knows "
+                               "how much of that is noise"
+                             : "noise alone is {:.2f} {unit}";
+  const std::string rest = fmt::format(fmt::runtime(repeated), scale * noise(most), fmt::arg("unit", shown_unit(most)));
+  return fmt::format("the {} gap {}goes from {:.2f} {unit} to {:.2f} {unit}, {}", observable_labels[most],
+                     aside ? "on held-out conditions " : "", scale * ends(most).first, scale * ends(most).second, rest,
+                     fmt::arg("unit", shown_unit(most)));
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".

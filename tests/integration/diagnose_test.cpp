@@ -3,9 +3,14 @@
 // `tofgraph diagnose` as a user runs it: what it refuses and how it says so, what it goes on with and notes.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/program.hpp"
+
+#include <cmath>
+#include <functional>
+#include <sstream>
 
 using tofgraph::tests::Outcome;
 using tofgraph::tests::read_text;
@@ -178,6 +183,14 @@ TEST(Diagnose, FaultyEffectPluginsAreNamedAndLeftOut) {
   EXPECT_EQ(said["effects"][0]["name"], "wiggling");
 }
 
+/// With one blank wherever there are some.
+std::string plain(const std::string& text) {
+  std::istringstream words(text);
+  std::string result, word;
+  while (words >> word) result += (result.empty() ? "" : " ") + word;
+  return result;
+}
+
 /// The published means of a CamCube 2.0. Nobody knows what is true of that camera: what is asked for is that the gap
 /// shrinks on levels that nothing has seen, that it does so least where the model has to go beyond them, and that every
 /// grey target comes out darker than the white one, the blackest ones darkest, which the data do not tell in any other
@@ -207,6 +220,31 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const auto of = [&](const char* black) { return reflectivity.at(black).get<double>(); };
   for (const char* black : {"12.5", "25", "50", "75", "100"}) EXPECT_LT(of(black), 0.5) << black;
   EXPECT_LT(std::max(of("75"), of("100")), std::min(of("12.5"), of("25")));
+  // The documents tell what the program prints, and the table of the tutorial what the folds have.
+  const std::size_t first = found.err.find("The model lacks ");
+  ASSERT_NE(first, std::string::npos) << found.err;
+  const std::string printed = plain(found.err.substr(first, found.err.find("\nwrote ") - first));
+  const std::string tutorial = plain(read_text(TOFGRAPH_SOURCE_DIR "/docs/find_the_hidden_effect.md"));
+  for (const std::string& text : {plain(read_text(TOFGRAPH_SOURCE_DIR "/README.md")), tutorial})
+    EXPECT_NE(text.find(printed), std::string::npos) << printed;
+  for (const auto& [words, of_row] : std::vector<std::pair<std::string, std::function<bool(const nlohmann::json&)>>>{
+           {"distances between others, in three groups",
+            [](const auto& f) { return f["setting"] == "distance" && !f["extrapolates"].template get<bool>(); }},
+           {"each grey level or two", [](const auto& f) { return f["setting"] == "target"; }},
+           {"6.5 and 7 m, from nearer boards", [](const auto& f) { return f["levels"] == "6.5 m, 7 m"; }},
+           {"0.5 and 1 m, from farther boards", [](const auto& f) { return f["levels"] == "0.5 m, 1 m"; }}}) {
+    double before_square = 0, after_square = 0, count = 0;
+    for (const auto& fold : said.at("folds")) {
+      if (!of_row(fold)) continue;
+      const double n = fold.at("conditions").get<double>();
+      before_square += n * std::pow(fold.at("gap_before").get<double>(), 2);
+      after_square += n * std::pow(fold.at("gap_after").get<double>(), 2);
+      count += n;
+    }
+    const std::string row = fmt::format("| {} | {:.0f} mm | {:.0f} mm |", words, 1e3 * std::sqrt(before_square / count),
+                                        1e3 * std::sqrt(after_square / count));
+    EXPECT_NE(tutorial.find(row), std::string::npos) << row;
+  }
   // What is left is shown.
   EXPECT_EQ(said["unexplained"]["map"], "unexplained.svg");
   EXPECT_NE(read_text(folder.path() / "found/unexplained.svg").find("<svg"), std::string::npos);

@@ -82,6 +82,46 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
 
+/// Each target a shape of its own, 1 mm in waves of 0.9 to 1.3 m: heights in the places where pixels meet the board.
+class BentBoards : public Clutter {
+ protected:
+  /// @param of shape of a target
+  template <class F> std::vector<Observations> bent(std::vector<Observations> data, F of) const {
+    const std::size_t n = design->superpixels();
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      const io::Condition& c = design->conditions()[i];
+      for (std::size_t s = 0; s < n; ++s) {
+        const simulation::Vector3& ray = design->pixels().rays[s];
+        const double height = of(c.target, c.board_distance * ray.x / ray.z, c.board_distance * ray.y / ray.z);
+        for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
+      }
+    }
+    return data;
+  }
+  static double own_shape(const std::string& target, double x, double y) {
+    const auto k = static_cast<double>(target.size() % 5);
+    return 1e-3 * (std::sin(2 * std::numbers::pi * x / (0.9 + 0.1 * k) + k) +
+                   std::cos(2 * std::numbers::pi * y / 1.2 - 2 * k));
+  }
+};
+
+TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
+  const SearchResult result = searched(bent(data_with({}, 41), own_shape));
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  ASSERT_TRUE(result.allowed.boards);
+  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  const SearchResult beside = searched(bent(data_with(wiggling(), 42), own_shape));
+  expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
+}
+
+/// What all targets have alike is the camera's, or the room's.
+TEST_F(BentBoards, OneShapeForAllIsNone) {
+  const SearchResult result =
+      searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
+  EXPECT_FALSE(result.allowed.boards);
+  EXPECT_TRUE(result.something_left() || !result.found.empty());
+}
+
 /// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.
 TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   for (std::size_t i = 0; i < conditions.size(); ++i) {
