@@ -48,22 +48,29 @@ bool Selection::look_at_conditions() {
 /// @returns whether that could be: an effect may give no number where the fit goes then, and all stays as it was
 bool Selection::allow(Allowances more) {
   say("allowing for what conditions have of their own");
-  note({"allowed",
-        {},
-        {{"smooth_residue_m", more.residue ? more.residue->sd() : 0},
-         {"boards_m", more.boards ? more.boards->sd : 0},
-         {"loosest_board", more.looseness.empty() ? 1 : std::ranges::max(more.looseness)}},
-        "effects are looked for again beside it"});
-  std::swap(problem_.allowed, more);
-  if (try_refine(best_.fit.state).empty()) {
-    original_.fit = fit_with_maps(problem_, original_.fit.state, weight_);
-    return true;
-  }
+  Kept before = kept();
+  Step step{"allowed",
+            {},
+            {{"smooth_residue_m", more.residue ? more.residue->sd() : 0},
+             {"boards_m", more.boards ? more.boards->sd : 0},
+             {"loosest_board", more.looseness.empty() ? 1 : std::ranges::max(more.looseness)}},
+            "effects are looked for again beside it"};
   problem_.allowed = std::move(more);
-  return false;
+  bool could = true;
+  try {
+    refine(best_.fit.state);
+    const InLightOf there(problem_, original_);
+    original_.fit = fit_with_maps(problem_, original_.fit.state, weight_);
+  } catch (const simulation::EffectError& error) {
+    restore(std::move(before));
+    step.outcome = error.what();
+    could = false;
+  }
+  note(std::move(step));
+  return could;
 }
 
-/// Shapes of boards are found with the model: anew for another one. @returns whether there are any
+/// Shapes of boards are found with the model: anew for another one. @returns whether there were any
 bool Selection::reshape_boards() {
   if (!problem_.allowed.boards) return false;
   problem_.allowed.boards = shapes_->trial(problem_, best_.fit.state);

@@ -90,7 +90,9 @@ BoardShapes::BoardShapes(const Problem& problem) {
   std::vector<double> seen(design.size(), 0);
   for (std::size_t i = 0; i < design.size(); ++i) {
     places[i] = places_on_board(design, i);
-    for (const Place& place : places[i]) {
+    for (std::size_t s = 0; s < places[i].size(); ++s) {
+      Place& place = places[i][s];
+      if (std::isinf(problem.data[i].variance[distance * design.superpixels() + s])) place = {NAN, NAN};
       if (std::isfinite(place.x)) seen[i] = std::max({seen[i], std::abs(place.x), std::abs(place.y)});
     }
     double& half = half_width[design.conditions()[i].target];

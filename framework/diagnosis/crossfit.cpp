@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <ranges>
+#include <span>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -97,12 +97,13 @@ class Prediction {
   void before(const State& state) {
     const auto rows = predict(state);
     for (std::size_t i = 0; i < rows.size(); ++i) sums(rows[i], i, conditions_[i].before);
+    // Boards that stand elsewhere are told by the model as it was: none that is to prove itself makes them count less.
+    held_.problem.allowed.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
   }
 
   void after(const State& state) {
     after_ = predict(state);
     variances_ = state.variances;
-    held_.problem.allowed.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
     const std::vector<Gram> grams = grams_of(held_.problem, with_nuisances(held_.problem, after_, variances_), {});
     for (std::size_t i = 0; i < after_.size(); ++i) {
       OutOfFold& one = conditions_[i];
@@ -223,9 +224,8 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
   const auto may_miss = static_cast<std::size_t>((1 - least_chosen) * static_cast<double>(folds.size()) + 1e-9);
   std::size_t done = 0;
   const auto refuted = [&](const std::vector<std::string>& names) {
-    return static_cast<std::size_t>(std::ranges::count_if(result.folds | std::views::take(done), [&](const auto& fold) {
-             return fold.failed.empty() && !fold.chose(names);
-           })) > may_miss;
+    const auto without = [&](const FoldResult& fold) { return fold.failed.empty() && !fold.chose(names); };
+    return static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss;
   };
   while (done < folds.size()) {
     const std::size_t end = std::min(folds.size(), done + (done == 0 ? std::min(may_miss + 1, at_once) : at_once));
@@ -239,6 +239,7 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
     done = end;
     if (!asked.empty() && std::ranges::all_of(asked, refuted)) break;
   }
+  result.complete = done == folds.size();
   result.folds.resize(done);
   return result;
 }

@@ -45,6 +45,7 @@ inline constexpr double least_chosen = 0.8;
 
 struct CrossFit {
   std::vector<FoldResult> folds;
+  bool complete = true;  ///< whether these are all
 
   bool empty() const { return folds.empty(); }
   /// Share of the folds that chose an effect, or one that it stands for. @param names all of these

@@ -18,7 +18,7 @@ constexpr double least_gain = 30;  ///< of the deviance: less is not worth a lin
 
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&
-                     pattern.axis != smooth_over_image;
+                     pattern.axis != smooth_over_image && pattern.axis != fixed_to_boards;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
 }
 
@@ -42,7 +42,7 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, s
 
 namespace {
 
-constexpr double usual = 2e-3;  ///< m: boards that are not flat
+constexpr double usual = 2e-3;  ///< m: what boards and rooms leave
 
 }  // namespace
 

@@ -117,7 +117,8 @@ ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
   };
   const auto exactly = [&](double sd) {
     double determinant = 0;
-    return profile(grams_with(sd, determinant), unknowns, weight, fit.state.variances).solution.deviance + determinant;
+    const std::vector<Gram> grams = grams_with(sd, determinant);
+    return profile(grams, unknowns, weight, fit.state.variances).solution.deviance + determinant;
   };
   const double now = problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   double best = 0, lowest = roughly(0) - worth;

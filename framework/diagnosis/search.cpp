@@ -50,7 +50,7 @@ class Search : private Selection {
     require_told();
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
     put_aside();
-    if (prove() && pieces().empty()) put_aside();
+    if (prove() && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
     look_at_rest();
     result_.refused = trials_.refused();
     for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
@@ -160,7 +160,7 @@ class Search : private Selection {
   void require_told() {
     const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
     drop_refuted([&](const Found& found, std::size_t t) {
-      const std::string why = untold(t, all);
+      std::string why = untold(t, all);
       if (!why.empty()) note({"valued", {found.name}, {}, why});
       return why;
     });
@@ -172,7 +172,7 @@ class Search : private Selection {
     return drop_refuted([&](Found& found, std::size_t) {
       found.chosen = result_.cross_fit.share_of(found.names());
       found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
-      const std::string why = unproved(found);
+      std::string why = unproved(found);
       note({"proved",
             {found.name},
             {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},

@@ -12,19 +12,17 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double worth = 10;            ///< least fall of BIC for a set of effects, and for each effect in it
-constexpr std::size_t most_leaps = 3;   ///< enumerations of sets, each in the noise that the best fit before has left
-constexpr double nearly_all = 0.97;     ///< of the gain of the best set: what is missing may be bending
-constexpr double by_chance = 30;        ///< gain that the effects of a set more than needed have
-constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
-constexpr double worthwhile = 0.1;      ///< of the excess of chi-square: what an addition beside others must take away
+constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the noise that the best fit before has left
+constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
+constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
+constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
 constexpr std::size_t most_allowances = 1;
 constexpr int most_reshapes = 6;  ///< of boards and effects in turn
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
   double most = 0;
-  for (const Subset& set : sets) most = std::max(most, set.merit >= worth ? set.gain : 0);
+  for (const Subset& set : sets) most = std::max(most, set.merit >= Selection::worth ? set.gain : 0);
   return nearly_all * most - by_chance;
 }
 
@@ -34,12 +32,12 @@ double needed_of(const std::vector<Subset>& sets) {
 std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed) {
   std::size_t size = std::numeric_limits<std::size_t>::max();
   for (const Subset& set : sets) {
-    if (set.merit >= worth && set.gain >= needed) size = std::min(size, set.choices.size());
+    if (set.merit >= Selection::worth && set.gain >= needed) size = std::min(size, set.choices.size());
   }
   std::vector<Subset> chosen;
   bool larger = false;
   for (const Subset& set : sets) {
-    if (set.merit < worth) break;
+    if (set.merit < Selection::worth) break;
     const std::size_t count = set.choices.size();
     if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
   }
@@ -98,9 +96,9 @@ void Selection::grow() {
   }
 }
 
-/// What explains most for its parameters: the best set of effects, or where none is worth its own maps, or a residue
-/// that is new in each condition. The latter has one parameter, but pays for being any shape. @returns whether there is
-/// anything
+/// What explains most for its parameters: the best set of effects, or where none is worth its own maps; or, where a
+/// residue is allowed, another size of it: that has one parameter, but pays for being any shape. @returns whether there
+/// is anything
 bool Selection::add_best() {
   if (allow_boards()) return true;
   ResidueTrial residue;
@@ -210,62 +208,6 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
   }
 }
 
-bool Selection::beats(const MapTrial& maps) const {
-  return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
-}
-
-std::optional<MapTrial> Selection::maps_on(const Base& base) {
-  return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
-}
-
-/// In the place of all that was found.
-std::optional<MapTrial> Selection::maps_alone() {
-  const InLightOf there(problem_, original_);
-  return maps_on(original_);
-}
-
-/// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or in
-/// its place.
-std::optional<Fit> Selection::good_maps() {
-  if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
-  say("looking for what each pixel does");
-  std::optional<MapTrial> maps = maps_on(best_);
-  if (terms().size() > model_.size() && left() >= explained) {
-    std::optional<MapTrial> alone = maps_alone();
-    if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
-  }
-  if (!maps) return std::nullopt;
-  const bool good = beats(*maps);
-  note({"maps",
-        {maps->trial.candidate->name()},
-        {{"gain", best_.fit.deviance - maps->trial.fit.deviance}, {"bic_fall", bic(best_.fit) - bic(maps->trial.fit)}},
-        good ? "taken" : "not worth its parameters, or chance may do as much"});
-  return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
-}
-
-/// Where maps alone explain all there is, what was added first stood for a part of them.
-void Selection::prefer_maps() {
-  if (terms().size() == model_.size() || terms().back().maps || left() < explained) return;
-  std::optional<MapTrial> alone = maps_alone();
-  if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
-}
-
-/// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
-/// was hidden behind them.
-void Selection::grow_from_maps() {
-  if (problem_.allowed.residue || terms().size() == model_.size() || left() < explained) return;
-  const double gained = bic(original_.fit) - bic(best_.fit);
-  std::optional<MapTrial> alone = maps_alone();
-  if (!alone || !significant(alone->trial.score) ||
-      bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
-    return;
-  const State before = best_.fit.state;
-  const double reached = bic(best_.fit);
-  if (!try_refine(std::move(alone->trial.fit.state)).empty()) return;
-  add_all();
-  if (bic(best_.fit) > reached) refine(before);
-}
-
 double Selection::left() const {
   const Scan rest = scan(problem_, best_.fit, best_.columns, {}, 0, 0);
   return rest.square / rest.freedom;
@@ -314,20 +256,23 @@ void Selection::refine(State state) {
 
 /// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
 std::string Selection::try_refine(State state) {
-  const Base before = best_;
-  auto correction = problem_.correction;
-  auto brightening = problem_.brightening;
-  const Allowances allowed = problem_.allowed;
+  Kept before = kept();
   try {
     refine(std::move(state));
     return "";
   } catch (const simulation::EffectError& error) {
-    best_ = before;
-    problem_.correction = std::move(correction);
-    problem_.brightening = std::move(brightening);
-    problem_.allowed = allowed;
+    restore(std::move(before));
     return error.what();
   }
+}
+
+Selection::Kept Selection::kept() const { return {best_, problem_.correction, problem_.brightening, problem_.allowed}; }
+
+void Selection::restore(Kept before) {
+  best_ = std::move(before.best);
+  problem_.correction = std::move(before.correction);
+  problem_.brightening = std::move(before.brightening);
+  problem_.allowed = std::move(before.allowed);
 }
 
 Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight) {

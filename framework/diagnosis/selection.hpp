@@ -26,6 +26,8 @@ struct SearchOptions {
 /// A model's effects and those that were added to it, fitted to some conditions.
 class Selection {
  public:
+  static constexpr double worth = 10;  ///< least fall of BIC for a set of effects, and for each effect in it
+
   /// @param model terms of the model as it is; these are refitted; all must live on
   /// @param refused effects that are not tried, and why
   Selection(const Problem& problem, const std::vector<Term>& model,
@@ -64,6 +66,15 @@ class Selection {
   std::vector<Step> take_trace() { return std::move(trace_); }
 
  private:
+  /// What a step may have to be undone to.
+  struct Kept {
+    Base best;
+    std::vector<std::vector<double>> correction, brightening;
+    Allowances allowed;
+  };
+
+  Kept kept() const;
+  void restore(Kept before);
   void take(Fit fit);
   std::optional<Fit> leap();
   bool add_best();

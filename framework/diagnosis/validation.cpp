@@ -93,13 +93,14 @@ double noise_floor(const Problem& problem, bool frames, std::size_t observable) 
 double scatter_left(const Problem& problem, const State& state, std::size_t observable) {
   const Variances& sd = state.variances;
   const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
+  const double boards = problem.allowed.boards ? problem.allowed.boards->sd : 0;
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
     const std::array<double, gram_tail - 1> along = {problem.design.shift(i)[row], problem.offset_response(i, row),
                                                      problem.light_response(i, row), problem.uniform_response(row)};
-    double variance = residue * residue + std::pow(sd.jitter * along[0], 2) + std::pow(sd.offset * along[1], 2) +
-                      std::pow(sd.light * along[2], 2);
+    double variance = residue * residue + std::pow(std::hypot(sd.jitter, boards) * along[0], 2) +
+                      std::pow(sd.offset * along[1], 2) + std::pow(sd.light * along[2], 2);
     for (const Shared& shared : problem.nuisances.of_condition[i])
       variance += std::pow(sd.*problem.nuisances.sd[static_cast<std::size_t>(shared.unknown)] * shared.factor *
                                along.at(static_cast<std::size_t>(shared.direction)),

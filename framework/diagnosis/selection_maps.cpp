@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Effects with a number for every pixel in a selection: they come last, and may take the place of others.
+#include "diagnosis/selection.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+
+}  // namespace
+
+bool Selection::beats(const MapTrial& maps) const {
+  return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
+}
+
+std::optional<MapTrial> Selection::maps_on(const Base& base) {
+  return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
+}
+
+/// In the place of all that was found.
+std::optional<MapTrial> Selection::maps_alone() {
+  const InLightOf there(problem_, original_);
+  return maps_on(original_);
+}
+
+/// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or in
+/// its place.
+std::optional<Fit> Selection::good_maps() {
+  if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
+  say("looking for what each pixel does");
+  std::optional<MapTrial> maps = maps_on(best_);
+  if (terms().size() > model_.size() && left() >= explained) {
+    std::optional<MapTrial> alone = maps_alone();
+    if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
+  }
+  if (!maps) return std::nullopt;
+  const bool good = beats(*maps);
+  note({"maps",
+        {maps->trial.candidate->name()},
+        {{"gain", best_.fit.deviance - maps->trial.fit.deviance}, {"bic_fall", bic(best_.fit) - bic(maps->trial.fit)}},
+        good ? "taken" : "not worth its parameters, or chance may do as much"});
+  return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
+}
+
+/// Where maps alone explain all there is, what was added first stood for a part of them.
+void Selection::prefer_maps() {
+  if (terms().size() == model_.size() || terms().back().maps || left() < explained) return;
+  std::optional<MapTrial> alone = maps_alone();
+  if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
+}
+
+/// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
+/// was hidden behind them.
+void Selection::grow_from_maps() {
+  if (problem_.allowed.residue || terms().size() == model_.size() || left() < explained) return;
+  const double gained = bic(original_.fit) - bic(best_.fit);
+  std::optional<MapTrial> alone = maps_alone();
+  if (!alone || !significant(alone->trial.score) ||
+      bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
+    return;
+  Kept before = kept();
+  const double reached = bic(best_.fit);
+  if (!try_refine(std::move(alone->trial.fit.state)).empty()) return;
+  add_all();
+  // With other boards there is no comparison.
+  if (bic(best_.fit) > reached || (problem_.allowed.boards == nullptr) != (before.allowed.boards == nullptr))
+    restore(std::move(before));
+}
+
+}  // namespace tofgraph::diagnosis
