@@ -20,6 +20,7 @@ constexpr double bend = 3;                                 ///< half waves from 
 constexpr double least = 5e-5, most = 1e-2, factor = 1.6;  ///< standard deviations that are tried, m
 constexpr double least_share = 0.5;                        ///< of the excess of chi-square
 constexpr double alike = 0.95;                             ///< of the gain, that one shape for all has at most
+constexpr double most_bent = 2e-3;                         ///< m, standard deviation: what boards are not flat by
 constexpr double worth = 20;                               ///< fall of the deviance
 
 struct Place {
@@ -203,6 +204,7 @@ std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
       result.rows[i].push_back(design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels())));
   }
   result.sd = std::sqrt(result.sd);
+  if (result.sd > most_bent) return nullptr;
   return std::make_shared<const Boards>(std::move(result));
 }
 

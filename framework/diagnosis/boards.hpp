@@ -16,8 +16,8 @@ class BoardShapes {
   explicit BoardShapes(const Problem& problem);
 
   /// With the standard deviation that has the least deviance. Nothing where shapes explain less than half of what is
-  /// more than noise, where one shape for all targets does nearly as well, and where more stays than telling the
-  /// targets apart explains: that is the camera's.
+  /// more than noise, where one shape for all targets does nearly as well, where they are larger than boards have, and
+  /// where more stays than telling the targets apart explains: that is the camera's.
   /// @param problem that these are for, or with other allowances
   std::shared_ptr<const Boards> trial(const Problem& problem, const State& state) const;
 

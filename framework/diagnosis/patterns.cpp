@@ -18,7 +18,7 @@ constexpr double least_gain = 30;  ///< of the deviance: less is not worth a lin
 
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&
-                     pattern.axis != smooth_over_image && pattern.axis != fixed_to_boards;
+                     pattern.axis != smooth_over_image;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
 }
 
@@ -40,28 +40,8 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const Fit& fit, s
                  .share = std::numeric_limits<double>::quiet_NaN()};
 }
 
-namespace {
-
-constexpr double usual = 2e-3;  ///< m: what boards and rooms leave
-
-}  // namespace
-
-std::optional<Pattern> bent_boards(const Problem& problem, const Fit& fit) {
-  if (!problem.allowed.boards || problem.allowed.boards->sd < usual) return std::nullopt;
-  Problem flat = problem;
-  flat.allowed.boards = nullptr;
-  const double gain = deviance_of(flat, fit.state) - deviance_of(problem, fit.state);
-  return Pattern{.observable = distance,
-                 .axis = fixed_to_boards,
-                 .gain = gain,
-                 .p_value = std::erfc(std::sqrt(std::max(gain, 0.0) / 2)),
-                 .size = problem.allowed.boards->sd,
-                 .significant = true,
-                 .largest = problem.allowed.boards->sd,
-                 .share = std::numeric_limits<double>::quiet_NaN()};
-}
-
 std::optional<Pattern> large_residue(const Problem& problem, const Fit& fit) {
+  constexpr double usual = 2e-3;  // m: what boards and rooms leave
   if (!problem.allowed.residue || problem.allowed.residue->sd() < usual) return std::nullopt;
   Problem without = problem;
   without.allowed.residue = nullptr;

@@ -36,10 +36,6 @@ std::string name_of(const Pattern& pattern);
 inline constexpr const char* smooth_over_image = "smooth over the image, from one condition to the next";
 /// One that is larger than boards and rooms leave.
 std::optional<Pattern> large_residue(const Problem& problem, const Fit& fit);
-/// The axis of shapes of boards.
-inline constexpr const char* fixed_to_boards = "over each board, wherever it stands";
-/// Ones that are larger than boards have.
-std::optional<Pattern> bent_boards(const Problem& problem, const Fit& fit);
 
 /// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
 /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.

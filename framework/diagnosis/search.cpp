@@ -206,8 +206,8 @@ class Search : private Selection {
       if (pattern.significant && pattern.largest > least_change[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
-    for (std::optional<Pattern> pattern : {unsteady_camera(problem(), best().fit, weight()),
-                                           large_residue(problem(), best().fit), bent_boards(problem(), best().fit)}) {
+    for (std::optional<Pattern> pattern :
+         {unsteady_camera(problem(), best().fit, weight()), large_residue(problem(), best().fit)}) {
       if (pattern) result_.rest.push_back(std::move(*pattern));
     }
     result_.misplaced = misplaced(places_of(problem(), best().fit.state));
