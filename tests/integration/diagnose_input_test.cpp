@@ -101,7 +101,8 @@ TEST_F(DiagnoseInput, AModelOfAnotherCameraIsAMistake) {
   simulate();
   write("model.yaml", "model: 1\ncamera: camcube3\neffects: []\n");
   const Outcome refused = diagnose();
-  expect_said(refused, "model.yaml:2:9: error: the model is for the camera 'camcube3', the campaign data/campaign.yaml");
+  expect_said(refused,
+              "model.yaml:2:9: error: the model is for the camera 'camcube3', the campaign data/campaign.yaml");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
 }
 
