@@ -4,6 +4,7 @@
 
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/maps.hpp"
+#include "diagnosis/notes.hpp"
 #include "diagnosis/plausibility.hpp"
 #include "io/captures/campaign_captures.hpp"
 
@@ -72,9 +73,8 @@ class Run {
     ingest.progress = [this](double share) { progress(0.4 * share, "reading captures"); };
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
     require_consistent(d_->measurements);
-    note_measurements();
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
-    note_light();
+    note(notes_on(d_->measurements, *problem_));
     progress(0.4, "asking what these data can show");
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
     SearchOptions search_options = options_.search;
@@ -100,6 +100,8 @@ class Run {
     if (options_.progress) options_.progress(std::min(share, 0.99), what);
   }
 
+  void note(const std::vector<std::string>& notes) { d_->notes.insert(d_->notes.end(), notes.begin(), notes.end()); }
+
   io::Campaign read() {
     config::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
@@ -108,18 +110,16 @@ class Run {
         document, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     leave_out(campaign, options_.skip, d_->notes);
+    if (!simulation::is_for(d_->model, *campaign.camera))
+      diagnostics.error(d_->model.camera_at,
+                        fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
+                                    d_->model.camera, options_.data.string(), campaign.camera_name),
+                        "give the model that was made for this camera, or change its camera: if it is meant for it");
     io::check_captures(document, campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
           fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
-    if (!simulation::is_for(d_->model, *campaign.camera)) {
-      diagnostics.error(d_->model.camera_at,
-                        fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
-                                    d_->model.camera, options_.data.string(), campaign.camera_name),
-                        "give the model that was made for this camera, or change its camera: if it is meant for it");
-      throw config::ConfigurationError(diagnostics);
-    }
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
@@ -128,52 +128,6 @@ class Run {
       d_->model_terms.push_back({d_->own_candidates.back().get(), d_->own_candidates.back()->start()});
     }
     return campaign;
-  }
-
-  void note_measurements() {
-    const Measurements& m = d_->measurements;
-    for (const std::string& text : m.left_out) d_->notes.push_back("Left out: " + text);
-    if (!m.replicates)
-      d_->notes.push_back(
-          "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
-    const tofgraph_camera& camera = m.design->camera();
-    const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
-    const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });
-    if (outside > 0)
-      d_->notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
-                                      100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
-    if (m.bad_pixels > 0.001)
-      d_->notes.push_back(
-          fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));
-    if (m.saturated > 0)
-      d_->notes.push_back(fmt::format("{:.2f} % of the pixels are saturated and were not used.", 100 * m.saturated));
-    if (m.table)
-      d_->notes.push_back(
-          "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
-          "one condition to the next is estimated with the model.");
-    else if (!m.taps)
-      d_->notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
-                                   : "The captures have distances only: nothing is known of the null channels.");
-    if (std::isnan(noise_floor(make_problem(*m.design, m.observations), !m.table, distance)))
-      d_->notes.push_back(
-          "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
-    if (!m.design->tells_order())
-      d_->notes.push_back(
-          "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
-          "asked.");
-    std::set<double> distances;
-    for (const io::Condition& c : m.design->conditions()) distances.insert(c.board_distance);
-    if (distances.size() == 1)
-      d_->notes.push_back(
-          "All conditions have one distance: what changes with the distance cannot be told from an offset.");
-  }
-
-  void note_light() {
-    if (problem_->light_seen() || problem_->targets.empty()) return;
-    d_->notes.push_back(fmt::format(
-        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are estimated from what "
-        "effects do. What stands beside the light, as crosstalk does, is relative to that.",
-        unknown_reflectivity));
   }
 
   void validate() {
@@ -188,7 +142,7 @@ class Run {
     // The model as it was is not refitted, only the reflectivities are.
     State as_it_was = d_->search.before.state;
     as_it_was.terms = d_->model_terms;
-    Problem original{problem_->design, problem_->data, problem_->targets, problem_->target, problem_->nuisances};
+    Problem original = make_problem(problem_->design, problem_->data);
     if (!d_->model_terms.empty()) correct(original, as_it_was);
     const std::vector<double> all(problem_->data.size(), 1);
     const State before = d_->as_it_was = fit_nuisances(original, as_it_was, all).state;
@@ -247,53 +201,11 @@ class Run {
       }
       d_->effects.push_back(std::move(effect));
     }
-    note_nuisances(after.state.variances);
+    note(notes_on_nuisances(*problem_, d_->search));
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
-  }
-
-  /// What conditions have of their own, where it is enough to matter.
-  void note_nuisances(const Variances& sd) {
-    constexpr double length = 2e-4, light = 2e-3;  // m, of ln amplitude
-    const Design& design = *d_->measurements.design;
-    const auto uses = [&](double Variances::*which) {
-      return std::ranges::find(problem_->nuisances.sd, which) != problem_->nuisances.sd.end();
-    };
-    if (const double drift = wander_of(design, sd.drift), drift_light = wander_of(design, sd.drift_light);
-        uses(&Variances::drift) && (drift > length || drift_light > light))
-      d_->notes.push_back(fmt::format(
-          "The camera wandered while the conditions were measured, by {:.2f} mm and {:.2f} % of light (root "
-          "mean square): a nuisance, no effect.",
-          1e3 * drift, 100 * drift_light));
-    if (uses(&Variances::session) && (sd.session > length || sd.session_light > light))
-      d_->notes.push_back(
-          fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",
-                      1e3 * sd.session, 100 * sd.session_light));
-    if (problem_->allowed.boards)
-      d_->notes.push_back(fmt::format(
-          "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
-          "wherever it stands: a nuisance, no effect.",
-          1e3 * problem_->allowed.boards->sd));
-    if (problem_->allowed.residue && !d_->search.something_left())
-      d_->notes.push_back(
-          fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
-                      "deviation): a nuisance, no effect.",
-                      1e3 * problem_->allowed.residue->sd()));
-    if (d_->search.something_left())
-      d_->notes.push_back(fmt::format(
-          "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
-          "that is no noise.",
-          1e3 * std::hypot(sd.jitter, sd.offset)));
-    else
-      for (const Misplaced& one : d_->search.misplaced) {
-        const io::Condition& c = design.conditions()[one.condition];
-        d_->notes.push_back(
-            fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
-                        "written, check that. It counts less.",
-                        c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
-      }
   }
 
   /// The first that fits, in the order of the verdicts.

@@ -55,6 +55,11 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
   return problem;
 }
 
+Problem with_data(const Problem& problem, const std::vector<Observations>& data) {
+  return {problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
+          problem.brightening, problem.allowed};
+}
+
 std::vector<double> first_light(const Problem& problem) {
   std::vector<double> sum(problem.targets.size(), 0), count(problem.targets.size(), 0);
   const std::size_t n = problem.design.superpixels();

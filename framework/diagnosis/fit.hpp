@@ -65,6 +65,8 @@ struct Problem {
 
 /// Finds the targets whose reflectivity is not known.
 Problem make_problem(const Design& design, const std::vector<Observations>& data);
+/// The same problem with other data of the same conditions. @param data must live on
+Problem with_data(const Problem& problem, const std::vector<Observations>& data);
 
 /// A point in the space of models.
 struct State {

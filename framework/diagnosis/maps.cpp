@@ -234,9 +234,7 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
   for (std::size_t i = 0; i < data.size(); ++i) {
     if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
   }
-  const Problem aside{
-      problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
-      problem.brightening, problem.allowed};
+  const Problem aside = with_data(problem, data);
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
     if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
   }

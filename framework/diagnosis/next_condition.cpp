@@ -37,9 +37,7 @@ State absorbing(const Problem& problem, const State& state, const Column& change
   for (std::size_t i = 0; i < data.size(); ++i) {
     for (std::size_t row = 0; row < rows[i].size(); ++row) data[i].value[row] = rows[i][row] - change[i][row];
   }
-  const Problem other{
-      problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
-      problem.brightening, problem.allowed};
+  const Problem other = with_data(problem, data);
   const std::vector<Column> columns = own_columns(other, state, rows);
   std::vector<Gram> grams = grams_of(other, rows, columns);
   std::vector<double> determinants(grams.size());

@@ -16,8 +16,7 @@ constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the no
 constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
-constexpr std::size_t most_allowances = 1;
-constexpr int most_reshapes = 6;  ///< of boards and effects in turn
+constexpr int most_reshapes = 6;       ///< of boards and effects in turn
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
@@ -90,10 +89,9 @@ void Selection::grow() {
   add_all();
   grow_from_maps();
   drop_needless();
-  for (std::size_t round = 0; round < most_allowances && look_at_conditions(); ++round) {
-    add_all();
-    drop_needless();
-  }
+  if (!look_at_conditions()) return;
+  add_all();
+  drop_needless();
 }
 
 /// What explains most for its parameters: the best set of effects, or where none is worth its own maps; or, where a

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/notes.hpp"
+
+#include "diagnosis/validation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace tofgraph::diagnosis {
+
+std::vector<std::string> notes_on(const Measurements& m, const Problem& problem) {
+  std::vector<std::string> notes;
+  for (const std::string& text : m.left_out) notes.push_back("Left out: " + text);
+  if (!m.replicates)
+    notes.push_back(
+        "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
+  const tofgraph_camera& camera = m.design->camera();
+  const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
+  const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });
+  if (outside > 0)
+    notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
+                                100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
+  if (m.bad_pixels > 0.001)
+    notes.push_back(
+        fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));
+  if (m.saturated > 0)
+    notes.push_back(fmt::format("{:.2f} % of the pixels are saturated and were not used.", 100 * m.saturated));
+  if (m.table)
+    notes.push_back(
+        "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
+        "one condition to the next is estimated with the model.");
+  else if (!m.taps)
+    notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
+                             : "The captures have distances only: nothing is known of the null channels.");
+  if (std::isnan(noise_floor(problem, !m.table, distance)))
+    notes.push_back(
+        "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
+  if (!m.design->tells_order())
+    notes.push_back(
+        "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
+        "asked.");
+  std::set<double> distances;
+  for (const io::Condition& c : m.design->conditions()) distances.insert(c.board_distance);
+  if (distances.size() == 1)
+    notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
+  if (!problem.light_seen() && !problem.targets.empty())
+    notes.push_back(fmt::format(
+        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are estimated from what "
+        "effects do. What stands beside the light, as crosstalk does, is relative to that.",
+        unknown_reflectivity));
+  return notes;
+}
+
+std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search) {
+  const Variances& sd = search.after.state.variances;
+  std::vector<std::string> notes;
+  constexpr double length = 2e-4, light = 2e-3;  // m, of ln amplitude
+  const Design& design = problem.design;
+  const auto uses = [&](double Variances::*which) {
+    return std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end();
+  };
+  if (const double drift = wander_of(design, sd.drift), drift_light = wander_of(design, sd.drift_light);
+      uses(&Variances::drift) && (drift > length || drift_light > light))
+    notes.push_back(
+        fmt::format("The camera wandered while the conditions were measured, by {:.2f} mm and {:.2f} % of light (root "
+                    "mean square): a nuisance, no effect.",
+                    1e3 * drift, 100 * drift_light));
+  if (uses(&Variances::session) && (sd.session > length || sd.session_light > light))
+    notes.push_back(
+        fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",
+                    1e3 * sd.session, 100 * sd.session_light));
+  if (problem.allowed.boards)
+    notes.push_back(fmt::format(
+        "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
+        "wherever it stands: a nuisance, no effect.",
+        1e3 * problem.allowed.boards->sd));
+  if (problem.allowed.residue && !search.something_left())
+    notes.push_back(
+        fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
+                    "deviation): a nuisance, no effect.",
+                    1e3 * problem.allowed.residue->sd()));
+  if (search.something_left())
+    notes.push_back(fmt::format(
+        "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
+        "that is no noise.",
+        1e3 * std::hypot(sd.jitter, sd.offset)));
+  else
+    for (const Misplaced& one : search.misplaced) {
+      const io::Condition& c = design.conditions()[one.condition];
+      notes.push_back(
+          fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
+                      "written, check that. It counts less.",
+                      c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
+    }
+  return notes;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a reader of a report must know of its data: sentences, in the order in which they stand there.
+#pragma once
+
+#include "diagnosis/ingest.hpp"
+#include "diagnosis/search.hpp"
+
+#include <string>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// What was left out, and what the measurements cannot tell. @param problem of these measurements
+std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
+
+/// What conditions have of their own, where it is enough to matter. @param problem with what the search allowed
+std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
+
+}  // namespace tofgraph::diagnosis
