@@ -214,7 +214,9 @@ std::pair<double, double> drawn(const std::vector<Condition>& conditions, std::u
 CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                    std::span<const std::vector<std::string>> asked) {
-  constexpr std::size_t at_once = 4;  // each has columns of its own, up to some 500 MB
+  // Each has columns of its own, up to some 500 MB; the first are fewer, as after them it may be known. The same on any
+  // machine, as what is asked after them decides.
+  constexpr std::size_t at_once = 4, first = 2, enough = 3;
   const std::vector<Fold> folds = folds_of(design);
   CrossFit result;
   result.folds.resize(folds.size());
@@ -225,10 +227,12 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
   std::size_t done = 0;
   const auto refuted = [&](const std::vector<std::string>& names) {
     const auto without = [&](const FoldResult& fold) { return fold.failed.empty() && !fold.chose(names); };
-    return static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss;
+    if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
+      return true;
+    return done >= enough && fall_of(result, names.front(), options.seed).is_rise();
   };
   while (done < folds.size()) {
-    const std::size_t end = std::min(folds.size(), done + (done == 0 ? std::min(may_miss + 1, at_once) : at_once));
+    const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));
     if (options.progress)
       options.progress(fmt::format("predicting what was put aside, {} of {}", done + 1, folds.size()));
     tbb::parallel_for(done, end, [&](std::size_t f) {

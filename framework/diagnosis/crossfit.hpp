@@ -59,8 +59,8 @@ struct CrossFit {
 };
 
 /// @param data of the whole design
-/// @param asked names of each effect that must prove itself, with all it stands for: when so many folds did without
-/// that none of them can, the other folds are left out
+/// @param asked names of each effect that must prove itself, its own first, with all it stands for: when so many folds
+/// did without that none of them can, or predicted worse with them, the other folds are left out
 CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                    std::span<const std::vector<std::string>> asked = {});
@@ -73,6 +73,10 @@ struct Fall {
   double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
   double depth_with = std::numeric_limits<double>::quiet_NaN();
   std::size_t conditions = 0;
+
+  static constexpr double least_seen = 25;  ///< chi-square of what changes where it is to prove itself
+  bool is_proof() const { return low > 0 || seen < least_seen; }
+  bool is_rise() const { return seen >= least_seen && without <= with; }
 };
 Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed);
 

@@ -22,7 +22,6 @@ constexpr double promising = 0.3;     ///< of the best linear gain: what bending
 constexpr double rival_share = 0.5;   ///< likewise, to take the place of one that is in the model
 constexpr double hardly = 0.01;       ///< of the gain of the best generic pattern: less is not near
 constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
-constexpr double visible = 25;        ///< chi-square expected out of fold where an effect is to prove itself there
 
 class Search : private Selection {
  public:
@@ -125,7 +124,7 @@ class Search : private Selection {
   /// Why an effect does not prove itself out of fold, or nothing.
   static std::string unproved(const Found& found) {
     if (found.chosen < least_chosen) return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
-    if (found.fall.seen >= visible && !(found.fall.low > 0))
+    if (!found.fall.is_proof())
       return fmt::format(
           "the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
           found.fall.without, found.fall.with);
