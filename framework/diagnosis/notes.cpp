@@ -34,8 +34,12 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
         "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
         "one condition to the next is estimated with the model.");
   else if (!m.taps)
-    notes.push_back(m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
-                             : "The captures have distances only: nothing is known of the null channels.");
+    notes.push_back(
+        m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
+        : problem.light_seen()
+            ? "The captures have distances and amplitudes: nothing is known of the intensity and of the null "
+              "channels."
+            : "The captures have distances only: nothing is known of light and of the null channels.");
   if (std::isnan(noise_floor(problem, !m.table, distance)))
     notes.push_back(
         "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");

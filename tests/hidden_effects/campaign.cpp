@@ -193,26 +193,67 @@ class Writer {
     header.camera = "camcube2";
     header.width = static_cast<std::uint32_t>(width);
     header.height = static_cast<std::uint32_t>(height);
-    const io::CaptureChannel channel =
-        options_.taps ? io::CaptureChannel{"taps", TOFGRAPH_TYPE_U16, {4, 2, height, width}, "counts", "", "", ""}
-                      : io::CaptureChannel{"phases", TOFGRAPH_TYPE_I32, {4, height, width}, "counts", "", "", ""};
-    io::CaptureWriter writer(conditions_[index].capture, header, {channel});
-    std::vector<std::uint16_t> taps(8 * camera.pixels());
-    std::vector<std::int32_t> phases(4 * camera.pixels());
-    for (std::size_t frame = 0; frame < options_.frames; ++frame) {
+    io::CaptureWriter writer(conditions_[index].capture, header, channels(height, width));
+    Frame frame(camera.pixels());
+    for (std::size_t f = 0; f < options_.frames; ++f) {
       for (std::size_t k = 0; k < 4; ++k)
         for (std::size_t i = 0; i < camera.pixels(); ++i) {
           const double a = damaged(defects_[i], readout(expected.a[k][i], random), random);
           const double b = damaged(defects_[i], readout(expected.b[k][i], random), random);
-          taps[2 * k * camera.pixels() + i] = counts(a);
-          taps[(2 * k + 1) * camera.pixels() + i] = counts(b);
-          phases[k * camera.pixels() + i] = static_cast<std::int32_t>(std::lround(a - b));
+          frame.taps[2 * k * camera.pixels() + i] = counts(a);
+          frame.taps[(2 * k + 1) * camera.pixels() + i] = counts(b);
+          frame.phases[k * camera.pixels() + i] = static_cast<std::int32_t>(std::lround(a - b));
         }
-      const tofgraph_view view = options_.taps ? view_of_data(taps.data(), TOFGRAPH_TYPE_U16, 2, {4, 2, height, width})
-                                               : view_of_data(phases.data(), TOFGRAPH_TYPE_I32, 4, {4, height, width});
-      writer.append(metadata(index, frame), {&view, 1});
+      const std::vector<tofgraph_view> views = views_of(frame, height, width);
+      writer.append(metadata(index, f), views);
     }
     writer.finish();
+  }
+
+  struct Frame {
+    explicit Frame(std::size_t pixels) : taps(8 * pixels), phases(4 * pixels), distance(pixels), amplitude(pixels) {}
+    std::vector<std::uint16_t> taps;
+    std::vector<std::int32_t> phases;
+    std::vector<float> distance, amplitude;  ///< m, counts
+  };
+
+  std::vector<io::CaptureChannel> channels(std::uint64_t height, std::uint64_t width) const {
+    switch (options_.output) {
+      case Output::taps:
+        return {{"taps", TOFGRAPH_TYPE_U16, {4, 2, height, width}, "counts", "", "", ""}};
+      case Output::phases:
+        return {{"phases", TOFGRAPH_TYPE_I32, {4, height, width}, "counts", "", "", ""}};
+      case Output::distances:
+        return {{"distance", TOFGRAPH_TYPE_F32, {height, width}, "m", "", "", ""},
+                {"amplitude", TOFGRAPH_TYPE_F32, {height, width}, "counts", "", "", ""}};
+    }
+    return {};
+  }
+
+  std::vector<tofgraph_view> views_of(Frame& frame, std::uint64_t height, std::uint64_t width) const {
+    switch (options_.output) {
+      case Output::taps:
+        return {view_of_data(frame.taps.data(), TOFGRAPH_TYPE_U16, 2, {4, 2, height, width})};
+      case Output::phases:
+        return {view_of_data(frame.phases.data(), TOFGRAPH_TYPE_I32, 4, {4, height, width})};
+      case Output::distances:
+        decode(frame);
+        return {view_of_data(frame.distance.data(), TOFGRAPH_TYPE_F32, 4, {height, width}),
+                view_of_data(frame.amplitude.data(), TOFGRAPH_TYPE_F32, 4, {height, width})};
+    }
+    return {};
+  }
+
+  /// As the camera itself does: atan2(c3 - c1, c0 - c2), from 0 on.
+  void decode(Frame& frame) const {
+    const std::size_t pixels = frame.distance.size();
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const auto c = [&](std::size_t k) { return static_cast<double>(frame.phases[k * pixels + i]); };
+      const double phase = std::atan2(c(3) - c(1), c(0) - c(2));
+      frame.distance[i] =
+          static_cast<float>(physics_.camera.metres_per_radian() * (phase < 0 ? phase + 2 * M_PI : phase));
+      frame.amplitude[i] = static_cast<float>(std::hypot(c(3) - c(1), c(0) - c(2)) / 2);
+    }
   }
 
   static tofgraph_view view_of_data(void* data, std::uint32_t type, std::int64_t size,

@@ -18,6 +18,10 @@ struct Rig {
   std::uint64_t seed = 1;  ///< that its maps, bad pixels and boards were drawn from
 };
 
+/// What a capture holds: taps, their differences, or what a camera makes of these: the distance (m, from 0 to the
+/// unambiguous range, as it comes out) and the amplitude (counts).
+enum class Output { taps, phases, distances };
+
 struct CampaignOptions {
   std::string design = "B";
   std::vector<std::string> experiments;  ///< appended to the design
@@ -27,7 +31,7 @@ struct CampaignOptions {
   Clutter clutter;
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
-  bool taps = true;        ///< else phases
+  Output output = Output::taps;
   std::size_t frames = 4;  ///< of each condition
   std::uint64_t seed = 1;
   std::optional<Rig> like;  ///< measured once more with these, at distances between those of the design

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <map>
 
 namespace tofgraph::hidden {
@@ -81,7 +82,7 @@ TEST(HiddenCampaign, IsTheSameForOneSeedAndAnyThreads) {
     CampaignOptions options = options_for(folder.path() / std::to_string(threads));
     options.noise = NoiseKind::heavy;
     options.frames = 1;
-    options.taps = false;
+    options.output = Output::phases;
     options.threads = threads;
     make_campaign(options);
   }
@@ -90,6 +91,39 @@ TEST(HiddenCampaign, IsTheSameForOneSeedAndAnyThreads) {
   for (const io::Condition& condition : campaign_in(folder.path() / "1").conditions) {
     const fs::path other = folder.path() / "2" / "captures" / condition.capture.filename();
     EXPECT_TRUE(phases_of(condition.capture) == phases_of(other)) << condition.id;
+  }
+}
+
+/// The same noise in both: the distance is where the phase of the samples stands on the circle, the amplitude half of
+/// the longest side of their triangle.
+TEST(HiddenCampaign, DistancesAreThoseOfThePhases) {
+  const TemporaryFolder folder;
+  std::map<Output, io::Campaign> made;
+  for (const Output output : {Output::phases, Output::distances}) {
+    CampaignOptions options = options_for(folder.path() / std::to_string(static_cast<int>(output)));
+    options.frames = 1;
+    options.output = output;
+    make_campaign(options);
+    made[output] = campaign_in(options.folder);
+  }
+  constexpr double range = 299792458.0 / (2 * 20e6);  // m
+  for (std::size_t i = 0; i < made[Output::phases].conditions.size(); ++i) {
+    const std::vector<std::int32_t> phases = phases_of(made[Output::phases].conditions[i].capture);
+    const io::CaptureReader capture(made[Output::distances].conditions[i].capture);
+    const std::size_t pixels = phases.size() / 4;
+    std::vector<float> distance(pixels), amplitude(pixels);
+    for (std::size_t c = 0; c < 2; ++c)
+      capture.read(c, 0, capture.channels()[c].name == "distance" ? distance.data() : amplitude.data());
+    for (std::size_t p = 0; p < pixels; p += 501) {
+      const double real = phases[p] - phases[2 * pixels + p], imaginary = phases[3 * pixels + p] - phases[pixels + p];
+      EXPECT_GE(distance[p], 0);
+      EXPECT_LT(distance[p], range * (1 + 1e-6));
+      // A phasor turned back by its own distance is real and positive.
+      const std::complex<double> back =
+          std::complex(real, imaginary) * std::polar(1.0, -2 * M_PI * distance[p] / range);
+      EXPECT_NEAR(back.real(), 2.0 * amplitude[p], 1e-4 * amplitude[p]);
+      EXPECT_NEAR(back.imag(), 0, 1e-5 * std::abs(back) + 1e-9);
+    }
   }
 }
 
@@ -124,7 +158,7 @@ TEST(HiddenCampaign, BoardsStandWhereTheJitterPutsThem) {
     CampaignOptions options = options_for(folder.path() / std::to_string(jitter));
     options.jitter = jitter;
     options.frames = 1;
-    options.taps = false;
+    options.output = Output::phases;
     make_campaign(options);
     errors[jitter] = errors_on_axis(options.folder);
   }

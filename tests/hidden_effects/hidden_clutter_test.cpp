@@ -28,7 +28,7 @@ fs::path made(const fs::path& folder, const Clutter& clutter, NoiseKind noise = 
   CampaignOptions options;
   options.design = "small";
   options.frames = 1;
-  options.taps = false;
+  options.output = Output::phases;
   options.seed = seed;
   options.noise = noise;
   options.clutter = clutter;

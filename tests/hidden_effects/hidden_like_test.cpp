@@ -79,7 +79,7 @@ TEST(HiddenLike, ShowsTheSameEffectAtTheNewDistance) {
   CampaignOptions options;
   options.design = "small";
   options.frames = 1;
-  options.taps = false;
+  options.output = Output::phases;
   options.noise = NoiseKind::none;
   options.seed = 11;
   options.effects.add_text("zero_offset:offset=30mm", 1, 1);

@@ -77,7 +77,7 @@ CampaignOptions read(const Truth& truth, std::uint64_t seed) {
       named(std::array{NoiseKind::none, NoiseKind::gaussian, NoiseKind::heavy, NoiseKind::drift}, truth.word("noise"));
   options.jitter = truth.number("jitter");
   options.frames = truth.whole("frames");
-  options.taps = truth.word("output") == "taps";
+  options.output = named(std::array{Output::taps, Output::phases, Output::distances}, truth.word("output"));
   const config::Value& clutter = truth["clutter"];
   options.clutter = {.warp = truth.number(clutter, "warp"),
                      .sessions = static_cast<std::size_t>(truth.number(clutter, "sessions")),

@@ -5,6 +5,7 @@
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/like.hpp"
+#include "tests/hidden_effects/truth.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -51,7 +52,7 @@ struct Asked {
   CampaignOptions options;
   std::vector<std::string> effects, patterns;
   double size = 1;
-  std::string output = "taps", warp = "0mm", residue = "0mm", misplaced = "0mm";
+  std::string warp = "0mm", residue = "0mm", misplaced = "0mm";
   std::filesystem::path like;
   bool list = false, plain = false;
 };
@@ -62,7 +63,7 @@ void declare_clutter(CLI::App& app, Asked& asked) {
   app.add_option(
       "--sessions", asked.options.clutter.sessions,
       "recorded in so many sessions, each with its own offset (3 mm) and light (2 %); the campaign file does "
-      "not tell them");
+      "tell which condition belongs to which");
   app.add_option("--residue", asked.residue,
                  "e.g. 0.3mm: an error that is smooth over the image and the order measured");
   app.add_option("--misplaced", asked.misplaced,
@@ -93,9 +94,8 @@ void declare_campaign(CLI::App& app, Asked& asked) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
-  app.add_option("--output", asked.output, "taps or phases")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"taps", "phases"}));
+  app.add_option("--output", options.output, "taps, phases, or distances (with amplitudes)")
+      ->transform(CLI::CheckedTransformer(output_names()));
 }
 
 CampaignOptions campaign_of(const Asked& asked) {
@@ -107,7 +107,6 @@ CampaignOptions campaign_of(const Asked& asked) {
   options.clutter.warp = length(asked.warp, "--warp");
   options.clutter.residue = length(asked.residue, "--residue");
   options.clutter.misplaced = length(asked.misplaced, "--misplaced");
-  options.taps = asked.output == "taps";
   return options;
 }
 

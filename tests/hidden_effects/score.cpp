@@ -3,6 +3,7 @@
 // hidden_effects_score: hides effects in many campaigns, has the gap search look for them, and counts.
 #include "tests/hidden_effects/score_run.hpp"
 #include "tests/hidden_effects/score_table.hpp"
+#include "tests/hidden_effects/truth.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -44,6 +45,7 @@ struct Asked {
   std::size_t draws = 1, limit = SIZE_MAX, every = 1, from = 0;
   std::uint64_t seed = 1000;
   std::string design;
+  Output output = Output::taps;
   double size = 0;
   bool plain = false;
   std::vector<fs::path> joined;
@@ -64,6 +66,8 @@ void declare(CLI::App& app, Asked& asked) {
   app.add_option("--from", asked.from, "leaves out so many cases of each suite");
   app.add_option("--every", asked.every, "only each n-th case")->check(CLI::PositiveNumber);
   app.add_option("--design", asked.design, "in place of the suite's: small, A, B or C");
+  app.add_option("--output", asked.output, "what the captures hold: taps, phases, or distances (with amplitudes)")
+      ->transform(CLI::CheckedTransformer(output_names()));
   app.add_option("--size", asked.size, "in place of the suite's, as a factor on the typical one")
       ->check(CLI::PositiveNumber);
   app.add_flag("--plain", asked.plain, "the effects' main parameters alone, as the first scores were made");
@@ -88,6 +92,7 @@ std::vector<Case> chosen_cases(const Asked& asked, const std::string& name) {
     Case& one = chosen.emplace_back(cases[i]);
     if (asked.plain) one.drawn = Drawn::plain;
     if (!asked.design.empty()) one.design = asked.design;
+    one.output = asked.output;
     if (asked.size > 0) one.size = asked.size;
   }
   return chosen;

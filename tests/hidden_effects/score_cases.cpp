@@ -157,9 +157,9 @@ std::vector<Case> quick(std::uint64_t seed, std::size_t) {
 }  // namespace
 
 std::string Case::key() const {
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{}", suite, design, fmt::join(experiments, "+"),
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}", suite, design, fmt::join(experiments, "+"),
                      fmt::join(effects, "+"), size, drawn == Drawn::all ? "all" : "plain", pattern, without,
-                     name_of(noise), fmt::join(clutter, "+"), seed);
+                     name_of(noise), fmt::join(clutter, "+"), name_of(output), seed);
 }
 
 Clutter clutter_of(const std::vector<std::string>& names) {

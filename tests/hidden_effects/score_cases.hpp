@@ -19,6 +19,7 @@ struct Case {
   std::string pattern;                   ///< hidden, in no catalogue
   std::string without;                   ///< taken out of the search's catalogue
   NoiseKind noise = NoiseKind::gaussian;
+  Output output = Output::taps;
   std::vector<std::string> clutter;  ///< warp, sessions, residue, misplaced: at their usual sizes
   std::uint64_t seed = 1;
 

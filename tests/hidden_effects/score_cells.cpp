@@ -74,7 +74,9 @@ class Cells {
 
  private:
   Cell& add(const Score& score, const std::string& name, std::size_t Cell::*outcome) {
-    const std::string design = fmt::format("{}", fmt::join(with(score.what.design, score.what.experiments), "+"));
+    std::vector<std::string> parts = with(score.what.design, score.what.experiments);
+    if (score.what.output != Output::taps) parts.push_back(name_of(score.what.output));
+    const std::string design = fmt::format("{}", fmt::join(parts, "+"));
     auto cell = std::ranges::find_if(all, [&](const Cell& c) {
       return c.suite == score.what.suite && c.what == name && c.design == design && c.size == score.what.size;
     });

@@ -24,6 +24,7 @@ Score run(const Case& what, const Bench& bench) {
   options.effects = effects;
   if (!what.pattern.empty()) options.patterns.push_back(parse_pattern(what.pattern, what.size));
   options.noise = what.noise;
+  options.output = what.output;
   options.clutter = clutter_of(what.clutter);
   options.seed = what.seed;
   options.folder = folder;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/hidden_effects/score_verdict.hpp"
 
+#include "tests/hidden_effects/truth.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -73,6 +75,7 @@ Score parse_score(const std::map<std::string, std::string>& c) {
                      : c.at("noise") == "drift" ? NoiseKind::drift
                      : c.at("noise") == "none"  ? NoiseKind::none
                                                 : NoiseKind::gaussian,
+            .output = c.contains("output") ? output_names().at(c.at("output")) : Output::taps,
             .clutter = split(c.contains("clutter") ? c.at("clutter") : "", '+'),
             .seed = std::stoull(c.at("seed"))};
   s.verdict = c.at("verdict");

@@ -35,7 +35,8 @@ struct Score {
 };
 
 inline constexpr const char* score_header =
-    "suite,design,experiments,effects,size,drawn,pattern,without,noise,clutter,seed,verdict,names,tied,blind,found,"
+    "suite,design,experiments,effects,size,drawn,pattern,without,noise,clutter,output,seed,verdict,names,tied,blind,"
+    "found,"
     "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds";
 
 /// The lines of a scores.csv; columns that earlier files did not have may be missing.

@@ -48,6 +48,19 @@ const char* name_of(NoiseKind noise) {
 
 const char* name_of(Light light) { return light == Light::reference ? "reference" : "physical"; }
 
+const char* name_of(Output output) {
+  return output == Output::taps ? "taps" : output == Output::phases ? "phases" : "distances";
+}
+
+const std::map<std::string, Output>& output_names() {
+  static const std::map<std::string, Output> names = [] {
+    std::map<std::string, Output> all;
+    for (const Output output : {Output::taps, Output::phases, Output::distances}) all[name_of(output)] = output;
+    return all;
+  }();
+  return names;
+}
+
 void write_model(const std::filesystem::path& file, const CampaignOptions& options) {
   write_whole(file, fmt::format("model: 1\ncamera: camcube2\nlight: {}\neffects: []\n", name_of(options.light)));
 }
@@ -61,7 +74,7 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
       "jitter: {}\nframes: {}\noutput: {}\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
       options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
-      name_of(options.noise), options.jitter, options.frames, options.taps ? "taps" : "phases", physics.camera.gain,
+      name_of(options.noise), options.jitter, options.frames, name_of(options.output), physics.camera.gain,
       physics.camera.read_noise, physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {

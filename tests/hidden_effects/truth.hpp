@@ -6,6 +6,9 @@
 #include "io/condition.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 
+#include <map>
+#include <string>
+
 namespace tofgraph::hidden {
 
 /// The starting model: the light's form, no effects.
@@ -17,5 +20,8 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
 
 const char* name_of(NoiseKind noise);
 const char* name_of(Light light);
+const char* name_of(Output output);
+/// For command lines and files.
+const std::map<std::string, Output>& output_names();
 
 }  // namespace tofgraph::hidden
