@@ -22,6 +22,7 @@ struct Axis {
 };
 
 constexpr int most_legendre = 4;
+constexpr int most_cycles = 8;  ///< a turn of the phase: those of a seventh harmonic in four samples
 
 /// Legendre polynomials P1 .. P4.
 double legendre(int degree, double u) {
@@ -78,7 +79,7 @@ class Axes {
     settings("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
     settings("rail", [](const io::Condition& c) { return c.rail; });
     settings("reference", [](const io::Condition& c) { return c.reference; });
-    for (const int cycles : {1, 2, 4}) cycle(cycles);
+    for (int cycles = 1; cycles <= most_cycles; ++cycles) cycle(cycles);
     product("board distance and x", board, x);
     product("board distance and y", board, y);
     product("board distance and radius", board, radius);
