@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace tofgraph::tests {
 namespace {
@@ -112,15 +113,34 @@ TEST_F(DiagnoseInput, ABoardWithASizeIsUsedWhereItIsSeen) {
   expect_wiggling(2e-4);
 }
 
-TEST_F(DiagnoseInput, PixelsOutsideTheLensModelAreLeftOut) {
-  // 21 % of the pixels see what no undistorted point is mapped to: beyond r = 1 / sqrt(-3 k1) the lens folds back.
+/// Beyond r = 1 / sqrt(-3 k1) the lens folds back: no undistorted point is mapped outside a circle of 2/3 of that.
+class PixelsOutsideTheLens : public DiagnoseInput, public testing::WithParamInterface<double> {
+ protected:
+  /// Share of a square of pixels outside a circle, which cuts off its corners or fits into it.
+  static double share_outside(double k1) {
+    const double half_width = 101.5 * 40e-6 / 12.8e-3, radius = 2.0 / 3 / std::sqrt(-3 * k1) / half_width;
+    double area = M_PI * radius * radius;
+    if (radius > 1) area -= 4 * (radius * radius * std::acos(1 / radius) - std::sqrt(radius * radius - 1));
+    return 1 - area / 4;
+  }
+};
+
+TEST_P(PixelsOutsideTheLens, AreLeftOut) {
   std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
-  profile.replace(profile.find("[0, 0, 0, 0, 0]"), 15, "[-1.45, 0, 0, 0, 0]");
+  profile.replace(profile.find("[0, 0, 0, 0, 0]"), 15, "[" + std::to_string(GetParam()) + ", 0, 0, 0, 0]");
   write("bent.yaml", profile);
   simulate("", "", folder_.path().string() + "/bent.yaml");
   expect_wiggling(2e-4);
-  EXPECT_TRUE(notes("% of the pixels are outside the lens model and are left out")) << report()["notes"];
+  double told = 0;
+  const auto said = report();
+  for (const std::string note : said.at("notes")) {
+    const std::size_t end = note.find(" % of the pixels are outside the lens model and are left out");
+    if (end != std::string::npos) told = std::stod(note.substr(0, end)) / 100;
+  }
+  EXPECT_NEAR(told, share_outside(GetParam()), 0.01) << said["notes"];
 }
+
+INSTANTIATE_TEST_SUITE_P(FiveTwentyAndThirtyFivePercent, PixelsOutsideTheLens, testing::Values(-1.01, -1.43, -1.76));
 
 TEST_F(DiagnoseInput, DistancesWithAmplitudeAreEnough) {
   simulate("", "output: distance\n");
