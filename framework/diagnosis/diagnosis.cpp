@@ -158,7 +158,8 @@ class Run {
                      out.low,
                      out.high,
                      noise_floor(*problem_, !d_->measurements.table, o),
-                     scatter_left(*problem_, after, o)};
+                     scatter_left(*problem_, after, !d_->measurements.table, o),
+                     noise_and_scatter(*problem_, after, !d_->measurements.table, o)};
     }
   }
 

@@ -62,6 +62,7 @@ struct Gap {
   double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing put aside
   double noise_floor = 0;                                                               ///< NaN: not measured
   double scatter_left = 0;                                                              ///< beside it
+  double noise_and_scatter = 0;                                                         ///< without any gap
 };
 
 /// How and when a diagnosis was made. Not in report.json, which is the same whenever it is made.

@@ -44,10 +44,10 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
                                      ? fmt::format(" ({} to {})", shown(g.held_out_low, o), shown(g.held_out_high, o))
                                      : "";
     rows.push_back({label(o), shown(g.held_out_before, o), shown(g.held_out_after, o) + interval, shown(g.before, o),
-                    shown(g.after, o), shown(g.noise_floor, o), shown(g.scatter_left, o)});
+                    shown(g.after, o), shown(g.noise_floor, o), shown(g.noise_and_scatter, o)});
   }
-  const Row header = {"gap of", "held out, before",          "held out, after (95 %)", "all, before", "all, after",
-                      "noise",  "scatter between conditions"};
+  const Row header = {"gap of", "held out, before", "held out, after (95 %)", "all, before", "all, after",
+                      "noise",  "noise and scatter"};
   page.table(header, rows);
 }
 
@@ -66,9 +66,10 @@ void add_verdict(report::Page& page, const Diagnosis& d) {
           ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
           : fmt::format(
                 "Held out: {} times some levels of a setting (a fold) were put aside, effects were chosen and "
-                "fitted without them, and what came out had to predict them. Noise: what repeated conditions, or "
-                "else the frames, say. Scatter between conditions: what boards, camera and light differ by "
-                "beside it, as the fit needs it. N1 / 2I and N2 / a are the null channels, sums of the samples that "
+                "fitted without them, and what came out had to predict them. Noise: what frames and repeated "
+                "conditions say. Noise and scatter: that of the frames, and what boards, camera and light differ by "
+                "from one condition to the next, as the fit needs it; a gap as large has nothing left to explain. N1 / "
+                "2I and N2 / a are the null channels, sums of the samples that "
                 "are zero in an ideal camera.",
                 folds.folds.size()));
   add_gaps(page, d);

@@ -25,7 +25,8 @@ json gap_of(const Gap& gap, std::string_view unit) {
           {"held_out_low", number(gap.held_out_low)},
           {"held_out_high", number(gap.held_out_high)},
           {"noise_floor", number(gap.noise_floor)},
-          {"scatter_left", number(gap.scatter_left)}};
+          {"scatter_left", number(gap.scatter_left)},
+          {"noise_and_scatter", number(gap.noise_and_scatter)}};
 }
 
 json effect_of(const EffectResult& effect, const std::vector<io::Condition>& conditions) {
@@ -187,10 +188,7 @@ std::string shrunk(const Diagnosis& d) {
     const Gap& g = d.gaps[o];
     return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
   };
-  const auto noise = [&](std::size_t o) {
-    const Gap& g = d.gaps[o];
-    return std::hypot(std::isnan(g.noise_floor) ? 0 : g.noise_floor, g.scatter_left);
-  };
+  const auto noise = [&](std::size_t o) { return d.gaps[o].noise_and_scatter; };
   const auto fall = [&](std::size_t o) {
     const auto [before, after] = ends(o);
     return (before * before - after * after) / std::pow(noise(o), 2);
@@ -203,7 +201,7 @@ std::string shrunk(const Diagnosis& d) {
   const char* repeated = std::isnan(d.gaps[most].noise_floor)
                              ? "{:.2f} {unit} scatter from one condition to the next, and without repeats nobody knows "
                                "how much of that is noise"
-                             : "noise alone is {:.2f} {unit}";
+                             : "noise and scatter alone leave {:.2f} {unit}";
   const std::string rest = fmt::format(fmt::runtime(repeated), scale * noise(most), fmt::arg("unit", shown_unit(most)));
   return fmt::format("the {} gap {}goes from {:.2f} {unit} to {:.2f} {unit}, {}", observable_labels[most],
                      aside ? "on held-out conditions " : "", scale * ends(most).first, scale * ends(most).second, rest,

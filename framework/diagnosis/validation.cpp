@@ -54,43 +54,48 @@ std::string settings_of(const io::Condition& c) {
                      c.velocity, c.session, c.reference, c.lens, c.rail);
 }
 
-/// Squares of the differences from the mean of the conditions that have the same settings, over their freedom.
-double repeated(const Problem& problem, std::size_t observable) {
+/// Variances of what was measured.
+struct Measured {
+  double frames = 0;    ///< mean over all superpixels, of their frames; 0 where there are none
+  double repeated = 0;  ///< of conditions with the same settings beyond that of their frames; NaN: none is repeated
+};
+
+Measured measured(const Problem& problem, bool frames, std::size_t observable) {
+  Measured result;
+  const auto variance_of_frames = [&](std::size_t i, std::size_t row) {
+    return frames ? std::pow(scale_of(problem, observable, i, row), 2) * problem.data[i].variance[row] : 0;
+  };
+  double known = 0;
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+    result.frames += variance_of_frames(i, row);
+    ++known;
+  });
+  if (known > 0) result.frames /= known;
   std::map<std::string, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < problem.data.size(); ++i)
     groups[settings_of(problem.design.conditions()[i])].push_back(i);
   const std::size_t n = problem.design.superpixels();
-  double squares = 0, freedom = 0;
+  double beyond = 0, freedom = 0;
   for (const auto& [settings, group] : groups) {
     for (std::size_t row = observable * n; group.size() > 1 && row < (observable + 1) * n; ++row) {
-      double sum = 0, square = 0, count = 0;
+      double sum = 0, square = 0, count = 0, noise = 0;
       for (const std::size_t i : group) {
         if (std::isinf(problem.data[i].variance[row])) continue;
         const double value = problem.data[i].value[row] * scale_of(problem, observable, i, row);
         sum += value, square += value * value, ++count;
+        noise += variance_of_frames(i, row);
       }
       if (count < 2) continue;
-      squares += square - sum * sum / count;
+      beyond += square - sum * sum / count - noise * (count - 1) / count;
       freedom += count - 1;
     }
   }
-  return squares / freedom;
+  result.repeated = freedom > 0 ? std::max(beyond / freedom, 0.0) : std::numeric_limits<double>::quiet_NaN();
+  return result;
 }
 
-}  // namespace
-
-double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
-  if (const double variance = repeated(problem, observable); std::isfinite(variance)) return std::sqrt(variance);
-  if (!frames) return std::numeric_limits<double>::quiet_NaN();
-  double sum = 0, count = 0;
-  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
-    sum += std::pow(scale_of(problem, observable, i, row), 2) * problem.data[i].variance[row];
-    ++count;
-  });
-  return std::sqrt(sum / count);
-}
-
-double scatter_left(const Problem& problem, const State& state, std::size_t observable) {
+/// Mean variance of what conditions differ by beside the noise of their frames, as the fit needs it.
+double scatter_variance(const Problem& problem, const State& state, std::size_t observable) {
   const Variances& sd = state.variances;
   const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   const double boards = problem.allowed.boards ? problem.allowed.boards->sd : 0;
@@ -108,7 +113,24 @@ double scatter_left(const Problem& problem, const State& state, std::size_t obse
     sum += scale * scale * variance;
     ++count;
   });
-  return std::sqrt(sum / count);
+  return sum / count;
+}
+
+}  // namespace
+
+double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
+  const Measured all = measured(problem, frames, observable);
+  if (std::isnan(all.repeated)) return frames ? std::sqrt(all.frames) : all.repeated;
+  return std::sqrt(all.frames + all.repeated);
+}
+
+double scatter_left(const Problem& problem, const State& state, bool frames, std::size_t observable) {
+  const double repeated = measured(problem, frames, observable).repeated;
+  return std::sqrt(std::max(scatter_variance(problem, state, observable) - (std::isnan(repeated) ? 0 : repeated), 0.0));
+}
+
+double noise_and_scatter(const Problem& problem, const State& state, bool frames, std::size_t observable) {
+  return std::sqrt(measured(problem, frames, observable).frames + scatter_variance(problem, state, observable));
 }
 
 std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit) {

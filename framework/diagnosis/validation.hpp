@@ -13,14 +13,18 @@ namespace tofgraph::diagnosis {
 /// For the distance it is that of the depth.
 double gap(const Problem& problem, const State& state, std::size_t observable);
 
-/// What was measured of it: by how much conditions with the same settings differ from their mean, where some are
-/// repeated; else what the noise of the frames leaves. NaN where neither is known, as of tables. In units of gap().
+/// What was measured of it: what the noise of the frames leaves, and what conditions with the same settings differ by
+/// beyond that, where some are repeated. NaN where neither is known, as of tables. In units of gap().
 /// @param frames whether the variances of the data come from frames
 double noise_floor(const Problem& problem, bool frames, std::size_t observable);
 
-/// What conditions differ by beside the noise of their frames, as the fit needs it: board, camera, light, a wander,
-/// sessions, a smooth residue. In units of gap().
-double scatter_left(const Problem& problem, const State& state, std::size_t observable);
+/// What conditions differ by beside that, as the fit needs it: board, camera, light, a wander, sessions, a smooth
+/// residue. In units of gap().
+double scatter_left(const Problem& problem, const State& state, bool frames, std::size_t observable);
+
+/// The gap of a model that lacks nothing: the noise of the frames, and all that conditions differ by as the fit needs
+/// it. Few repeated conditions may say more or less than that. In units of gap().
+double noise_and_scatter(const Problem& problem, const State& state, bool frames, std::size_t observable);
 
 struct Interval {
   double low = 0, high = 0;

@@ -28,7 +28,7 @@ json report(const std::string& verdict, const std::vector<json>& effects, const 
       {"verdict", verdict},
       {"effects", effects},
       {"blind", blind},
-      {"gap", {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_floor", 6e-4}, {"scatter_left", 8e-4}}}};
+      {"gap", {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_and_scatter", 1e-3}}}};
 }
 
 Case hiding(const std::string& suite, const std::vector<std::string>& effects, std::uint64_t seed = 1) {

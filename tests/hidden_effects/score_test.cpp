@@ -53,10 +53,12 @@ TEST_P(QuickScore, IsRight) {
   if (what.effects.empty() || !what.without.empty()) return;
   const std::optional<double> share = closed(score);
   ASSERT_EQ(share.has_value(), !is_level(what)) << score.line();
-  if (share)
+  if (share) {
     EXPECT_GT(*share, 0.9) << score.line();
-  else
+    EXPECT_NEAR(score.after / score.floor, 1, 0.1) << score.line();  // what noise and scatter are said to leave
+  } else {
     EXPECT_LE(score.after, score.before + 0.05 * score.floor) << score.line();
+  }
 }
 
 /// Gaps in the depth: before, after, and the noise's.

@@ -141,7 +141,7 @@ Score judge(const Case& what, const json& report, const Effects& hidden, double 
   score.blind = what.effects.size() == 1 && std::ranges::find(blind, what.effects.front()) != blind.end();
   score.before = report["gap"]["held_out_before"];
   score.after = report["gap"]["held_out_after"];
-  score.floor = std::hypot(report["gap"]["noise_floor"].get<double>(), report["gap"]["scatter_left"].get<double>());
+  score.floor = report["gap"]["noise_and_scatter"];
   return score;
 }
 

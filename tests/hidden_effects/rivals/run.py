@@ -81,7 +81,7 @@ def searched(options, index, scratch):
 def outcomes_of(options, line, folder):
     hidden = [] if line["without"] else [name for name in line["effects"].split("+") if name]
     report = json.loads((folder / "gap/report.json").read_text())
-    floor = math.hypot(report["gap"]["noise_floor"], report["gap"]["scatter_left"])
+    floor = report["gap"]["noise_and_scatter"]
     names = [effect["name"] for effect in report["effects"] if effect["change"] == "added"]
     outcomes = [Outcome(SEARCH, names, 0 if line["without"] else int(line["found"]), int(line["wrong"]),
                         report["gap"]["held_out_before"], report["gap"]["held_out_after"], floor,
