@@ -43,6 +43,10 @@ struct FoldResult {
 /// Share of the folds that must choose an effect that is named.
 inline constexpr double least_chosen = 0.8;
 
+/// Chi-square is that of all observables: what another one gains must not be paid for by the distance, by more than 5 %
+/// and 0.1 mm. @param before distance gap out of fold, m @param after likewise
+constexpr bool is_ruined(double before, double after) { return after > 1.05 * before + least_change[distance]; }
+
 struct CrossFit {
   std::vector<FoldResult> folds;
   bool complete = true;  ///< whether these are all

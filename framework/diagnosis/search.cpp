@@ -72,10 +72,27 @@ class Search : private Selection {
     result_.dropped.push_back(std::move(found));
   }
 
+  /// Back to the model as it was.
+  void dismiss_all(const std::string& why) {
+    for (std::vector<Piece> left = pieces(); !left.empty(); left = pieces()) {
+      const Term& term = terms()[left.back().term];
+      Found found;
+      found.candidate = term.candidate;
+      found.name = name_of(term, left.back());
+      found.refutation = why;
+      note({"questioned", {found.name}, {}, why});
+      dismiss(left.back(), std::move(found));
+    }
+  }
+
   /// Puts the gates to every addition, and drops the one that does worst of those that do not pass.
   /// @returns whether all passed
   bool confirm() {
     const std::vector<Piece> all = pieces();
+    if (!all.empty() && bic(best().fit) > bic(original().fit)) {
+      dismiss_all("without those that were dropped it explains less than nothing");
+      return true;
+    }
     std::vector<Found> found;
     std::size_t worst = 0;
     const auto rank = [](const Found& f) {
@@ -121,13 +138,21 @@ class Search : private Selection {
     return off ? "all of its sizes may as well be off" : "";
   }
 
-  /// Why an effect does not prove itself out of fold, or nothing.
-  static std::string unproved(const Found& found) {
+  /// Why an effect does not prove itself out of fold, or nothing. @param all of the distance with all that was found
+  static std::string unproved(const Found& found, const CrossFit::Gap& all) {
     if (found.chosen < least_chosen) return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
     if (!found.fall.is_proof())
       return fmt::format(
           "the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
           found.fall.without, found.fall.with);
+    const auto grows = [](double without, double with, const char* what) {
+      return fmt::format(
+          "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
+          1e3 * without, what, 1e3 * with);
+    };
+    if (is_ruined(found.fall.depth_without, found.fall.depth_with))
+      return grows(found.fall.depth_without, found.fall.depth_with, "it");
+    if (is_ruined(all.before, all.after)) return grows(all.before, all.after, "what was found");
     return "";
   }
 
@@ -168,10 +193,11 @@ class Search : private Selection {
   /// Drops what does not prove itself out of fold. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
+    const CrossFit::Gap all = result_.cross_fit.gap(distance, "", options_.seed);
     return drop_refuted([&](Found& found, std::size_t) {
       found.chosen = result_.cross_fit.share_of(found.names());
       found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
-      std::string why = unproved(found);
+      std::string why = unproved(found, all);
       note({"proved",
             {found.name},
             {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
