@@ -229,9 +229,7 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
     const auto without = [&](const FoldResult& fold) { return fold.failed.empty() && !fold.chose(names); };
     if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
       return true;
-    if (done < enough) return false;
-    const CrossFit::Gap all = result.gap(distance, "", options.seed);
-    return is_ruined(all.before, all.after) || fall_of(result, names.front(), options.seed).is_rise();
+    return done >= enough && fall_of(result, names.front(), options.seed).is_rise();
   };
   while (done < folds.size()) {
     const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));

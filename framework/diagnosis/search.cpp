@@ -138,22 +138,23 @@ class Search : private Selection {
     return off ? "all of its sizes may as well be off" : "";
   }
 
-  /// Why an effect does not prove itself out of fold, or nothing. @param all of the distance with all that was found
-  static std::string unproved(const Found& found, const CrossFit::Gap& all) {
+  /// Why the distances refute what was found, or nothing. @param without, with gap out of fold, m @param what is taken
+  /// out
+  static std::string ruined(double without, double with, const char* what) {
+    if (!is_ruined(without, with)) return "";
+    return fmt::format(
+        "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
+        1e3 * without, what, 1e3 * with);
+  }
+
+  /// Why an effect does not prove itself out of fold, or nothing.
+  static std::string unproved(const Found& found) {
     if (found.chosen < least_chosen) return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
     if (!found.fall.is_proof())
       return fmt::format(
           "the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
           found.fall.without, found.fall.with);
-    const auto grows = [](double without, double with, const char* what) {
-      return fmt::format(
-          "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
-          1e3 * without, what, 1e3 * with);
-    };
-    if (is_ruined(found.fall.depth_without, found.fall.depth_with))
-      return grows(found.fall.depth_without, found.fall.depth_with, "it");
-    if (is_ruined(all.before, all.after)) return grows(all.before, all.after, "what was found");
-    return "";
+    return ruined(found.fall.depth_without, found.fall.depth_with, "it");
   }
 
   /// Where nothing is named the model stays as it is, and so it predicts what is put aside.
@@ -190,18 +191,25 @@ class Search : private Selection {
     });
   }
 
-  /// Drops what does not prove itself out of fold. @returns whether there was such a one
+  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too, where
+  /// nothing that was dropped stands beside it. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
-    const CrossFit::Gap all = result_.cross_fit.gap(distance, "", options_.seed);
-    return drop_refuted([&](Found& found, std::size_t) {
+    const bool changed = drop_refuted([&](Found& found, std::size_t) {
       found.chosen = result_.cross_fit.share_of(found.names());
       found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
-      std::string why = unproved(found, all);
+      std::string why = unproved(found);
       note({"proved",
             {found.name},
             {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
             why.empty() ? "stays" : why});
+      return why;
+    });
+    if (changed) return true;
+    const CrossFit::Gap all = result_.cross_fit.gap(distance, "", options_.seed);
+    const std::string why = ruined(all.before, all.after, "what was found");
+    return !why.empty() && drop_refuted([&](Found& found, std::size_t) {
+      note({"proved", {found.name}, {}, why});
       return why;
     });
   }
