@@ -13,8 +13,14 @@ struct Bounds {
   double least, most;
 };
 constexpr Bounds jitter_bounds{1e-6, 1}, offset_bounds{1e-6, 1e-2}, light_bounds{1e-6, 0.1};
-/// Of what conditions share. Cameras that are warm wander by 2 mm and 2 % at most: what is more has a cause.
+/// Cameras that are warm wander by 2 mm and 2 % at most: what is more has a cause.
 constexpr Bounds drift_bounds{1e-6, 2e-3}, drift_light_bounds{1e-6, 2e-2}, session_bounds{1e-6, 0.3};
+
+/// Of what conditions share.
+Bounds bounds_of(double Variances::*shared) {
+  if (shared == &Variances::drift) return drift_bounds;
+  return shared == &Variances::drift_light ? drift_light_bounds : session_bounds;
+}
 
 /// The least value of f over ln x by golden sections.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
@@ -42,19 +48,57 @@ struct Factors {
   double deviance = 0;
 };
 
-Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances) {
-  const Eigen::VectorXd prior = unknowns.prior(variances);
+/// @param centre of the priors
+Factors factorised(const NormalEquations& equations, const Unknowns& unknowns, const Eigen::VectorXd& prior,
+                   const Eigen::VectorXd& centre) {
   Eigen::MatrixXd information = equations.information;
   information.diagonal() += prior;
+  const Eigen::VectorXd pull = prior.cwiseProduct(centre), score = equations.score + pull;
   Factors result{Eigen::LDLT<Eigen::MatrixXd>(information), {}, 0};
-  result.values = result.factors.solve(equations.score);
-  result.deviance = equations.square - result.values.dot(equations.score) + equations.log_determinant;
+  result.values = result.factors.solve(score);
+  result.deviance = equations.square + pull.dot(centre) - result.values.dot(score) + equations.log_determinant;
   // What is shared is random: its priors' widths are estimated, so their determinants count.
   if (const auto shared = static_cast<Eigen::Index>(unknowns.sd.size()); shared > 0) {
     const Eigen::LDLT<Eigen::MatrixXd> block(information.bottomRightCorner(shared, shared));
     result.deviance += block.vectorD().array().log().sum() - prior.tail(shared).array().log().sum();
   }
   return result;
+}
+
+/// Cameras do not wander by metres: where a model is so wrong that this would pay, what is shared is held at a few of
+/// the widest prior's standard deviations.
+Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances) {
+  constexpr double most_widths = 5, firmly = 1e4;
+  const Eigen::VectorXd free = unknowns.prior(variances);
+  Eigen::VectorXd prior = free, centre = Eigen::VectorXd::Zero(unknowns.count());
+  Factors result = factorised(equations, unknowns, prior, centre);
+  double held_cost = 0;
+  const Eigen::Index first = unknowns.effects + unknowns.targets;
+  for (bool within = false; !within;) {  // each round holds one at least
+    within = true;
+    for (std::size_t u = 0; u < unknowns.sd.size(); ++u) {
+      const Eigen::Index at = first + static_cast<Eigen::Index>(u);
+      const double limit = most_widths * std::max(bounds_of(unknowns.sd[u]).most, variances.*unknowns.sd[u]);
+      if (centre(at) != 0 || !(std::abs(result.values(at)) > limit)) continue;
+      centre(at) = std::copysign(limit, result.values(at));
+      prior(at) = firmly * (equations.information(at, at) + free(at));
+      held_cost += free(at) * limit * limit;
+      within = false;
+    }
+    if (!within) result = factorised(equations, unknowns, prior, centre);
+  }
+  result.deviance += held_cost;
+  return result;
+}
+
+Eigen::Vector<double, random_directions> scale_of(const Variances& variances) {
+  return {variances.jitter, variances.offset, variances.light};
+}
+
+/// 1 + S R^T D^-1 R S, S the standard deviations of the random directions. @param gram R^T D^-1 R
+RandomMatrix inner_of(const RandomMatrix& gram, const Variances& variances) {
+  const auto scale = scale_of(variances);
+  return RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
 }
 
 }  // namespace
@@ -67,20 +111,21 @@ Eigen::VectorXd Unknowns::prior(const Variances& variances) const {
 }
 
 RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
-  const Eigen::Matrix<double, random_directions, 1> scale(variances.jitter, variances.offset, variances.light);
-  const RandomMatrix inner = RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
+  const auto scale = scale_of(variances);
   // g and o may be one and the same, many orders beyond the unit matrix: cofactors would lose what is left of them.
-  const Eigen::LDLT<RandomMatrix> factors(inner);
+  const Eigen::LDLT<RandomMatrix> factors(inner_of(gram, variances));
   log_determinant = factors.vectorD().array().log().sum();
   return scale.asDiagonal() * factors.solve(RandomMatrix::Identity()) * scale.asDiagonal();
 }
 
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
   const Eigen::Index g = gram.cols() - gram_tail;
-  const RandomMatrix middle =
-      woodbury(gram.block<random_directions, random_directions>(g, g), variances, log_determinant);
-  const auto random = gram.middleCols<random_directions>(g);
-  return gram - random * middle * random.transpose();
+  const Eigen::LLT<RandomMatrix> factors(inner_of(gram.block<random_directions, random_directions>(g, g), variances));
+  log_determinant = 2 * RandomMatrix(factors.matrixL()).diagonal().array().log().sum();
+  // A square is taken off: with M of woodbury(), what is left where boards may stand anywhere would be its rounding.
+  const Eigen::Matrix<double, random_directions, Eigen::Dynamic> taken =
+      factors.matrixL().solve(scale_of(variances).asDiagonal() * gram.middleRows<random_directions>(g));
+  return gram - taken.transpose() * taken;
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
@@ -149,11 +194,10 @@ Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span
     vary(&Variances::light, light_bounds, at);
     if (unknowns.sd.empty()) continue;
     const NormalEquations fixed = at(best);  // what is shared is in the priors alone
-    for (const auto& [which, bounds] :
-         {std::pair(&Variances::drift, drift_bounds), std::pair(&Variances::drift_light, drift_light_bounds),
-          std::pair(&Variances::session, session_bounds), std::pair(&Variances::session_light, session_bounds)}) {
+    for (const auto which :
+         {&Variances::drift, &Variances::drift_light, &Variances::session, &Variances::session_light}) {
       if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
-        vary(which, bounds, [&](const Variances&) -> const NormalEquations& { return fixed; });
+        vary(which, bounds_of(which), [&](const Variances&) -> const NormalEquations& { return fixed; });
     }
   }
   return {best, solve(at(best), unknowns, best)};

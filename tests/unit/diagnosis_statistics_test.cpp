@@ -133,6 +133,47 @@ TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   EXPECT_NEAR(solution.deviance, residual.dot(inverse * residual) - expected.dot(score) + std::log(determinant), 1e-8);
 }
 
+/// Pixels that are known to a thousandth of a millimetre, boards and camera that may be a metre off alike: what the
+/// pixels still tell is a part in 10^12 of what they are, against long double.
+TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
+  constexpr Eigen::Index rows = 60, effects = 2;
+  std::mt19937 generator(8);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows, effects + gram_tail);
+  for (Eigen::Index c = 0; c < all.cols(); ++c) {
+    for (Eigen::Index r = 0; r < rows; ++r) all(r, c) = 1e5 * normal(generator);
+  }
+  all.col(effects + 1) = all.col(effects);  // a camera whose distances are all off moves what the board does
+  all.col(0) = all.col(effects) + 1e-5 * all.col(0);
+  const Variances variances{.jitter = 1, .offset = 1, .light = 0.1};
+  double determinant = 0;
+  const Gram left = marginal(all.transpose() * all, variances, determinant);
+
+  using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  const Exact exact = all.cast<long double>();
+  Exact covariance = Exact::Identity(rows, rows);
+  const std::array<double, random_directions> own = {variances.jitter, variances.offset, variances.light};
+  for (Eigen::Index d = 0; d < random_directions; ++d)
+    covariance += static_cast<long double>(own.at(static_cast<std::size_t>(d)) * own.at(static_cast<std::size_t>(d))) *
+                  exact.col(effects + d) * exact.col(effects + d).transpose();
+  const Exact expected = exact.transpose() * covariance.llt().solve(exact);
+  for (Eigen::Index c = 0; c < effects; ++c) EXPECT_NEAR(left(c, c) / static_cast<double>(expected(c, c)), 1, 1e-2);
+}
+
+/// A model that is far off is not mended by a camera that wanders by metres.
+TEST(MixedModel, HoldsWhatWandersWithinWhatCamerasDo) {
+  const std::vector<int> target = {-1, -1};
+  const std::vector<std::vector<Shared>> shared = {{{uniform_direction, 0, 1}}, {{uniform_direction, 0, 1}}};
+  const std::vector<double Variances::*> sd = {&Variances::drift};
+  const Unknowns unknowns{0, target, 0, shared, sd};
+  const Variances variances{.drift = 1e-3};
+  for (const auto& [off, expected] : {std::pair(5e-3, 5e-3), std::pair(3.0, 10e-3)}) {
+    NormalEquations equations{Eigen::MatrixXd::Constant(1, 1, 1e12), Eigen::VectorXd::Constant(1, 1e12 * off), 0, 0};
+    equations.square = 1e12 * off * off;
+    EXPECT_NEAR(solve(equations, unknowns, variances).values(0), expected, 0.1 * expected);
+  }
+}
+
 TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   // One row a condition, g = 1: r is normal with the variance 1 + jitter^2, whose likeliest value is the mean square.
   std::mt19937 generator(5);
