@@ -105,6 +105,10 @@ std::vector<double> Design::predict(const simulation::ForwardModel& model, std::
   return rows_of(signals(model, pixels_, i, brightened(pose_of(conditions_[i]), light)), ideal_[i], i);
 }
 
+std::vector<Signal> Design::photograph(const simulation::ForwardModel& model, std::size_t i, double light) const {
+  return signals(model, whole_, i, brightened(pose_of(conditions_[i]), light));
+}
+
 std::vector<double> Design::rows_of(const std::vector<Signal>& seen, const std::vector<Signal>& ideal,
                                     std::size_t i) const {
   const double scale = physics::metres_per_radian(shots_[i].condition.modulation_frequency);
@@ -134,7 +138,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   const std::vector<Signal>& base = every_pixel ? every : fine_ideal_[i];
   struct Sums {
     std::complex<double> product;
-    double square = 0, amplitude = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;
+    double square = 0, amplitude = 0, lengths = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;
   };
   const std::size_t n = superpixels();
   std::vector<Sums> all(n);
@@ -144,6 +148,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
                      superpixel_of(p % pixels.columns, pixels.columns, grid_)];
     sums.product += seen[p].phasor * std::conj(base[p].phasor);
     sums.square += std::norm(base[p].phasor);
+    sums.lengths += std::abs(seen[p].phasor) * std::abs(base[p].phasor);
     sums.amplitude += std::abs(base[p].phasor);
     sums.intensity += seen[p].intensity;
     sums.base_intensity += base[p].intensity;
@@ -155,7 +160,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   for (std::size_t s = 0; s < n; ++s) {
     const Sums& sums = all[s];
     const std::complex<double> ratio = sums.product / sums.square;
-    const double gain = std::abs(ratio);
+    const double gain = sums.lengths / sums.square;  // not that of the sum: pixels whose phases differ lose nothing
     rows[distance * n + s] = scale * std::arg(ratio);
     rows[amplitude * n + s] = std::log(gain);
     rows[intensity * n + s] = std::log(sums.intensity / sums.base_intensity);

@@ -63,6 +63,9 @@ class Design {
   std::vector<double> predict_finely(const simulation::ForwardModel& model, std::size_t condition, double light,
                                      bool every_pixel) const;
 
+  /// What every pixel is to show.
+  std::vector<Signal> photograph(const simulation::ForwardModel& model, std::size_t condition, double light) const;
+
   /// Change of the observables for each metre that the board is farther away.
   const std::vector<double>& shift(std::size_t condition) const { return shifts_[condition]; }
   /// Change of the observables for each metre that the camera shows too much. Where a board is tilted that is the same

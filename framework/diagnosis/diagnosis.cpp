@@ -83,6 +83,11 @@ class Run {
     problem_->correction = d_->search.correction;
     problem_->brightening = d_->search.brightening;
     problem_->allowed = d_->search.allowed;
+    if (has_maps(d_->search.after.state)) {
+      progress(0.95, "looking at every pixel");
+      d_->maps = pixel_maps(d_->measurements, *problem_, d_->search.after.state);
+      note(notes_on_maps(d_->maps));
+    }
     progress(0.95, "putting numbers on it");
     validate();
     describe();

@@ -8,6 +8,7 @@
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/inputs.hpp"
 #include "diagnosis/next_condition.hpp"
+#include "diagnosis/pixel_maps.hpp"
 #include "diagnosis/search.hpp"
 #include "diagnosis/standing.hpp"
 #include "diagnosis/validation.hpp"
@@ -85,6 +86,7 @@ struct Diagnosis {
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
+  std::vector<PixelMap> maps;  ///< that were found
   Measurements measurements;
   simulation::Model model;
   std::vector<Term> model_terms;

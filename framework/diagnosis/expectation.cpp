@@ -15,12 +15,6 @@ namespace {
 
 constexpr double derivative_step = 0.02;  ///< in typical steps: small enough for wide shapes, large against rounding
 
-/// ln of the factor on a condition's reflectivity, 0 where that is known.
-double light_of(const Problem& problem, const State& state, std::size_t condition) {
-  const int target = problem.target[condition];
-  return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
-}
-
 /// Of the effects that give no number for a condition together: the first that does so alone, else the last.
 std::string guilty(const Problem& problem, const State& state, std::size_t condition, double light) {
   const Design& design = problem.design;
@@ -36,6 +30,11 @@ std::string guilty(const Problem& problem, const State& state, std::size_t condi
 }
 
 }  // namespace
+
+double light_of(const Problem& problem, const State& state, std::size_t condition) {
+  const int target = problem.target[condition];
+  return target < 0 || state.light.empty() ? 0 : state.light[static_cast<std::size_t>(target)];
+}
 
 Problem make_problem(const Design& design, const std::vector<Observations>& data) {
   Problem problem{design, data, {}, {}, nuisances_of(design)};

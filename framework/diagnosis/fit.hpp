@@ -75,6 +75,9 @@ struct State {
   Variances variances;
 };
 
+/// ln of the factor on a condition's reflectivity, 0 where that is known.
+double light_of(const Problem& problem, const State& state, std::size_t condition);
+
 /// Sets the correction to what a state differs by all over its superpixels from their centres, and how it answers to
 /// light.
 /// @param exactly by every pixel, which takes ten times as long

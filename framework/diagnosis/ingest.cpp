@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 #include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
@@ -26,21 +27,24 @@ std::string problem_of(const io::Condition& c) {
   return "";
 }
 
-FrameSums sums_of(const io::Recording& recording, std::size_t first, std::size_t last, double full_well, double scale) {
+FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const tofgraph_camera& camera) {
   using Kind = io::Recording::Kind;
   static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
                                        FrameSums::Kind::distances};
   const auto& header = recording.reader().header();
+  const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
+                    last = condition.frames ? (*condition.frames)[1] : frames - 1;
+  if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
   FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height);
   for (std::size_t f = first; f <= last; ++f) {
     if (recording.kind() == Kind::taps)
-      sums.add_taps(recording.taps(f), full_well);
+      sums.add_taps(recording.taps(f), camera.full_well);
     else if (recording.kind() == Kind::phases)
       sums.add_phases(recording.floats("phases", f));
     else
       sums.add_decoded(recording.floats("distance", f),
                        recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
-                       scale);
+                       physics::metres_per_radian(camera.modulation_frequency));
   }
   return sums;
 }
@@ -87,7 +91,10 @@ class Reader {
         ideal_(camera_, options.physical, {}),
         pixels_(simulation::whole_image(camera_)) {}
 
-  Read read(const io::Condition& written) const {
+  PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
+
+  /// @param own, found as for reduce()
+  Read read(const io::Condition& written, const PixelPhases* own, PixelPhases* found) const {
     Read result;
     result.condition = written;
     io::Condition& condition = result.condition;
@@ -100,16 +107,13 @@ class Reader {
     check_exposures(capture);
     complete(condition, capture);
     result.recorded_time = capture.metadata(0).integration_time;
-    const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
-    if (last >= capture.frames())
-      throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
-    const FrameSums sums =
-        sums_of(recording, condition.frames ? (*condition.frames)[0] : 0, last, camera_.full_well, scale);
+    const FrameSums sums = sums_of(recording, condition, camera_);
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
-    result.observations = reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
-                                 {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts);
+    result.observations =
+        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
+               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts, own, found);
     leave_out_lens_edge(result.observations);
     result.saturated = sums.saturated();
     result.frames = sums.frames();
@@ -157,6 +161,10 @@ class Reader {
 
 }  // namespace
 
+FrameSums frames_of(const io::Condition& condition, const tofgraph_camera& camera) {
+  return sums_of(io::Recording(condition.capture), condition, camera);
+}
+
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   Measurements result;
   const Reader reader(campaign, options);
@@ -165,11 +173,11 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
   std::vector<std::string> why(n);
   std::vector<std::uint8_t> missing(n, 0);
   std::atomic<std::size_t> done = 0;
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+  const auto read_one = [&](std::size_t i, const PixelPhases* own, PixelPhases* found) {
     const io::Condition& condition = campaign.conditions[i];
     why[i] = problem_of(condition);
     try {
-      if (why[i].empty()) read[i] = reader.read(condition);
+      if (why[i].empty()) read[i] = reader.read(condition, own, found);
       const auto known = [](double variance) { return std::isfinite(variance); };
       if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
         why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
@@ -177,8 +185,16 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       why[i] = fmt::format("the capture {} {}", condition.capture.string(), error.what());
       missing[i] = 1;
     }
-    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(n));
-  });
+    if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));
+  };
+  const PixelPhases phases = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, n), reader.no_phases(),
+      [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
+        for (std::size_t i = some.begin(); i < some.end(); ++i) read_one(i, nullptr, &sum);
+        return sum;
+      },
+      [](PixelPhases one, const PixelPhases& other) { return one += other; });
+  if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
 
   std::vector<io::Condition> used;
   std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/design.hpp"
+#include "diagnosis/superpixels.hpp"
 
 #include <functional>
 
@@ -33,6 +34,9 @@ struct IngestOptions {
 /// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
 /// @throws std::invalid_argument when too little is left to search in
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
+
+/// The frames of a condition that was measured. @throws std::runtime_error when they cannot be read
+FrameSums frames_of(const io::Condition& condition, const tofgraph_camera& camera);
 
 /// The means of a table: distance from the depth or else from the half path, and the amplitude where it is there. Their
 /// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.

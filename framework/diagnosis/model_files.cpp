@@ -46,12 +46,7 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
 
 void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
   std::vector<io::PixelMapData> data;
-  for (const Term& term : d.search.after.state.terms) {
-    for (std::size_t m = 0; term.maps && m < term.maps->maps().size(); ++m) {
-      const EstimatedMaps::Map& map = term.maps->maps()[m];
-      data.push_back({term.candidate->map_dataset(map.parameter), map.parameter.unit, term.maps->of_pixels(m)});
-    }
-  }
+  for (const PixelMap& map : d.maps) data.push_back({map.dataset, map.unit, map.values});
   if (data.empty()) {
     std::filesystem::remove(folder / map_file_name);  // of a search before, which is to be replaced
     return;

@@ -103,4 +103,21 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
   return notes;
 }
 
+std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps) {
+  std::vector<std::string> notes;
+  for (const PixelMap& map : maps) {
+    const bool length = map.unit == "m";
+    const auto shown = [&](double value) {
+      return fmt::format("{:.3g}{}{}", (length ? 1e3 : 1) * value, length || !map.unit.empty() ? " " : "",
+                         length ? "mm" : map.unit);
+    };
+    notes.push_back(
+        fmt::format("The map {} (maps.h5) has a value for each pixel: beside what its neighbourhood has in common, "
+                    "pixels differ by "
+                    "{}, and the frames tell each to {} (standard deviations); values are shrunk by as much.",
+                    map.dataset, shown(map.spread), shown(map.noise)));
+  }
+  return notes;
+}
+
 }  // namespace tofgraph::diagnosis

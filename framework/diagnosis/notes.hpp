@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/ingest.hpp"
+#include "diagnosis/pixel_maps.hpp"
 #include "diagnosis/search.hpp"
 
 #include <string>
@@ -16,5 +17,8 @@ std::vector<std::string> notes_on(const Measurements& measurements, const Proble
 
 /// What conditions have of their own, where it is enough to matter. @param problem with what the search allowed
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
+
+/// How far apart pixels are in the maps that were found, and how well each is known.
+std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps);
 
 }  // namespace tofgraph::diagnosis

@@ -113,18 +113,63 @@ std::size_t FrameSums::saturated() const {
   return static_cast<std::size_t>(std::ranges::count_if(bad_, [](std::uint8_t b) { return (b & full) != 0; }));
 }
 
+Signal FrameSums::mean(std::size_t i) const {
+  const auto& c = sum_[i];
+  const auto frames = static_cast<double>(frames_);
+  return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames), intensity_[i] / frames,
+          (c[0] + c[1] + c[2] + c[3]) / (4 * frames), (c[0] - c[1] + c[2] - c[3]) / (4 * frames)};
+}
+
+void PixelPhases::add(std::size_t pixel, std::complex<double> seen, std::complex<double> expected, double variance) {
+  sum_[pixel] += seen * std::conj(expected) / variance;
+  information_[pixel] += std::norm(expected) / variance;
+  ++seen_[pixel];
+}
+
+PixelPhases& PixelPhases::operator+=(const PixelPhases& other) {
+  for (std::size_t p = 0; p < other.sum_.size(); ++p) {
+    sum_[p] += other.sum_[p];
+    information_[p] += other.information_[p];
+    seen_[p] += other.seen_[p];
+  }
+  return *this;
+}
+
+bool PixelPhases::stand_out() const {
+  constexpr double far = 4;  // variances of one condition's noise
+  double beyond = 0, conditions = 0;
+  for (std::size_t p = 0; p < sum_.size(); ++p) {
+    if (seen_[p] < 2) continue;
+    beyond += sum_[p].imag() * sum_[p].imag() / information_[p] - 1;
+    conditions += seen_[p];
+  }
+  return beyond > far * conditions;
+}
+
+std::complex<double> PixelPhases::aligned(std::size_t pixel, std::complex<double> phasor) const {
+  const double length = std::abs(sum_[pixel]);
+  return length > 0 ? phasor * std::conj(sum_[pixel]) / length : phasor;
+}
+
 /// One condition on its way to superpixels.
 class Reduction {
  public:
-  Reduction(const FrameSums& sums, std::span<const Signal> ideal, const physics::TapNoise& noise, double scale)
-      : sums_(sums), ideal_(ideal), noise_(noise), scale_(scale), frames_(static_cast<double>(sums.frames_)) {}
+  Reduction(const FrameSums& sums, std::span<const Signal> ideal, const physics::TapNoise& noise, double scale,
+            const PixelPhases* own, PixelPhases* found)
+      : sums_(sums),
+        ideal_(ideal),
+        noise_(noise),
+        scale_(scale),
+        frames_(static_cast<double>(sums.frames_)),
+        own_(own),
+        found_(found) {}
 
   void superpixel(const std::vector<std::size_t>& candidates, std::size_t s, std::size_t n, Observations& out,
                   ReductionCounts& counts) const {
     std::vector<std::size_t> pixels;
     std::vector<Relative> relative;
     for (const std::size_t i : candidates) {
-      if (sums_.bad_[i] != 0 || !(std::abs(ideal_[i].phasor) > 0)) continue;
+      if (!sums_.is_usable(i) || !(std::abs(ideal_[i].phasor) > 0)) continue;
       pixels.push_back(i);
       relative.push_back(relative_to_ideal(i));
     }
@@ -138,14 +183,18 @@ class Reduction {
     counts.bad += pixels.size() - kept.size();
     // Near the full well the noise decides which frames are clipped: what is left there is not their mean.
     if (std::ranges::any_of(kept, [this](std::size_t i) { return brightest(i) > near_full * sums_.limit_; })) return;
-    if (kept.size() >= fewest_pixels) summarise(kept, s, n, out);
+    if (kept.size() < fewest_pixels) return;
+    const std::complex<double> ratio = summarise(kept, s, n, out);
+    if (found_ == nullptr || std::isinf(out.variance[distance * n + s])) return;
+    const double variance = of_component(kept);
+    for (const std::size_t i : pixels) found_->add(i, mean(i).phasor, ratio * ideal_[i].phasor, variance);
   }
 
  private:
   Signal mean(std::size_t i) const {
-    const auto& c = sums_.sum_[i];
-    return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames_), sums_.intensity_[i] / frames_,
-            (c[0] + c[1] + c[2] + c[3]) / (4 * frames_), (c[0] - c[1] + c[2] - c[3]) / (4 * frames_)};
+    Signal signal = sums_.mean(i);
+    if (own_ != nullptr) signal.phasor = own_->aligned(i, signal.phasor);
+    return signal;
   }
 
   /// Mean of the brightest tap, counts.
@@ -180,7 +229,7 @@ class Reduction {
 
   double profile_variance(std::size_t i) const {
     const double ideal = std::abs(ideal_[i].phasor);
-    const double gain = std::abs(mean(i).phasor) / ideal;
+    const double gain = std::abs(sums_.mean(i).phasor) / ideal;
     switch (sums_.kind_) {
       case FrameSums::Kind::taps:
         return noise_.sample_variance(sums_.intensity_[i]);
@@ -194,7 +243,17 @@ class Reduction {
     return noise_.sample_variance(ideal_[i].intensity) / 2 / (ideal * ideal);
   }
 
-  void summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n, Observations& out) const {
+  bool is_decoded() const {
+    return sums_.kind_ == FrameSums::Kind::decoded || sums_.kind_ == FrameSums::Kind::distances;
+  }
+  /// Variance of a component of a pixel's phasor: half the difference of two samples, decoded ones are the same.
+  double of_component(const std::vector<std::size_t>& pixels) const {
+    return std::max(sample_variance(pixels), 1e-6) / ((is_decoded() ? 1 : 2) * frames_);
+  }
+
+  /// @returns the phasor by the ideal one's
+  std::complex<double> summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n,
+                                 Observations& out) const {
     std::complex<double> product;
     double square = 0, light = 0, ideal_light = 0, null1_sum = 0, null2_sum = 0, amplitudes = 0;
     for (const std::size_t i : pixels) {
@@ -211,40 +270,41 @@ class Reduction {
     const std::complex<double> ratio = product / square;
     const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), 1e-6);
     const double count = static_cast<double>(pixels.size()) * frames_;
-    const bool decoded = sums_.kind_ == FrameSums::Kind::decoded || sums_.kind_ == FrameSums::Kind::distances;
-    // Of one component of the ratio; a component is half the difference of two samples, decoded ones are the same.
-    const double relative = variance / ((decoded ? 1 : 2) * frames_ * square * gain * gain);
-    if (!(relative * darkest * darkest < 1)) return;
+    const double relative = of_component(pixels) / (square * gain * gain);  // of one component of the ratio
+    if (!(relative * darkest * darkest < 1)) return ratio;
     // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it.
     if (sums_.kind_ == FrameSums::Kind::taps &&
         light - gain * amplitudes / 2 < empty * std::sqrt(variance / 2) * static_cast<double>(pixels.size()))
-      return;
+      return ratio;
     const auto set = [&](std::size_t observable, double value, double its_variance) {
       out.value[observable * n + s] = value;
       out.variance[observable * n + s] = its_variance;
     };
     set(distance, scale_ * std::arg(ratio), scale_ * scale_ * relative);
     if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), relative);
-    if (decoded) return;
+    if (is_decoded()) return ratio;
     const double per_sample = variance / count;  // of a mean sample
     const double level = 2 * ideal_light * gain / static_cast<double>(pixels.size());
     const double mean_amplitude = gain * amplitudes / static_cast<double>(pixels.size());
     const double number = static_cast<double>(pixels.size());
     set(null1, null1_sum / number / level, per_sample / 4 / (level * level));
     set(null2, null2_sum / number / mean_amplitude, per_sample / 4 / (mean_amplitude * mean_amplitude));
-    if (sums_.kind_ != FrameSums::Kind::taps) return;
-    set(intensity, std::log(light / ideal_light), per_sample / 16 / std::pow(light / number, 2));
+    if (sums_.kind_ == FrameSums::Kind::taps)
+      set(intensity, std::log(light / ideal_light), per_sample / 16 / std::pow(light / number, 2));
+    return ratio;
   }
 
   const FrameSums& sums_;
   std::span<const Signal> ideal_;
   const physics::TapNoise& noise_;
   double scale_, frames_;
+  const PixelPhases* own_;
+  PixelPhases* found_;
 };
 
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts) {
+                    ReductionCounts& counts, const PixelPhases* own, PixelPhases* found) {
   if (sums.frames() < 2 && !noise.known())
     throw std::invalid_argument(
         "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "
@@ -252,7 +312,7 @@ Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::s
   const std::size_t n = grid * grid;
   Observations out{std::vector<double>(observables * n, 0),
                    std::vector<double>(observables * n, std::numeric_limits<double>::infinity())};
-  const Reduction reduction(sums, ideal, noise, metres_per_radian);
+  const Reduction reduction(sums, ideal, noise, metres_per_radian, own, found);
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<std::size_t> pixels;
     const std::size_t row = s / grid, column = s % grid;

@@ -30,6 +30,10 @@ class FrameSums {
   void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
 
   std::size_t saturated() const;
+  /// Whether a pixel has a number in every frame, and none that is saturated.
+  bool is_usable(std::size_t pixel) const { return bad_[pixel] == 0; }
+  /// Over the frames.
+  Signal mean(std::size_t pixel) const;
 
  private:
   friend class Reduction;
@@ -44,6 +48,28 @@ class FrameSums {
   std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated
 };
 
+/// By how much the phase of each pixel differs from its superpixel's in all conditions alike. A pattern that is much
+/// larger than the noise would leave traces in what is summed over a superpixel: which pixels fit their neighbours, and
+/// what weight each has, is not the same in every condition, and a sum of phasors that do not agree loses amplitude.
+class PixelPhases {
+ public:
+  PixelPhases() = default;
+  explicit PixelPhases(std::size_t pixels) : sum_(pixels), information_(pixels, 0), seen_(pixels, 0) {}
+
+  /// @param seen phasor of a pixel @param expected of its superpixel, there @param variance of a component of the first
+  void add(std::size_t pixel, std::complex<double> seen, std::complex<double> expected, double variance);
+  PixelPhases& operator+=(const PixelPhases& other);
+  /// Whether they differ by far more than the noise of one condition.
+  bool stand_out() const;
+  /// A phasor without what its pixel has of its own.
+  std::complex<double> aligned(std::size_t pixel, std::complex<double> phasor) const;
+
+ private:
+  std::vector<std::complex<double>> sum_;
+  std::vector<double> information_;  ///< of the phase, 1 / rad^2
+  std::vector<std::uint32_t> seen_;  ///< conditions
+};
+
 /// What the reduction found besides the observations.
 struct ReductionCounts {
   std::size_t pixels = 0, bad = 0;
@@ -52,9 +78,11 @@ struct ReductionCounts {
 /// One condition's observations. @param ideal the signal of every pixel of the ideal camera
 /// @param noise of the profile, where one frame tells none @param roi first and last column, first and last row
 /// @param grid superpixels in a row and in a column
+/// @param own what pixels have of their own, which is taken out; null: nothing
+/// @param found what they have, is added to it; null: not asked
 /// @throws std::invalid_argument when one frame is there and the profile knows no noise
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts);
+                    ReductionCounts& counts, const PixelPhases* own = nullptr, PixelPhases* found = nullptr);
 
 }  // namespace tofgraph::diagnosis

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/pixel_maps.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tofgraph/physics/constants.hpp>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double probe = 1e-3;  ///< of a map, whatever its unit: effects are linear in their maps, or nearly
+
+using Row = std::array<double, observables>;
+
+/// What a pixel shows, as the difference to what it should.
+Row difference_of(const Signal& seen, const Signal& base, double metres_per_radian) {
+  const std::complex<double> ratio = seen.phasor / base.phasor;
+  return {metres_per_radian * std::arg(ratio), std::log(std::abs(ratio)), std::log(seen.intensity / base.intensity),
+          (seen.null1 - base.null1) / (2 * base.intensity), (seen.null2 - base.null2) / std::abs(base.phasor)};
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Least squares for the maps of one term, pixel by pixel.
+class PixelFit {
+ public:
+  PixelFit(const Problem& problem, const State& state, std::size_t term)
+      : problem_(problem),
+        state_(state),
+        design_(problem.design),
+        maps_(state.terms[term].maps->maps()),
+        term_(term),
+        model_(forward_model(state.terms, design_.camera(), design_.physical())),
+        width_(design_.camera().width),
+        height_(design_.camera().height),
+        members_(design_.superpixels(), 0),
+        fits_(std::size_t{width_} * height_, {Eigen::MatrixXd::Zero(size(), size()), Eigen::VectorXd::Zero(size())}) {
+    for (std::size_t p = 0; p < fits_.size(); ++p) ++members_[block_of(p)];
+    for (std::size_t m = 0; m < maps_.size(); ++m) probes_.push_back(probed(m));
+  }
+
+  void add(std::size_t condition, const FrameSums& frames) {
+    const double light = light_of(problem_, state_, condition);
+    const double scale = physics::metres_per_radian(design_.acquisition(condition).condition.modulation_frequency);
+    const std::vector<Signal> base = design_.photograph(model_, condition, light);
+    std::vector<std::vector<Signal>> moved;
+    for (const simulation::ForwardModel& other : probes_) moved.push_back(design_.photograph(other, condition, light));
+    std::vector<Row> left(base.size()), weight(base.size(), Row{});
+    for (std::size_t p = 0; p < base.size(); ++p) {
+      if (!frames.is_usable(p) || !(std::abs(base[p].phasor) > 0)) continue;
+      left[p] = difference_of(frames.mean(p), base[p], scale);
+      for (std::size_t o = 0; o < observables; ++o) {
+        // The frames' noise is that of the superpixel, which has as many times less.
+        const double variance =
+            problem_.data[condition].variance[row(o, p)] * static_cast<double>(members_[block_of(p)]);
+        if (std::isfinite(variance) && std::isfinite(left[p][o])) weight[p][o] = 1 / variance;
+        if (problem_.allowed.boards) left[p][o] -= problem_.allowed.boards->rows[condition][row(o, p)];
+      }
+    }
+    take_out_own(condition, left, weight);
+    const std::lock_guard lock(guard_);
+    for (std::size_t p = 0; p < base.size(); ++p) {
+      Eigen::MatrixXd response(observables, size());
+      for (std::size_t m = 0; m < maps_.size(); ++m) {
+        const Row change = difference_of(moved[m][p], base[p], scale);
+        for (std::size_t o = 0; o < observables; ++o)
+          response(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(m)) =
+              weight[p][o] > 0 ? change[o] / probe : 0;
+      }
+      const Eigen::Map<const Eigen::Array<double, observables, 1>> w(weight[p].data()), d(left[p].data());
+      const Eigen::VectorXd pull = (w > 0).select(w * d, 0.0).matrix();
+      fits_[p].information += response.transpose() * w.matrix().asDiagonal() * response;
+      fits_[p].score += response.transpose() * pull;
+    }
+  }
+
+  std::vector<PixelMap> result() const {
+    const Eigen::Index n = size();
+    std::vector<std::vector<double>> raw(maps_.size()), variance(maps_.size());
+    for (const Fit& fit : fits_) {
+      const Eigen::LDLT<Eigen::MatrixXd> solver(fit.information);
+      if (!(solver.rcond() > 1e-12)) continue;
+      const Eigen::VectorXd value = solver.solve(fit.score);
+      const Eigen::MatrixXd covariance = solver.solve(Eigen::MatrixXd::Identity(n, n));
+      for (Eigen::Index m = 0; m < n; ++m) {
+        raw[static_cast<std::size_t>(m)].push_back(std::abs(value(m)));
+        variance[static_cast<std::size_t>(m)].push_back(covariance(m, m));
+      }
+    }
+    std::vector<PixelMap> maps;
+    Eigen::VectorXd prior(n);
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+      PixelMap& map = maps.emplace_back();
+      map.effect = state_.terms[term_].candidate->name();
+      map.dataset = state_.terms[term_].candidate->map_dataset(maps_[m].parameter);
+      map.unit = maps_[m].parameter.unit;
+      map.noise = std::sqrt(median(variance[m]));
+      const double all = 1.4826 * median(raw[m]);  // robust: pixels that are broken say nothing of the others
+      map.spread = std::sqrt(std::max(all * all - map.noise * map.noise, 0.0));
+      map.values = state_.terms[term_].maps->of_pixels(m);
+      prior(static_cast<Eigen::Index>(m)) = map.spread > 0 ? 1 / (map.spread * map.spread) : 1e30;
+    }
+    for (std::size_t p = 0; p < fits_.size(); ++p) {
+      const Eigen::MatrixXd information = fits_[p].information + Eigen::MatrixXd(prior.asDiagonal());
+      const Eigen::VectorXd value = information.ldlt().solve(fits_[p].score);
+      for (std::size_t m = 0; m < maps.size(); ++m) maps[m].values[p] += value(static_cast<Eigen::Index>(m));
+    }
+    return maps;
+  }
+
+ private:
+  struct Fit {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd score;
+  };
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(maps_.size()); }
+  std::size_t block_of(std::size_t pixel) const {
+    return superpixel_of(pixel / width_, height_, grid) * grid + superpixel_of(pixel % width_, width_, grid);
+  }
+  std::size_t row(std::size_t observable, std::size_t pixel) const {
+    return observable * design_.superpixels() + block_of(pixel);
+  }
+
+  simulation::ForwardModel probed(std::size_t m) const {
+    std::vector<EstimatedMaps::Map> moved = maps_;
+    for (double& value : moved[m].values) value += probe;
+    State other = state_;
+    other.terms[term_].maps = std::make_shared<const EstimatedMaps>(std::move(moved), 0, grid, design_.camera());
+    return forward_model(other.terms, design_.camera(), design_.physical());
+  }
+
+  /// What the condition has of its own, a board that stands elsewhere and a little more light, is no map's.
+  void take_out_own(std::size_t condition, std::vector<Row>& left, const std::vector<Row>& weight) const {
+    Eigen::Matrix2d information = 1e-30 * Eigen::Matrix2d::Identity();
+    Eigen::Vector2d score = Eigen::Vector2d::Zero();
+    const auto own = [&](std::size_t p, std::size_t o) {
+      return Eigen::Vector2d(design_.shift(condition)[row(o, p)], problem_.light_response(condition, row(o, p)));
+    };
+    for (std::size_t p = 0; p < left.size(); ++p) {
+      for (std::size_t o = 0; o < observables; ++o) {
+        if (!(weight[p][o] > 0)) continue;
+        information += weight[p][o] * own(p, o) * own(p, o).transpose();
+        score += weight[p][o] * left[p][o] * own(p, o);
+      }
+    }
+    const Eigen::Vector2d size = information.ldlt().solve(score);
+    for (std::size_t p = 0; p < left.size(); ++p) {
+      for (std::size_t o = 0; o < observables; ++o) left[p][o] -= own(p, o).dot(size);
+    }
+  }
+
+  const Problem& problem_;
+  const State& state_;
+  const Design& design_;
+  const std::vector<EstimatedMaps::Map>& maps_;
+  std::size_t term_;
+  simulation::ForwardModel model_;
+  std::vector<simulation::ForwardModel> probes_;
+  std::size_t width_, height_;
+  std::vector<std::size_t> members_;  ///< pixels of each superpixel
+  std::vector<Fit> fits_;
+  std::mutex guard_;  ///< of the fits
+};
+
+}  // namespace
+
+std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem& problem, const State& state) {
+  std::vector<PixelMap> all;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    if (!state.terms[t].maps) continue;
+    PixelFit fit(problem, state, t);
+    tbb::parallel_for(std::size_t{0}, problem.design.size(), [&](std::size_t i) {
+      fit.add(i, frames_of(measurements.design->conditions()[i], measurements.design->camera()));
+    });
+    std::ranges::move(fit.result(), std::back_inserter(all));
+  }
+  return all;
+}
+
+}  // namespace tofgraph::diagnosis
