@@ -12,6 +12,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+constexpr double hardly_any = 0.01;     ///< of what other effects leave: what maps leave that are taken in their place
 
 }  // namespace
 
@@ -23,10 +24,18 @@ std::optional<MapTrial> Selection::maps_on(const Base& base) {
   return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
 }
 
-/// In the place of all that was found.
+/// In the place of all that was found: those of one effect, and beside them those of others while these are worth it.
 std::optional<MapTrial> Selection::maps_alone() {
   const InLightOf there(problem_, original_);
-  return maps_on(original_);
+  std::optional<MapTrial> maps = maps_on(original_);
+  while (maps) {
+    const Fit& fit = maps->trial.fit;
+    std::optional<MapTrial> more =
+        maps_on({fit, own_columns(problem_, fit.state, expected(problem_, fit.state)), original_.brightening});
+    if (!more || !significant(more->trial.score) || bic(fit) - bic(more->trial.fit) < worth) break;
+    maps = std::move(more);
+  }
+  return maps;
 }
 
 /// When no effect with a few parameters helps any more: one with a number for every pixel, beside what was found or in
@@ -48,11 +57,13 @@ std::optional<Fit> Selection::good_maps() {
   return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
 }
 
-/// Where maps alone explain all there is, what was added first stood for a part of them.
+/// Where maps alone explain all there is, or nearly, what was added first stood for a part of them.
 void Selection::prefer_maps() {
   if (terms().size() == model_.size() || terms().back().maps || left() < explained) return;
   std::optional<MapTrial> alone = maps_alone();
-  if (alone && alone->left < explained && beats(*alone)) try_refine(std::move(alone->trial.fit.state));
+  if (!alone || !beats(*alone)) return;
+  if (alone->left < explained || alone->left - 1 < hardly_any * (left() - 1))
+    try_refine(std::move(alone->trial.fit.state));
 }
 
 /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that
