@@ -37,7 +37,7 @@ figure svg { height: auto; max-width: 100%; flex: none; } figcaption { color: va
 .chart .axis { stroke: var(--axis); } [data-condition] { cursor: pointer; }
 [data-condition]:hover { outline: 2px solid var(--axis); }
 summary { cursor: pointer; color: var(--link); margin: 8px 0; } select { max-width: 100%; font: inherit; }
-.facts { margin: 0; } .facts b { display: inline-block; min-width: 6em; font-weight: 600; }
+.facts { margin: 0; display: grid; grid-template-columns: 6em 1fr; } .facts b { font-weight: 600; }
 nav { columns: 4 180px; font-size: 14px; } nav a { display: block; } a { color: var(--link); text-decoration: none; }
 footer { color: var(--quiet); font-size: 13px; margin-top: 40px; }
 @media (max-width: 600px) { main { padding: 12px; } td, th { min-width: 6em; } figure svg { min-width: min(100%, 460px); } }

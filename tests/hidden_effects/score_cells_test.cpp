@@ -24,11 +24,10 @@ json effect(const std::string& name, const std::vector<std::string>& tied, const
 json interval(double low, double high) { return {{"value", (low + high) / 2}, {"low", low}, {"high", high}}; }
 
 json report(const std::string& verdict, const std::vector<json>& effects, const std::vector<std::string>& blind = {}) {
-  return {
-      {"verdict", verdict},
-      {"effects", effects},
-      {"blind", blind},
-      {"gap", {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_and_scatter", 1e-3}}}};
+  return {{"verdict", verdict},
+          {"effects", effects},
+          {"blind", blind},
+          {"gap", {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_and_scatter", 1e-3}}}};
 }
 
 Case hiding(const std::string& suite, const std::vector<std::string>& effects, std::uint64_t seed = 1) {
