@@ -208,7 +208,7 @@ class Search : private Selection {
     if (changed) return true;
     const CrossFit::Gap all = result_.cross_fit.gap(distance, "", options_.seed);
     const std::string why = ruined(all.before, all.after, "what was found");
-    return !why.empty() && drop_refuted([&](Found& found, std::size_t) {
+    return !why.empty() && drop_refuted([&](Found& found, std::size_t) -> const std::string& {
       note({"proved", {found.name}, {}, why});
       return why;
     });
