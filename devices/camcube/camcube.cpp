@@ -286,6 +286,7 @@ struct CamCube final : CamCubeParameters {
       }
       std::this_thread::sleep_for(retry);
     }
+    if (control_) control_.emplace(*limits_);  // what was asked for is lost where it was not taken
     faults_ = 0;
     waiting_since_ = Clock::now();
   }
