@@ -81,6 +81,7 @@ double wander(std::mt19937_64 random, double place) {
 std::vector<View> measured_views(const CampaignOptions& options, std::vector<io::Condition>& conditions) {
   std::mt19937_64 random = generator(options.seed, order_draw);
   std::shuffle(conditions.begin(), conditions.end(), random);
+  warm_up_first(conditions, options.clutter.sessions);
   std::normal_distribution<double> normal;
   std::vector<View> views;
   double earlier = conditions.front().board_distance;

@@ -5,6 +5,7 @@
 #include "io/condition.hpp"
 #include "tests/hidden_effects/plain_camera.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
@@ -78,6 +79,18 @@ double Smooth::operator()(double x, double y) const {
 
 std::size_t session_of(std::size_t order, std::size_t conditions, std::size_t sessions) {
   return order * sessions / conditions;
+}
+
+void warm_up_first(std::vector<io::Condition>& conditions, std::size_t sessions) {
+  const auto session = [&](const io::Condition& condition) {
+    return session_of(static_cast<std::size_t>(&condition - conditions.data()), conditions.size(), sessions);
+  };
+  for (auto first = conditions.begin(); sessions > 0 && first != conditions.end();) {
+    const auto last =
+        std::find_if(first, conditions.end(), [&](const auto& c) { return session(c) != session(*first); });
+    std::ranges::stable_sort(first, last, {}, &io::Condition::time_since_power_on);
+    first = last;
+  }
 }
 
 DrawnClutter add_clutter(const Clutter& clutter, std::uint64_t seed, std::uint64_t boards_seed,

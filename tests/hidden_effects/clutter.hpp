@@ -55,6 +55,9 @@ struct DrawnClutter {
 
 /// Session of a condition by its place in the order measured.
 std::size_t session_of(std::size_t order, std::size_t conditions, std::size_t sessions);
+/// Within a session the camera stays on: what is measured while it warms up comes first. @param conditions in the order
+/// in which they are measured
+void warm_up_first(std::vector<io::Condition>& conditions, std::size_t sessions);
 
 /// Adds the clutter to views that stand in the order measured.
 /// @param boards_seed of what belongs to the boards: the same boards are warped in the same way

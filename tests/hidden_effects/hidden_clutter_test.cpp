@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <map>
 
 namespace tofgraph::hidden {
 namespace {
@@ -24,8 +25,10 @@ using Phases = std::vector<std::int32_t>;
 constexpr std::size_t pixels = 204UL * 204;
 constexpr std::uint64_t seed = 5;
 
-fs::path made(const fs::path& folder, const Clutter& clutter, NoiseKind noise = NoiseKind::none) {
+fs::path made(const fs::path& folder, const Clutter& clutter, NoiseKind noise = NoiseKind::none,
+              std::vector<std::string> experiments = {}) {
   CampaignOptions options;
+  options.experiments = std::move(experiments);
   options.design = "small";
   options.frames = 1;
   options.output = Output::phases;
@@ -72,6 +75,20 @@ std::vector<View> views_of(const std::vector<io::Condition>& conditions) {
 }
 
 config::Value truth_of(const fs::path& folder) { return config::load_document(folder / "truth.yaml"); }
+
+TEST(HiddenClutter, CamerasStayOnWithinASession) {
+  const TemporaryFolder folder;
+  std::map<std::string, double> last;
+  std::size_t cold = 0;
+  for (const io::Condition& condition :
+       conditions_in(made(folder.path() / "c", {.sessions = 3}, NoiseKind::none, {"warm_up"}))) {
+    cold += condition.time_since_power_on < 3600 ? 1U : 0U;
+    EXPECT_GE(condition.time_since_power_on, last[condition.session]) << condition.id;
+    last[condition.session] = condition.time_since_power_on;
+  }
+  EXPECT_EQ(last.size(), 3U);
+  EXPECT_EQ(cold, 9U);
+}
 
 TEST(HiddenClutter, SessionsTurnAndBrightenAllTheirConditions) {
   const TemporaryFolder folder;
