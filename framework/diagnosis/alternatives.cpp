@@ -52,7 +52,8 @@ struct Block {
 
 class Builder {
  public:
-  Builder(const Problem& problem, const State& state) : problem_(problem), state_(state) {}
+  Builder(const Problem& problem, const State& state)
+      : problem_(problem), state_(state), rows_(expected(problem, state)) {}
 
   void add(const Candidate& candidate, std::size_t effect) {
     const std::size_t before = result_.group.columns.size();
@@ -60,7 +61,7 @@ class Builder {
       const auto alone = [&](const std::vector<double>& values) { return with({&candidate, values}); };
       std::vector<Block> roots;
       for (const std::vector<double>& values : shapes_of(candidate.free()))
-        roots.push_back(block(candidate.free(), values, alone));
+        roots.push_back(block(candidate.free(), values, alone, rows_));  // where it is off it changes nothing
       std::vector<Block> refinements;
       for (std::size_t r = 0; r < candidate.refinements().size(); ++r) refinements.push_back(refinement(candidate, r));
       for (const Block& root : roots) combine(candidate, effect, root, refinements);
@@ -79,11 +80,12 @@ class Builder {
       const std::size_t before = result_.group.columns.size();
       try {
         for (const std::vector<double>& values : shapes_of(parameters)) {
-          Block one = block(parameters, values, [&](const std::vector<double>& chosen) {
+          const auto there = [&](const std::vector<double>& chosen) {
             State with = state_;
             with.terms[t] = refined(with.terms[t], r, chosen);
             return with;
-          });
+          };
+          Block one = block(parameters, values, there, expected(problem_, there(values)));
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
           result_.list.push_back({&candidate.with(r), Piece{t, r}, std::move(one.values), std::move(one.parts)});
         }
@@ -105,11 +107,10 @@ class Builder {
     return more;
   }
 
-  /// @param place makes the state that has some values of the parameters
-  template <class Place>
-  Block block(std::span<const FreeParameter> parameters, const std::vector<double>& values, const Place& place) {
+  /// @param place makes the state that has some values of the parameters @param without rows of that with the sizes off
+  template <class Place> Block block(std::span<const FreeParameter> parameters, const std::vector<double>& values,
+                                     const Place& place, const Column& without) {
     Block result{values, {}, {}};
-    const Column without = expected(problem_, place(values));
     const auto angle = std::ranges::find_if(parameters, &FreeParameter::is_angle);
     for (std::size_t k = 0; k < parameters.size(); ++k) {
       if (parameters[k].shape) continue;
@@ -141,7 +142,8 @@ class Builder {
     std::vector<double> values;
     for (const FreeParameter& p : parameters)
       values.push_back(p.is_angle() ? std::clamp(0.0, p.minimum, p.maximum) : p.shape ? p.typical : p.off);
-    return block(parameters, values, [&](const std::vector<double>& chosen) { return with(refined(term, r, chosen)); });
+    const auto there = [&](const std::vector<double>& chosen) { return with(refined(term, r, chosen)); };
+    return block(parameters, values, there, expected(problem_, there(values)));
   }
 
   void combine(const Candidate& candidate, std::size_t effect, const Block& root,
@@ -170,6 +172,7 @@ class Builder {
 
   const Problem& problem_;
   const State& state_;
+  const Column rows_;
   Alternatives result_;
 };
 

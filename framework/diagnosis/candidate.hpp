@@ -145,6 +145,7 @@ struct Term {
 struct Piece {
   std::size_t term = 0;  ///< among those of a state that has the piece
   std::optional<std::size_t> refinement;
+  bool operator==(const Piece&) const = default;
 };
 
 /// A term's values, or those of its refinement.

@@ -183,7 +183,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
       if (piece.refinement) continue;
       const std::string name = selection.terms()[piece.term].candidate->name();
       result.chosen.push_back(name);
-      prediction.without(name, without(selection.problem(), selection.best(), piece, selection.weight()).fit.state);
+      prediction.without(name, selection.without(piece).fit.state);
     }
     result.conditions = prediction.take();
   } catch (const simulation::EffectError& error) {

@@ -20,9 +20,9 @@ constexpr double lowered = 0.2;        ///< of a pattern's gain: what falls by l
 
 }  // namespace
 
-Gates::Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates,
-             std::span<const double> weight, std::size_t flips, std::uint64_t seed)
-    : problem_(problem), finder_(finder), candidates_(candidates), weight_(weight), flips_(flips), seed_(seed) {}
+Gates::Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates, std::size_t flips,
+             std::uint64_t seed)
+    : problem_(problem), finder_(finder), candidates_(candidates), flips_(flips), seed_(seed) {}
 
 double Gates::capture(const Base& less, const Group& group) const {
   const double gain = score_of(problem_, less.fit, less.columns, group, 0, 0).gain;
@@ -52,12 +52,11 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   return std::max(score.p_value, chance_of(score, all, groups, flips_, seed_));
 }
 
-Found Gates::examined(const Base& best, const PatternScan& left, const Piece& piece) {
+Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
   found.name = name_of(term, piece);
-  const Base less = without(problem_, best, piece, weight_);
   found.gain = less.fit.deviance - best.fit.deviance;
   const Group group{found.name, signature(problem_, less.fit.state, best.fit.state, piece)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.

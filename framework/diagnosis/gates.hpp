@@ -16,14 +16,14 @@ class Gates {
   static constexpr const char* too_small = "what it changes is too small to matter";
 
   /// @param candidates what could have been found instead; all of these must live on
-  Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates, std::span<const double> weight,
-        std::size_t flips, std::uint64_t seed);
+  Gates(Problem& problem, const PatternFinder& finder, const Alternatives& candidates, std::size_t flips,
+        std::uint64_t seed);
 
   /// Gain of a signature over that of the best generic pattern, in a model without it.
   double capture(const Base& less, const Group& group) const;
   /// A piece of the best model against the model without it; its refutation is empty when it passes.
-  /// @param left the patterns of the best model
-  Found examined(const Base& best, const PatternScan& left, const Piece& piece);
+  /// @param less the best model without the piece @param left the patterns of the best model
+  Found examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece);
 
  private:
   double explained(const Base& less, const PatternScan& left, double gain) const;
@@ -32,7 +32,6 @@ class Gates {
   Problem& problem_;
   const PatternFinder& finder_;
   const Alternatives& candidates_;
-  std::span<const double> weight_;
   std::size_t flips_;
   std::uint64_t seed_;
 };

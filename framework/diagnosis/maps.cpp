@@ -188,9 +188,7 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
         fit_last(problem, corrected(problem, result.trial.fit.state, result.trial.fit.state.terms.size() - 1), weight,
                  base.columns);
   const State& last = result.trial.fit.state;
-  const std::vector<Column> own = own_columns(problem, last, expected(problem, last));
-  const Scan left = scan(problem, result.trial.fit, own, {}, 0, 0);
-  result.left = left.square / left.freedom;
+  result.left = left_of(problem, result.trial.fit, own_columns(problem, last, expected(problem, last)));
   return result;
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/mixed_model.hpp"
 
+#include <boost/math/tools/minima.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,23 +24,13 @@ Bounds bounds_of(double Variances::*shared) {
   return shared == &Variances::drift_light ? drift_light_bounds : session_bounds;
 }
 
-/// The least value of f over ln x by golden sections.
+/// The least value of f over ln x.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
-  constexpr double golden = 0.6180339887498949;
-  double low = std::max(std::log(bounds.least), std::log(centre) - width);
-  double high = std::min(std::log(bounds.most), std::log(centre) + width);
-  double a = high - golden * (high - low), b = low + golden * (high - low);
-  double at_a = f(std::exp(a)), at_b = f(std::exp(b));
-  while (high - low > 0.02) {
-    if (at_a < at_b) {
-      high = b, b = a, at_b = at_a;
-      a = high - golden * (high - low), at_a = f(std::exp(a));
-    } else {
-      low = a, a = b, at_a = at_b;
-      b = low + golden * (high - low), at_b = f(std::exp(b));
-    }
-  }
-  return std::exp((low + high) / 2);
+  constexpr int bits = 10;  // of ln x: about 0.01
+  const double low = std::max(std::log(bounds.least), std::log(centre) - width),
+               high = std::min(std::log(bounds.most), std::log(centre) + width);
+  return std::exp(
+      boost::math::tools::brent_find_minima([&](double x) { return f(std::exp(x)); }, low, high, bits).first);
 }
 
 /// What wide priors and those of what is shared leave of the unknowns.
@@ -95,12 +87,6 @@ Eigen::Vector<double, random_directions> scale_of(const Variances& variances) {
   return {variances.jitter, variances.offset, variances.light};
 }
 
-/// 1 + S R^T D^-1 R S, S the standard deviations of the random directions. @param gram R^T D^-1 R
-RandomMatrix inner_of(const RandomMatrix& gram, const Variances& variances) {
-  const auto scale = scale_of(variances);
-  return RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
-}
-
 }  // namespace
 
 Eigen::VectorXd Unknowns::prior(const Variances& variances) const {
@@ -110,22 +96,20 @@ Eigen::VectorXd Unknowns::prior(const Variances& variances) const {
   return result;
 }
 
-RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
+RandomMatrix taking(const RandomMatrix& gram, const Variances& variances, double& log_determinant) {
   const auto scale = scale_of(variances);
-  // g and o may be one and the same, many orders beyond the unit matrix: cofactors would lose what is left of them.
-  const Eigen::LDLT<RandomMatrix> factors(inner_of(gram, variances));
-  log_determinant = factors.vectorD().array().log().sum();
-  return scale.asDiagonal() * factors.solve(RandomMatrix::Identity()) * scale.asDiagonal();
+  const RandomMatrix inner = RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
+  const RandomMatrix lower = Eigen::LLT<RandomMatrix>(inner).matrixL();
+  log_determinant = 2 * lower.diagonal().array().log().sum();
+  return lower.triangularView<Eigen::Lower>().solve(RandomMatrix(scale.asDiagonal()));
 }
 
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant) {
   const Eigen::Index g = gram.cols() - gram_tail;
-  const Eigen::LLT<RandomMatrix> factors(inner_of(gram.block<random_directions, random_directions>(g, g), variances));
-  log_determinant = 2 * RandomMatrix(factors.matrixL()).diagonal().array().log().sum();
-  // A square is taken off: with M of woodbury(), what is left where boards may stand anywhere would be its rounding.
+  const RandomMatrix take = taking(gram.block<random_directions, random_directions>(g, g), variances, log_determinant);
   const Eigen::Matrix<double, random_directions, Eigen::Dynamic> taken =
-      factors.matrixL().solve(scale_of(variances).asDiagonal() * gram.middleRows<random_directions>(g));
-  return gram - taken.transpose() * taken;
+      take.lazyProduct(gram.middleRows<random_directions>(g));
+  return gram - taken.transpose().lazyProduct(taken);
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
@@ -147,14 +131,22 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
       for (const Shared& one : unknowns.shared[i])
         shared.push_back({one.direction, unknowns.targets + one.unknown, one.factor});
     }
-    for (const Shared& a : shared) {
+    for (std::size_t one = 0; one < shared.size(); ++one) {
+      const Shared& a = shared[one];
       const Eigen::Index at = p + a.unknown;
-      sum.information.col(at).head(p) += w * a.factor * m.col(random + a.direction).head(p);
-      sum.score(at) += w * a.factor * m(random + a.direction, residual);
-      for (const Shared& b : shared)
-        sum.information(at, p + b.unknown) += w * a.factor * b.factor * m(random + a.direction, random + b.direction);
+      const double factor = w * a.factor;
+      const auto column = m.col(random + a.direction);
+      sum.information.col(at).head(p) += factor * column.head(p);
+      sum.score(at) += factor * m(random + a.direction, residual);
+      for (std::size_t other = one; other < shared.size(); ++other) {
+        const Shared& b = shared[other];
+        const auto [least, most] = std::minmax(a.unknown, b.unknown);  // the lower half
+        sum.information(p + most, p + least) += factor * b.factor * column(random + b.direction);
+      }
     }
   }
+  auto block = sum.information.bottomRightCorner(all - p, all - p);
+  block.triangularView<Eigen::StrictlyUpper>() = block.transpose().eval();
   sum.information.bottomLeftCorner(all - p, p) = sum.information.topRightCorner(p, all - p).transpose();
   return sum;
 }

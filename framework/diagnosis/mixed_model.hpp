@@ -34,9 +34,10 @@ inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directio
 inline constexpr Eigen::Index light_direction = 2, uniform_direction = 3;  ///< h and u
 
 using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
-/// M of the inverse covariance D^-1 - D^-1 R M R^T D^-1, R the random directions (Woodbury).
+/// T of the inverse covariance D^-1 - (T R^T D^-1)^T (T R^T D^-1), R the random directions (Woodbury): squares are
+/// taken off. With T^T T in their place, what is left where boards may stand anywhere would be its rounding.
 /// @param gram of R in D^-1 @param log_determinant of C D^-1
-RandomMatrix woodbury(const RandomMatrix& gram, const Variances& variances, double& log_determinant);
+RandomMatrix taking(const RandomMatrix& gram, const Variances& variances, double& log_determinant);
 
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);

@@ -52,9 +52,33 @@ struct Scan {
   double freedom = 0;         ///< how much noise alone would leave
 };
 
-/// @param own own_columns() of the fit, taken out @param flips draws; 0: no p-values
+struct Products;
+
+/// Scores of the same columns in several variances between conditions: what does not depend on these is made once.
+class Scanner {
+ public:
+  /// @param problem must live on @param own own_columns() of the state, taken out
+  Scanner(const Problem& problem, const State& state, std::span<const Column> own,
+          std::span<const Group* const> groups);
+  ~Scanner();
+  Scanner(const Scanner&) = delete;
+  Scanner& operator=(const Scanner&) = delete;
+
+  /// @param dimension of the state's fit @param flips draws; 0: no p-values
+  Scan scan(const Variances& variances, double dimension, std::size_t flips, std::uint64_t seed) const;
+
+ private:
+  const Problem& problem_;
+  std::size_t own_, groups_;
+  std::vector<Products> products_;  ///< one a condition
+};
+
+/// Once. @param own own_columns() of the fit, taken out @param flips draws; 0: no p-values
 Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, std::span<const Group* const> groups,
           std::size_t flips, std::uint64_t seed);
+
+/// Chi-square of what a fit leaves over what noise alone would.
+double left_of(const Problem& problem, const Fit& fit, std::span<const Column> own);
 
 /// The score of one group.
 Score score_of(const Problem& problem, const Fit& fit, std::span<const Column> own, const Group& group,

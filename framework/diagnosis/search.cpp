@@ -33,7 +33,7 @@ class Search : private Selection {
         candidates_(candidates),
         options_(options),
         finder_(Selection::problem()),
-        gates_(mutable_problem(), finder_, alternatives(), weight(), options.flips, options.seed),
+        gates_(mutable_problem(), finder_, alternatives(), options.flips, options.seed),
         trials_(Selection::problem(), candidates, weight()) {}
 
   SearchResult run() {
@@ -101,7 +101,7 @@ class Search : private Selection {
     const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
     for (const Piece& piece : all) {
       say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-      found.push_back(gates_.examined(best(), left, piece));
+      found.push_back(gates_.examined(best(), without(piece), left, piece));
       if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
         found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
       const Found& now = found.back();
@@ -218,7 +218,7 @@ class Search : private Selection {
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
     say(fmt::format("comparing {} with its rivals", found.name));
-    const Base less = without(problem(), best(), {t, std::nullopt}, weight());
+    const Base& less = without({t, std::nullopt});
     const InLightOf there(mutable_problem(), less);
     found.where = patterns_of(less);
     const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);

@@ -44,6 +44,13 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed
   return chosen;
 }
 
+/// What tells models apart: effects, and which of their parameters are free.
+std::vector<const Candidate*> forms_of(const std::vector<Term>& terms) {
+  std::vector<const Candidate*> forms;
+  for (const Term& term : terms) forms.push_back(term.candidate);
+  return forms;
+}
+
 std::vector<std::string> names_of(const Alternatives& all, const Subset& subset) {
   std::vector<std::string> names;
   for (const std::size_t c : subset.choices) names.push_back(all.list[c].name());
@@ -74,6 +81,7 @@ void Selection::begin() {
 }
 
 void Selection::take(Fit fit) {
+  without_.clear();
   best_.columns = own_columns(problem_, fit.state, expected(problem_, fit.state));
   best_.fit = std::move(fit);
 }
@@ -119,10 +127,14 @@ void Selection::add_all() {
   // What is dropped may be tried again, so the rounds are counted, not the effects alone.
   for (std::size_t round = 0; round < (problem_.allowed.residue ? 2 : 2 * options_.max_effects); ++round) {
     const bool first = terms().size() == model_.size();
-    const double before = left();
+    const double before = left(), reached = bic(best_.fit);
+    const auto having = forms_of(terms());
     if (!add_best()) break;
-    if (first) prefer_maps();
+    if (std::optional<Fit> maps = first ? maps_instead(best_.fit, best_.columns) : std::nullopt)
+      try_refine(std::move(maps->state));
     drop_needless();
+    // What was added came out again, as maps took over what it did: so it would for ever.
+    if (forms_of(terms()) == having && bic(best_.fit) > reached - worth) break;
     // What stays unexplained whatever is added is none of the catalogue's, and each addition a stand-in for a bit of
     // it.
     if (const double now = left(); !first && now >= explained && before - now < worthwhile * (before - 1)) break;
@@ -143,8 +155,10 @@ std::optional<Fit> Selection::leap() {
   options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
   Fit reference = best_.fit, best = best_.fit;
   std::vector<std::vector<std::size_t>> fitted;
+  const Group* const group = &all.group;
+  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1));
   for (std::size_t round = 0; round < most_leaps; ++round) {
-    const Score score = score_of(problem_, reference, best_.columns, all.group, 0, 0);
+    const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
     const double before = bic(best);
     const std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
     const double needed = needed_of(sets);
@@ -154,8 +168,14 @@ std::optional<Fit> Selection::leap() {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
       const bool larger = subset.choices.size() > size;
       if (larger && reference.deviance - best.deviance >= needed) break;
-      // Nor where boards that are not flat explain what is left beside one.
-      if (larger && size == 1 && bic(best) < bic(best_.fit) - worth && boards_beside(best.state)) return best;
+      // Nor where boards that are not flat explain what is left beside one, or maps all.
+      if (larger && size == 1 && bic(best) < bic(best_.fit) - worth) {
+        if (boards_beside(best.state)) return best;
+        if (terms().size() == model_.size() && !problem_.allowed.residue) {
+          const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
+          if (std::optional<Fit> maps = maps_instead(best, own)) return maps;
+        }
+      }
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
@@ -206,11 +226,6 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
   }
 }
 
-double Selection::left() const {
-  const Scan rest = scan(problem_, best_.fit, best_.columns, {}, 0, 0);
-  return rest.square / rest.freedom;
-}
-
 std::vector<Piece> Selection::pieces() const {
   std::vector<Piece> all;
   for (std::size_t t = 0; t < terms().size(); ++t) {
@@ -222,22 +237,28 @@ std::vector<Piece> Selection::pieces() const {
   return all;
 }
 
-void Selection::drop(const Piece& piece) { refine(without(problem_, best_, piece, weight_).fit.state); }
+const Base& Selection::without(const Piece& piece) {
+  const auto known = std::ranges::find(without_, piece, &std::pair<Piece, Base>::first);
+  if (known != without_.end()) return known->second;
+  return without_.emplace_back(piece, diagnosis::without(problem_, best_, piece, weight_)).second;
+}
+
+void Selection::drop(const Piece& piece) { refine(without(piece).fit.state); }
 
 /// Takes out what is not worth its parameters, the least of it first.
 void Selection::drop_needless() {
   while (pieces().size() > 1) {
-    std::optional<Base> least;
+    const Fit* least = nullptr;
     std::string name;
     for (const Piece& piece : pieces()) {
-      Base less = without(problem_, best_, piece, weight_);
-      if (!(bic(less.fit) < bic(least ? least->fit : best_.fit) + (least ? 0 : worth))) continue;
-      least = std::move(less);
+      const Fit& less = without(piece).fit;
+      if (!(bic(less) < bic(least != nullptr ? *least : best_.fit) + (least != nullptr ? 0 : worth))) continue;
+      least = &less;
       name = name_of(terms()[piece.term], piece);
     }
-    if (least)
-      note({"taken out", {name}, {{"bic_rise", bic(least->fit) - bic(best_.fit)}}, "not worth its parameters"});
-    if (!least || !try_refine(std::move(least->fit.state)).empty()) return;
+    if (least == nullptr) return;
+    note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best_.fit)}}, "not worth its parameters"});
+    if (!try_refine(least->state).empty()) return;
   }
 }
 
@@ -267,37 +288,11 @@ std::string Selection::try_refine(State state) {
 Selection::Kept Selection::kept() const { return {best_, problem_.correction, problem_.brightening, problem_.allowed}; }
 
 void Selection::restore(Kept before) {
+  without_.clear();
   best_ = std::move(before.best);
   problem_.correction = std::move(before.correction);
   problem_.brightening = std::move(before.brightening);
   problem_.allowed = std::move(before.allowed);
 }
-
-Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight) {
-  Base less{{}, best.columns, {}};
-  State state = best.fit.state;
-  std::size_t first = 0;
-  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
-  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
-  const std::size_t count = values_of(*term, piece).size();
-  if (piece.refinement) {
-    first += term->candidate->place(*piece.refinement);
-    *term = coarser(std::move(*term), *piece.refinement);
-  } else {
-    state.terms.erase(term);
-  }
-  const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
-  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
-  Problem dimmed = problem;
-  brighten(dimmed, state);
-  less.fit = fit_last(dimmed, std::move(state), weight, less.columns);
-  if (has_maps(less.fit.state))
-    less.fit = fit_with_maps(dimmed, less.fit.state, weight);  // maps take over what they can
-  less.brightening = std::move(dimmed.brightening);
-  return less;
-}
-
-InLightOf::InLightOf(Problem& problem, const Base& base)
-    : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
 
 }  // namespace tofgraph::diagnosis

@@ -9,6 +9,7 @@
 #include "diagnosis/trace.hpp"
 #include "diagnosis/trials.hpp"
 
+#include <deque>
 #include <functional>
 
 namespace tofgraph::diagnosis {
@@ -40,6 +41,8 @@ class Selection {
   void begin();
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
+  /// The best model without a piece: fitted once, and kept until there is another best one.
+  const Base& without(const Piece& piece);
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);
   /// Fits exactly, by every pixel.
@@ -79,11 +82,10 @@ class Selection {
   std::optional<Fit> leap();
   bool add_best();
   std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
-  bool beats(const MapTrial& maps) const;
   std::optional<MapTrial> maps_on(const Base& base);
   std::optional<MapTrial> maps_alone();
   std::optional<Fit> good_maps();
-  void prefer_maps();
+  std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);
   void grow_from_maps();
   void add_all();
   void drop_needless();
@@ -95,7 +97,7 @@ class Selection {
   bool allow(Allowances more);
   bool reshape_boards();
   void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
-  double left() const;
+  double left() const { return left_of(problem_, best_.fit, best_.columns); }
 
   Problem problem_;
   const std::vector<Term>& model_;
@@ -104,25 +106,10 @@ class Selection {
   std::map<std::string, std::string> refused_;
   std::vector<double> weight_;
   Base original_, best_;
+  std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay
   Alternatives alternatives_;
   std::unique_ptr<const BoardShapes> shapes_;  ///< when they are asked for
   std::vector<Step> trace_;
-};
-
-/// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
-Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight);
-
-/// As long as it lives a problem answers to light as a base does.
-class InLightOf {
- public:
-  InLightOf(Problem& problem, const Base& base);
-  ~InLightOf() { problem_.brightening = std::move(before_); }
-  InLightOf(const InLightOf&) = delete;
-  InLightOf& operator=(const InLightOf&) = delete;
-
- private:
-  Problem& problem_;
-  std::vector<std::vector<double>> before_;
 };
 
 }  // namespace tofgraph::diagnosis

@@ -16,10 +16,6 @@ constexpr double hardly_any = 0.01;     ///< of what other effects leave: what m
 
 }  // namespace
 
-bool Selection::beats(const MapTrial& maps) const {
-  return significant(maps.trial.score) && bic(best_.fit) - bic(maps.trial.fit) >= worth;
-}
-
 std::optional<MapTrial> Selection::maps_on(const Base& base) {
   return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
 }
@@ -49,7 +45,7 @@ std::optional<Fit> Selection::good_maps() {
     if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
   }
   if (!maps) return std::nullopt;
-  const bool good = beats(*maps);
+  const bool good = significant(maps->trial.score) && bic(best_.fit) - bic(maps->trial.fit) >= worth;
   note({"maps",
         {maps->trial.candidate->name()},
         {{"gain", best_.fit.deviance - maps->trial.fit.deviance}, {"bic_fall", bic(best_.fit) - bic(maps->trial.fit)}},
@@ -57,13 +53,17 @@ std::optional<Fit> Selection::good_maps() {
   return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
 }
 
-/// Where maps alone explain all there is, or nearly, what was added first stood for a part of them.
-void Selection::prefer_maps() {
-  if (terms().size() == model_.size() || terms().back().maps || left() < explained) return;
+/// Maps alone where they explain all there is beside the model as it was, or nearly, and what was added to it does not:
+/// that stands for a part of them.
+std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Column> own) {
+  const double rest = left_of(problem_, added, own);
+  if (added.state.terms.size() == model_.size() || added.state.terms.back().maps || rest < explained)
+    return std::nullopt;
   std::optional<MapTrial> alone = maps_alone();
-  if (!alone || !beats(*alone)) return;
-  if (alone->left < explained || alone->left - 1 < hardly_any * (left() - 1))
-    try_refine(std::move(alone->trial.fit.state));
+  const bool nearly_all = alone && (alone->left < explained || alone->left - 1 < hardly_any * (rest - 1));
+  if (!nearly_all || !significant(alone->trial.score) || bic(added) - bic(alone->trial.fit) < worth)
+    return std::nullopt;
+  return std::move(alone->trial.fit);
 }
 
 /// Where something is left: the search once more, begun with maps. Other effects may have taken the place of one that

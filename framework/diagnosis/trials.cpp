@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/trials.hpp"
 
+#include "diagnosis/maps.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -93,5 +96,32 @@ std::vector<Trial> Trials::best(const Base& base, const Candidate* except, doubl
   std::ranges::stable_sort(result, {}, [&](const Trial& t) { return t.fit.bic(problem_.data.size()); });
   return result;
 }
+
+Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight) {
+  Base less{{}, best.columns, {}};
+  State state = best.fit.state;
+  std::size_t first = 0;
+  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
+  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
+  const std::size_t count = values_of(*term, piece).size();
+  if (piece.refinement) {
+    first += term->candidate->place(*piece.refinement);
+    *term = coarser(std::move(*term), *piece.refinement);
+  } else {
+    state.terms.erase(term);
+  }
+  const auto at = less.columns.begin() + static_cast<std::ptrdiff_t>(first);
+  less.columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
+  Problem dimmed = problem;
+  brighten(dimmed, state);
+  less.fit = fit_last(dimmed, std::move(state), weight, less.columns);
+  if (has_maps(less.fit.state))
+    less.fit = fit_with_maps(dimmed, less.fit.state, weight);  // maps take over what they can
+  less.brightening = std::move(dimmed.brightening);
+  return less;
+}
+
+InLightOf::InLightOf(Problem& problem, const Base& base)
+    : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
 
 }  // namespace tofgraph::diagnosis

@@ -48,4 +48,20 @@ class Trials {
   Probes probes_;
 };
 
+/// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
+Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight);
+
+/// As long as it lives a problem answers to light as a base does.
+class InLightOf {
+ public:
+  InLightOf(Problem& problem, const Base& base);
+  ~InLightOf() { problem_.brightening = std::move(before_); }
+  InLightOf(const InLightOf&) = delete;
+  InLightOf& operator=(const InLightOf&) = delete;
+
+ private:
+  Problem& problem_;
+  std::vector<std::vector<double>> before_;
+};
+
 }  // namespace tofgraph::diagnosis
