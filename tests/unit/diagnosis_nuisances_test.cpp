@@ -163,6 +163,45 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   for (Eigen::Index c = 0; c < 2; ++c) EXPECT_NEAR(score.values(c), with.values(c), 1e-6 * std::abs(with.values(c)));
 }
 
+/// A model that is far off: boards may stand anywhere, and light may be anything. What is common to each condition then
+/// says nothing; what is left of columns that are nearly that must not be rounding.
+TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
+  measure();
+  std::vector<Observations> data = data_with({}, 31);
+  const std::size_t n = design->superpixels();
+  for (std::size_t i = 0; i < design->size(); ++i) {
+    for (std::size_t s = 0; s < n; ++s)
+      data[i].value[amplitude * n + s] += 0.3 * std::sin(static_cast<double>(s + 7 * i));
+    for (double& variance : data[i].variance) variance *= 1e-6;
+  }
+  const Problem problem = make_problem(*design, data);
+  Fit fit;
+  fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1, .offset = 0.01, .light = 0.1}};
+  Group group{"common", {}};
+  group.columns.reserve(8);
+  for (const double part : {1.0, 1e-5, 1e-7, 0.0}) {
+    Column& board = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));
+    Column& light = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));
+    for (std::size_t i = 0; i < design->size(); ++i) {
+      for (std::size_t s = 0; s < n; ++s) {
+        const double other = part * std::cos(static_cast<double>(3 * s + i));
+        board[i][s] = problem.jitter_response(i, s) + other;
+        light[i][amplitude * n + s] = light[i][intensity * n + s] = 1 + other;
+      }
+    }
+  }
+  const Group* const only = &group;
+  const Scan scanned = scan(problem, fit, {}, std::span(&only, 1), 0, 0);
+  const Eigen::MatrixXd& information = scanned.scores[0].information;
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues();
+  EXPECT_GT(values.minCoeff(), -1e-9 * values.maxCoeff());
+  Eigen::MatrixXd inner = information;
+  inner.diagonal().array() += 1 / (prior_width * prior_width);
+  const Eigen::VectorXd score = scanned.scores[0].score();
+  EXPECT_LE(score.dot(inner.ldlt().solve(score)), scanned.square);
+  EXPECT_GT(scanned.square, 0);
+}
+
 TEST(SmoothResidue, IsWhitenedAsItsCovarianceSays) {
   std::mt19937_64 generator(29);
   std::uniform_real_distribution<double> uniform(0.5, 2);
