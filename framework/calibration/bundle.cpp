@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -19,12 +21,6 @@ constexpr double outlier_corner = 30;  ///< squared residual over the variance: 
 constexpr double tolerated = 0.1;      ///< px: what is smaller is not called an outlier, however exact the others are
 constexpr double undetermined = 0.05;  ///< relative standard deviation of the focal length
 constexpr double nearly_parallel = 0.985;  ///< cosine of a tilt of 10 deg
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Squared residual over its stated covariance; 2 on the average.
 double squared_residual(const Corner& corner, const std::array<double, 2>& residual) {
@@ -100,7 +96,7 @@ class Solver {
       means.push_back(std::accumulate(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(kept), 0.0) /
                       static_cast<double>(kept));
     }
-    const double typical = std::max(median(means), 1e-12);
+    const double typical = std::max(physics::median(std::vector(means)), 1e-12);
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(means) - means.begin());
     const SolvedView& view = problem_.views[worst];
     if (means[worst] < outlier_view * typical || view.rms < tolerated) return false;
@@ -122,7 +118,7 @@ class Solver {
       for (std::size_t i = 0; i < view.used.size(); ++i)
         if (view.used[i])
           squares.push_back(squared_residual(observations_.views[view.view].corners[i], view.residuals[i]));
-    const double variance = median(squares) / 1.386;  // the median of a chi-square of two degrees of freedom
+    const double variance = physics::median(squares) / 1.386;  // the median of a chi-square of two degrees of freedom
     std::size_t changed = 0;
     for (SolvedView& view : problem_.views) {
       for (std::size_t i = 0; i < view.used.size(); ++i) {

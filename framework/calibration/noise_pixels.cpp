@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/noise_pixels.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,13 +17,6 @@ constexpr double min_response = 0.2;  ///< relative difference to the neighbours
 constexpr std::size_t few = 3;        ///< conditions: with fewer an edge of the scene looks like a bad pixel
 constexpr std::ptrdiff_t reach = 2;   ///< px, of the neighbourhood
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return unknown;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// ln of the level over the median of the neighbours.
 double against_neighbours(const NoiseData& data, const std::vector<float>& level, std::size_t pixel) {
   const auto columns = static_cast<std::ptrdiff_t>(data.columns), rows = static_cast<std::ptrdiff_t>(data.rows);
@@ -33,7 +28,7 @@ double against_neighbours(const NoiseData& data, const std::vector<float>& level
       if ((x != u || y != v) && value > 0) around.push_back(value);
     }
   }
-  return std::log(level[pixel] / median(around));
+  return std::log(level[pixel] / physics::median(around));
 }
 
 }  // namespace
@@ -46,10 +41,11 @@ void mark_response(const NoiseData& data, NoiseFit& fit) {
       if (c.flat && c.pixels.level[i] > 0) differences.push_back(against_neighbours(data, c.pixels.level, i));
     }
     if (differences.size() < few) continue;
-    response[i] = median(differences);
+    response[i] = physics::median(differences);
     if (std::isfinite(response[i])) sizes.push_back(std::abs(response[i]));
   }
-  const double limit = std::max(deviations * 1.4826 * median(sizes), std::log1p(min_response));
+  const double limit =
+      std::max(deviations * physics::sd_of_deviations * physics::median(sizes), std::log1p(min_response));
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
     if (std::abs(response[i]) > limit) fit.bad[i] |= bad_response;
   }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -108,18 +109,13 @@ class Sums {
       result.distance_variance.push_back(as_float(good_[i] != 0, distance_variance));
       if (use && taps > 0) slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
     }
-    result.slow = slow.empty() ? 1 : median(slow);
+    result.slow = slow.empty() ? 1 : physics::median(slow);
     return result;
   }
 
  private:
   static float as_float(bool good, double value) {
     return good ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
-  }
-  static double median(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
   }
   /// Sum over the planes of the variances about the means.
   double about_the_mean(std::size_t pixel) const {

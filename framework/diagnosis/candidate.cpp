@@ -60,8 +60,7 @@ EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_
   for (const Map& map : maps_) {
     std::vector<double>& values = pixels_.emplace_back(std::size_t{camera.width} * camera.height);
     for (std::size_t p = 0; p < values.size(); ++p)
-      values[p] = map.values[superpixel_of(p / camera.width, camera.height, grid) * grid +
-                             superpixel_of(p % camera.width, camera.width, grid)];
+      values[p] = map.values[superpixel_of(p, camera.height, camera.width, grid)];
     images_.push_back(io::image_view(values.data(), camera.height, camera.width, map.parameter.name.c_str(),
                                      map.parameter.unit.c_str()));
   }

@@ -144,8 +144,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   std::vector<Sums> all(n);
   for (std::size_t p = 0; p < base.size(); ++p) {
     if (!std::isfinite(seen[p].intensity) || !(std::abs(base[p].phasor) > 0)) continue;
-    Sums& sums = all[superpixel_of(p / pixels.columns, pixels.rows, grid_) * grid_ +
-                     superpixel_of(p % pixels.columns, pixels.columns, grid_)];
+    Sums& sums = all[superpixel_of(p, pixels.rows, pixels.columns, grid_)];
     sums.product += seen[p].phasor * std::conj(base[p].phasor);
     sums.square += std::norm(base[p].phasor);
     sums.lengths += std::abs(seen[p].phasor) * std::abs(base[p].phasor);

@@ -126,8 +126,7 @@ class Reader {
   void leave_out_lens_edge(Observations& observations) const {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       if (!std::isnan(pixels_.rays[i].z)) continue;
-      const std::size_t s = superpixel_of(i / pixels_.columns, pixels_.rows, grid) * grid +
-                            superpixel_of(i % pixels_.columns, pixels_.columns, grid);
+      const std::size_t s = superpixel_of(i, pixels_.rows, pixels_.columns, grid);
       for (std::size_t row = s; row < observations.value.size(); row += grid * grid) {
         observations.value[row] = 0;
         observations.variance[row] = std::numeric_limits<double>::infinity();

@@ -4,6 +4,8 @@
 
 #include "diagnosis/structure.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +13,6 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double probe = 1e-3;    ///< of a map, whatever its unit: effects are linear in their maps, or nearly
 constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
 constexpr int corrections = 2;    ///< for what is not quite linear
 
@@ -48,10 +49,7 @@ double norm_of(const Problem& problem, const Column& column) {
     }
   }
   std::erase(squares, 0.0);
-  if (squares.empty()) return 0;
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::ranges::nth_element(squares, middle);
-  return std::sqrt(*middle);
+  return squares.empty() ? 0 : std::sqrt(physics::median(squares));
 }
 
 /// What maps change for one step of theirs. Those that change nothing are not there.
@@ -65,7 +63,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
   for (const MapParameter& parameter : parameters) {
     State with = state;
     with.terms.push_back(
-        term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), probe)}}, 0));
+        term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), map_probe)}}, 0));
     Column column = difference(expected(problem, with), rows);
     const double norm = norm_of(problem, column);
     if (!(norm > 0)) continue;
@@ -74,7 +72,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
       for (double& value : condition) value *= factor;
     }
     result.parameters.push_back(parameter);
-    result.steps.push_back(factor * probe);
+    result.steps.push_back(factor * map_probe);
     result.group.columns.push_back(std::move(column));
   }
   return result;

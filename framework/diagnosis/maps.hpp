@@ -9,6 +9,9 @@
 
 namespace tofgraph::diagnosis {
 
+/// Step of a map, whatever its unit: effects are linear in their maps, or nearly.
+inline constexpr double map_probe = 1e-3;
+
 /// An effect whose maps were estimated, in a model.
 struct MapTrial {
   Trial trial;

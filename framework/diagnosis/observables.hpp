@@ -39,6 +39,10 @@ struct Observations {
 constexpr std::size_t superpixel_of(std::size_t place, std::size_t size, std::size_t count) {
   return place * count / size;
 }
+/// The superpixel of a pixel of an image, of count x count.
+constexpr std::size_t superpixel_of(std::size_t pixel, std::size_t rows, std::size_t columns, std::size_t count) {
+  return superpixel_of(pixel / columns, rows, count) * count + superpixel_of(pixel % columns, columns, count);
+}
 /// The first that belongs to it.
 constexpr std::size_t first_of(std::size_t superpixel, std::size_t size, std::size_t count) {
   return (superpixel * size + count - 1) / count;

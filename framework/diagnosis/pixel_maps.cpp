@@ -2,18 +2,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/pixel_maps.hpp"
 
+#include "diagnosis/maps.hpp"
+
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <mutex>
 
 namespace tofgraph::diagnosis {
 namespace {
-
-constexpr double probe = 1e-3;  ///< of a map, whatever its unit: effects are linear in their maps, or nearly
 
 using Row = std::array<double, observables>;
 
@@ -22,13 +24,6 @@ Row difference_of(const Signal& seen, const Signal& base, double metres_per_radi
   const std::complex<double> ratio = seen.phasor / base.phasor;
   return {metres_per_radian * std::arg(ratio), std::log(std::abs(ratio)), std::log(seen.intensity / base.intensity),
           (seen.null1 - base.null1) / (2 * base.intensity), (seen.null2 - base.null2) / std::abs(base.phasor)};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// Least squares for the maps of one term, pixel by pixel.
@@ -75,7 +70,7 @@ class PixelFit {
         const Row change = difference_of(moved[m][p], base[p], scale);
         for (std::size_t o = 0; o < observables; ++o)
           response(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(m)) =
-              weight[p][o] > 0 ? change[o] / probe : 0;
+              weight[p][o] > 0 ? change[o] / map_probe : 0;
       }
       const Eigen::Map<const Eigen::Array<double, observables, 1>> w(weight[p].data()), d(left[p].data());
       const Eigen::VectorXd pull = (w > 0).select(w * d, 0.0).matrix();
@@ -104,8 +99,9 @@ class PixelFit {
       map.effect = state_.terms[term_].candidate->name();
       map.dataset = state_.terms[term_].candidate->map_dataset(maps_[m].parameter);
       map.unit = maps_[m].parameter.unit;
-      map.noise = std::sqrt(median(variance[m]));
-      const double all = 1.4826 * median(raw[m]);  // robust: pixels that are broken say nothing of the others
+      map.noise = std::sqrt(physics::median(variance[m]));
+      // Pixels that are broken say nothing of the others.
+      const double all = physics::sd_of_deviations * physics::median(raw[m]);
       map.spread = std::sqrt(std::max(all * all - map.noise * map.noise, 0.0));
       map.values = state_.terms[term_].maps->of_pixels(m);
       prior(static_cast<Eigen::Index>(m)) = map.spread > 0 ? 1 / (map.spread * map.spread) : 1e30;
@@ -125,16 +121,14 @@ class PixelFit {
   };
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(maps_.size()); }
-  std::size_t block_of(std::size_t pixel) const {
-    return superpixel_of(pixel / width_, height_, grid) * grid + superpixel_of(pixel % width_, width_, grid);
-  }
+  std::size_t block_of(std::size_t pixel) const { return superpixel_of(pixel, height_, width_, grid); }
   std::size_t row(std::size_t observable, std::size_t pixel) const {
     return observable * design_.superpixels() + block_of(pixel);
   }
 
   simulation::ForwardModel probed(std::size_t m) const {
     std::vector<EstimatedMaps::Map> moved = maps_;
-    for (double& value : moved[m].values) value += probe;
+    for (double& value : moved[m].values) value += map_probe;
     State other = state_;
     other.terms[term_].maps = std::make_shared<const EstimatedMaps>(std::move(moved), 0, grid, design_.camera());
     return forward_model(other.terms, design_.camera(), design_.physical());
@@ -176,15 +170,17 @@ class PixelFit {
 }  // namespace
 
 std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem& problem, const State& state) {
-  std::vector<PixelMap> all;
+  std::deque<PixelFit> fits;
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    if (!state.terms[t].maps) continue;
-    PixelFit fit(problem, state, t);
-    tbb::parallel_for(std::size_t{0}, problem.design.size(), [&](std::size_t i) {
-      fit.add(i, frames_of(measurements.design->conditions()[i], measurements.design->camera()));
-    });
-    std::ranges::move(fit.result(), std::back_inserter(all));
+    if (state.terms[t].maps) fits.emplace_back(problem, state, t);
   }
+  if (fits.empty()) return {};
+  tbb::parallel_for(std::size_t{0}, problem.design.size(), [&](std::size_t i) {
+    const FrameSums sums = frames_of(measurements.design->conditions()[i], measurements.design->camera());
+    for (PixelFit& fit : fits) fit.add(i, sums);
+  });
+  std::vector<PixelMap> all;
+  for (const PixelFit& fit : fits) std::ranges::move(fit.result(), std::back_inserter(all));
   return all;
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/places.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +11,10 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double degrees_of_freedom = 4;
-constexpr double hardly_looser = 1.5;         ///< less is as good as not: three standard deviations
-constexpr double out_of_line = 6;             ///< standard deviations
-constexpr double least_off = 3e-3;            ///< m: less is what rails and boards do
-constexpr std::size_t enough = 8;             ///< conditions for a median
-constexpr double median_of_normal = 0.67449;  ///< of absolute values, in standard deviations
+constexpr double hardly_looser = 1.5;  ///< less is as good as not: three standard deviations
+constexpr double out_of_line = 6;      ///< standard deviations
+constexpr double least_off = 3e-3;     ///< m: less is what rails and boards do
+constexpr std::size_t enough = 8;      ///< conditions for a median
 
 }  // namespace
 
@@ -36,9 +37,7 @@ Places places_of(const Problem& problem, const State& state) {
     sizes.push_back(std::abs(places.off[i]));
   }
   if (sizes.size() < enough) return places;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::ranges::nth_element(sizes, middle);
-  places.sd = *middle / median_of_normal;
+  places.sd = physics::sd_of_deviations * physics::median(sizes);
   return places;
 }
 

@@ -3,6 +3,7 @@
 #include "diagnosis/robust_camera.hpp"
 
 #include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <Eigen/Cholesky>
 
@@ -25,12 +26,6 @@ constexpr Deviation finest = {2e-3, 0.01};  // m and ln amplitude: what boards a
 constexpr double outlier = 6;               // spreads, where a condition counts nothing (Tukey's biweight)
 constexpr int steps = 30;
 constexpr double nearest_light = 1000, usual_time = 1e-3;  // counts, s: where by_light and by_time are 0
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 }  // namespace
 
@@ -67,7 +62,7 @@ RobustCamera::Seen RobustCamera::see(const Measurements& measurements, std::size
   }
   if (seen.at.empty()) return seen;
   seen.inverse /= has_light ? static_cast<double>(seen.at.size()) : std::numeric_limits<double>::infinity();
-  seen.light = has_light ? std::log(median(strengths)) : io::unknown;
+  seen.light = has_light ? std::log(physics::median(strengths)) : io::unknown;
   return seen;
 }
 
@@ -89,7 +84,7 @@ Deviation RobustCamera::against(std::size_t i, const std::vector<Signal>& ideal)
     angles.push_back(std::arg(ratio * std::conj(mean)));
     gains.push_back(std::log(std::abs(ratio)));
   }
-  return {scale_ * (std::arg(mean) + median(angles)), median(gains)};
+  return {scale_ * (std::arg(mean) + physics::median(angles)), physics::median(gains)};
 }
 
 Eigen::Matrix2Xd RobustCamera::rows(std::size_t i, double time, std::size_t target) const {
@@ -127,9 +122,9 @@ void RobustCamera::fit() {
   value_ = Eigen::VectorXd::Zero(first_target + static_cast<Eigen::Index>(targets_.size()));
   support_.assign(targets_.size(), 0);
   if (lengths.empty()) return;
-  value_(offset) = median(lengths);
+  value_(offset) = physics::median(lengths);
   for (std::size_t t = 0; t < targets_.size(); ++t)
-    value_(first_target + static_cast<Eigen::Index>(t)) = lights[t].empty() ? 0 : median(lights[t]);
+    value_(first_target + static_cast<Eigen::Index>(t)) = lights[t].empty() ? 0 : physics::median(lights[t]);
   for (int step = 0; step < steps; ++step) update(raw);
 }
 
@@ -144,8 +139,8 @@ void RobustCamera::update(const std::vector<Deviation>& raw) {
     lengths.push_back(std::abs(rest[i].length));
     if (std::isfinite(seen_[i].light)) lights.push_back(std::abs(rest[i].light));
   }
-  spread_ = {std::max(finest.length, 1.4826 * median(lengths)),
-             std::max(finest.light, lights.empty() ? 0 : 1.4826 * median(lights))};
+  spread_ = {std::max(finest.length, physics::sd_of_deviations * physics::median(lengths)),
+             std::max(finest.light, lights.empty() ? 0 : physics::sd_of_deviations * physics::median(lights))};
   const Eigen::Index columns = value_.size();
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(columns, columns);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(columns);

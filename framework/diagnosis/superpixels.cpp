@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/superpixels.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -25,21 +27,15 @@ constexpr std::array<double Relative::*, 5> Relative::all() {
   return {&Relative::real, &Relative::imaginary, &Relative::intensity, &Relative::null1, &Relative::null2};
 }
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Pixels that lie within the bulk in all five numbers.
 std::vector<bool> inliers(const std::vector<Relative>& pixels) {
   std::vector<bool> good(pixels.size(), true);
   std::vector<double> values(pixels.size());
   for (const auto member : Relative::all()) {
     for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = pixels[i].*member;
-    const double centre = median(values);
+    const double centre = physics::median(values);
     for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = std::abs(pixels[i].*member - centre);
-    const double limit = outlier * 1.4826 * median(values);
+    const double limit = outlier * physics::sd_of_deviations * physics::median(values);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       if (limit > 0 && std::abs(pixels[i].*member - centre) > limit) good[i] = false;
     }
@@ -118,37 +114,6 @@ Signal FrameSums::mean(std::size_t i) const {
   const auto frames = static_cast<double>(frames_);
   return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames), intensity_[i] / frames,
           (c[0] + c[1] + c[2] + c[3]) / (4 * frames), (c[0] - c[1] + c[2] - c[3]) / (4 * frames)};
-}
-
-void PixelPhases::add(std::size_t pixel, std::complex<double> seen, std::complex<double> expected, double variance) {
-  sum_[pixel] += seen * std::conj(expected) / variance;
-  information_[pixel] += std::norm(expected) / variance;
-  ++seen_[pixel];
-}
-
-PixelPhases& PixelPhases::operator+=(const PixelPhases& other) {
-  for (std::size_t p = 0; p < other.sum_.size(); ++p) {
-    sum_[p] += other.sum_[p];
-    information_[p] += other.information_[p];
-    seen_[p] += other.seen_[p];
-  }
-  return *this;
-}
-
-bool PixelPhases::stand_out() const {
-  constexpr double far = 4;  // variances of one condition's noise
-  double beyond = 0, conditions = 0;
-  for (std::size_t p = 0; p < sum_.size(); ++p) {
-    if (seen_[p] < 2) continue;
-    beyond += sum_[p].imag() * sum_[p].imag() / information_[p] - 1;
-    conditions += seen_[p];
-  }
-  return beyond > far * conditions;
-}
-
-std::complex<double> PixelPhases::aligned(std::size_t pixel, std::complex<double> phasor) const {
-  const double length = std::abs(sum_[pixel]);
-  return length > 0 ? phasor * std::conj(sum_[pixel]) / length : phasor;
 }
 
 /// One condition on its way to superpixels.

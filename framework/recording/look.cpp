@@ -5,10 +5,10 @@
 #include "config/quantity.hpp"
 #include "graph/frame.hpp"
 
+#include <fmt/format.h>
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
-
-#include <fmt/format.h>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -24,13 +24,6 @@ constexpr std::size_t half_window = 10;   // px
 constexpr double min_change_seen = 0.03;  // m, by which a distance's offset may differ between two boards
 constexpr double noise_of_look = 0.01;    // m, of the difference of two looks
 constexpr double share_of_change = 0.5;   // of a planned change, that must be seen
-
-double median(std::vector<float>& values) {
-  if (values.empty()) return io::unknown;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Collects the middles of frames; called from the threads of a run.
 class Middle {
@@ -48,7 +41,7 @@ class Middle {
   }
   Seen seen() {
     const double share = pixels_ == 0 ? 0 : static_cast<double>(saturated_) / static_cast<double>(pixels_);
-    return {median(depth_), median(amplitude_), share};
+    return {physics::median(depth_), physics::median(amplitude_), share};
   }
 
  private:

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Statistics that a few wild values do not change.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <ranges>
+
+namespace tofgraph::physics {
+
+/// Standard deviation of normal values over the median of their absolute deviations.
+inline constexpr double sd_of_deviations = 1.4826;
+
+/// The middle one of values, of an even number the upper one of the middle two; NaN of none. Their order is changed.
+template <std::ranges::random_access_range Values> std::ranges::range_value_t<Values> median(Values&& values) {
+  using Value = std::ranges::range_value_t<Values>;
+  const auto count = std::ranges::ssize(values);
+  if (count == 0) return std::numeric_limits<Value>::quiet_NaN();
+  const auto middle = std::ranges::begin(values) + count / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace tofgraph::physics
