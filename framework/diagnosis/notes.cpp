@@ -111,6 +111,11 @@ std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps) {
       return fmt::format("{:.3g}{}{}", (length ? 1e3 : 1) * value, length || !map.unit.empty() ? " " : "",
                          length ? "mm" : map.unit);
     };
+    if (std::isnan(map.noise)) {
+      notes.push_back(fmt::format(
+          "The map {} (maps.h5) has the values of superpixels: the frames do not tell pixels apart.", map.dataset));
+      continue;
+    }
     notes.push_back(
         fmt::format("The map {} (maps.h5) has a value for each pixel: beside what its neighbourhood has in common, "
                     "pixels differ by "

@@ -83,10 +83,12 @@ class PixelFit {
     const Eigen::Index n = size();
     std::vector<std::vector<double>> raw(maps_.size()), variance(maps_.size());
     for (const Fit& fit : fits_) {
-      const Eigen::LDLT<Eigen::MatrixXd> solver(fit.information);
-      if (!(solver.rcond() > 1e-12)) continue;
-      const Eigen::VectorXd value = solver.solve(fit.score);
-      const Eigen::MatrixXd covariance = solver.solve(Eigen::MatrixXd::Identity(n, n));
+      const Eigen::VectorXd unit = fit.information.diagonal().cwiseSqrt().cwiseInverse();  // maps differ in theirs
+      const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * fit.information * unit.asDiagonal());
+      if (!unit.allFinite() || !(solver.rcond() > 1e-12)) continue;
+      const Eigen::MatrixXd covariance =
+          unit.asDiagonal() * solver.solve(Eigen::MatrixXd::Identity(n, n)) * unit.asDiagonal();
+      const Eigen::VectorXd value = covariance * fit.score;
       for (Eigen::Index m = 0; m < n; ++m) {
         raw[static_cast<std::size_t>(m)].push_back(std::abs(value(m)));
         variance[static_cast<std::size_t>(m)].push_back(covariance(m, m));
@@ -102,7 +104,7 @@ class PixelFit {
       map.noise = std::sqrt(physics::median(variance[m]));
       // Pixels that are broken say nothing of the others.
       const double all = physics::sd_of_deviations * physics::median(raw[m]);
-      map.spread = std::sqrt(std::max(all * all - map.noise * map.noise, 0.0));
+      map.spread = std::sqrt(std::fmax(all * all - map.noise * map.noise, 0));
       map.values = state_.terms[term_].maps->of_pixels(m);
       prior(static_cast<Eigen::Index>(m)) = map.spread > 0 ? 1 / (map.spread * map.spread) : 1e30;
     }

@@ -191,8 +191,8 @@ class Search : private Selection {
     });
   }
 
-  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too, where
-  /// nothing that was dropped stands beside it. @returns whether there was such a one
+  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too, where the
+  /// folds have it without others. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
     const bool changed = drop_refuted([&](Found& found, std::size_t) {
@@ -205,13 +205,15 @@ class Search : private Selection {
             why.empty() ? "stays" : why});
       return why;
     });
-    if (changed) return true;
-    const CrossFit::Gap all = result_.cross_fit.gap(distance, "", options_.seed);
-    const std::string why = ruined(all.before, all.after, "what was found");
-    return !why.empty() && drop_refuted([&](Found& found, std::size_t) -> const std::string& {
-      note({"proved", {found.name}, {}, why});
-      return why;
-    });
+    std::vector<std::string> names;
+    for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
+    const auto [before, after] = result_.cross_fit.depth_with_only(names);
+    const std::string why = ruined(before, after, "what was found");
+    return (!why.empty() && drop_refuted([&](Found& found, std::size_t) -> const std::string& {
+             note({"proved", {found.name}, {}, why});
+             return why;
+           })) ||
+           changed;
   }
 
   /// What the gap looks like without an effect, and what else could stand in its place.

@@ -105,6 +105,27 @@ TEST_F(OutOfSample, NothingIsChosenWhereNothingIsHidden) {
   }
 }
 
+/// What stays is judged where nothing else was chosen beside it; where it always had company, with that.
+TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
+  const auto fold = [](std::vector<std::string> chosen, double before, double after) {
+    FoldResult result;
+    result.chosen = std::move(chosen);
+    OutOfFold& one = result.conditions.emplace_back();
+    one.before[distance] = 4 * before * before, one.after[distance] = 4 * after * after, one.count[distance] = 4;
+    return result;
+  };
+  CrossFit result;
+  result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({"a"}, 3e-3, 1e-3), fold({}, 3e-3, 3e-3),
+                  fold({"a", "b"}, 4e-3, 5e-3)};
+  const std::vector<std::string> a = {"a"}, both = {"a", "b"};
+  EXPECT_NEAR(result.depth_with_only(a).first, 3e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(a).second, std::sqrt(5.0) * 1e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(both).second, std::sqrt(35.0 / 3) * 1e-3, 1e-12);
+  result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({"a", "b", "c"}, 4e-3, 5e-3)};
+  EXPECT_NEAR(result.depth_with_only(both).first, std::sqrt(10.0) * 1e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(both).second, std::sqrt(53.0) * 1e-3, 1e-12);
+}
+
 /// Reflectivities of a target that was put aside come from its amplitudes: boards that are somewhere else do not change
 /// them.
 TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
