@@ -14,7 +14,7 @@ struct PixelMap {
   std::string effect, dataset, unit;
   std::vector<double> values;  ///< height x width, SI
   double spread = 0;           ///< standard deviation of what pixels differ by from their superpixel, without noise; SI
-  double noise = 0;            ///< standard deviation of a pixel's estimate before it is shrunk, median; SI; NaN: no pixel tells it
+  double noise = 0;            ///< standard deviation of estimates before they are shrunk, median, SI; NaN: none
 };
 
 /// @param measurements from captures, which are read again
