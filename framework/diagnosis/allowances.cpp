@@ -17,7 +17,7 @@ bool Selection::allow_boards() {
   if (left() < explained) return false;
   Allowances more = problem_.allowed;
   more.boards = boards_beside(best_.fit.state);
-  return more.boards && allow(std::move(more));
+  return more.boards && allow(std::move(more)) && problem_.allowed.boards;
 }
 
 /// Nothing where they are known already, or are not worth it.

@@ -85,7 +85,7 @@ class Builder {
             with.terms[t] = refined(with.terms[t], r, chosen);
             return with;
           };
-          Block one = block(parameters, values, there, expected(problem_, there(values)));
+          Block one = block(parameters, values, there, rows_);
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
           result_.list.push_back({&candidate.with(r), Piece{t, r}, std::move(one.values), std::move(one.parts)});
         }

@@ -279,11 +279,11 @@ CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint
   return {root(before, count), root(after, count), low, high};
 }
 
-std::pair<double, double> CrossFit::depth_with_only(std::span<const std::string> names) const {
+CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) const {
   const auto pure = [&](const FoldResult& fold) {
-    return fold.failed.empty() && std::ranges::all_of(fold.chosen, [&](const std::string& name) {
-             return std::ranges::find(names, name) != names.end();
-           });
+    return fold.failed.empty() && !fold.chosen.empty() &&
+           std::ranges::all_of(fold.chosen,
+                               [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); });
   };
   const bool any = std::ranges::any_of(folds, pure);
   double before = 0, after = 0, count = 0;
@@ -292,7 +292,7 @@ std::pair<double, double> CrossFit::depth_with_only(std::span<const std::string>
     for (const OutOfFold& c : fold.conditions)
       before += c.before[distance], after += c.after[distance], count += c.count[distance];
   }
-  return {std::sqrt(before / count), std::sqrt(after / count)};
+  return {std::sqrt(before / count), std::sqrt(after / count), any};
 }
 
 Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed) {

@@ -60,9 +60,11 @@ struct CrossFit {
   };
   /// @param setting of the folds that count, or "" for all
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
-  /// Of the folds that chose nothing but some effects; where there is none, of all: root mean squares of the depth
-  /// before and after, m.
-  std::pair<double, double> depth_with_only(std::span<const std::string> names) const;
+  struct Depth {
+    double before = 0, after = 0;  ///< root mean squares, m
+    bool alone = true;  ///< of folds that chose these effects, or some of them, and nothing else; else of all
+  };
+  Depth depth_with_only(std::span<const std::string> names) const;
 };
 
 /// @param data of the whole design

@@ -26,7 +26,7 @@ Bounds bounds_of(double Variances::*shared) {
 
 /// The least value of f over ln x.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
-  constexpr int bits = 10;  // of ln x: about 0.01
+  constexpr int bits = 10;  // of ln x: some percent of x
   const double low = std::max(std::log(bounds.least), std::log(centre) - width),
                high = std::min(std::log(bounds.most), std::log(centre) + width);
   return std::exp(

@@ -191,8 +191,8 @@ class Search : private Selection {
     });
   }
 
-  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too, where the
-  /// folds have it without others. @returns whether there was such a one
+  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too: in the
+  /// folds that have nothing else beside it, where there are such ones. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
     const bool changed = drop_refuted([&](Found& found, std::size_t) {
@@ -207,8 +207,9 @@ class Search : private Selection {
     });
     std::vector<std::string> names;
     for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
-    const auto [before, after] = result_.cross_fit.depth_with_only(names);
-    const std::string why = ruined(before, after, "what was found");
+    const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
+    std::string why = ruined(depth.before, depth.after, "what was found");
+    if (!why.empty() && !depth.alone) why = "no fold chose it without others, and with them " + why;
     return (!why.empty() && drop_refuted([&](Found& found, std::size_t) -> const std::string& {
              note({"proved", {found.name}, {}, why});
              return why;

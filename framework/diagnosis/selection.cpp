@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -17,6 +18,13 @@ constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
 constexpr int most_reshapes = 6;       ///< of boards and effects in turn
+
+/// The most that a set promises, its price paid.
+double promise_of(const std::vector<Subset>& sets) {
+  double most = 0;
+  for (const Subset& set : sets) most = std::max(most, set.merit);
+  return most;
+}
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
@@ -129,12 +137,14 @@ void Selection::add_all() {
     const bool first = terms().size() == model_.size();
     const double before = left(), reached = bic(best_.fit);
     const auto having = forms_of(terms());
+    const Allowances allowed = problem_.allowed;
     if (!add_best()) break;
     if (std::optional<Fit> maps = first ? maps_instead(best_.fit, best_.columns) : std::nullopt)
       try_refine(std::move(maps->state));
     drop_needless();
     // What was added came out again, as maps took over what it did: so it would for ever.
-    if (forms_of(terms()) == having && bic(best_.fit) > reached - worth) break;
+    const bool allows_more = problem_.allowed.residue != allowed.residue || !problem_.allowed.boards != !allowed.boards;
+    if (!allows_more && forms_of(terms()) == having && bic(best_.fit) > reached - worth) break;
     // What stays unexplained whatever is added is none of the catalogue's, and each addition a stand-in for a bit of
     // it.
     if (const double now = left(); !first && now >= explained && before - now < worthwhile * (before - 1)) break;
@@ -168,12 +178,13 @@ std::optional<Fit> Selection::leap() {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
       const bool larger = subset.choices.size() > size;
       if (larger && reference.deviance - best.deviance >= needed) break;
-      // Nor where boards that are not flat explain what is left beside one, or maps all.
+      // Nor where boards that are not flat explain what is left beside one, or maps more than any set promises.
       if (larger && size == 1 && bic(best) < bic(best_.fit) - worth) {
         if (boards_beside(best.state)) return best;
-        if (terms().size() == model_.size() && !problem_.allowed.residue) {
+        if (terms().size() == model_.size()) {
           const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
-          if (std::optional<Fit> maps = maps_instead(best, own)) return maps;
+          std::optional<Fit> maps = maps_instead(best, own);
+          if (maps && bic(best_.fit) - bic(*maps) >= promise_of(sets)) return maps;
         }
       }
       size = subset.choices.size();

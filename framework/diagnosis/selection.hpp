@@ -41,7 +41,8 @@ class Selection {
   void begin();
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
-  /// The best model without a piece: fitted once, and kept until there is another best one.
+  /// The best model without a piece: fitted once, and kept until there is another best one. @throws
+  /// simulation::EffectError
   const Base& without(const Piece& piece);
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);

@@ -56,6 +56,7 @@ std::optional<Fit> Selection::good_maps() {
 /// Maps alone where they explain all there is beside the model as it was, or nearly, and what was added to it does not:
 /// that stands for a part of them.
 std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Column> own) {
+  if (problem_.allowed.residue) return std::nullopt;  // what is the same each time would look like maps
   const double rest = left_of(problem_, added, own);
   if (added.state.terms.size() == model_.size() || added.state.terms.back().maps || rest < explained)
     return std::nullopt;

@@ -118,12 +118,15 @@ TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({"a"}, 3e-3, 1e-3), fold({}, 3e-3, 3e-3),
                   fold({"a", "b"}, 4e-3, 5e-3)};
   const std::vector<std::string> a = {"a"}, both = {"a", "b"};
-  EXPECT_NEAR(result.depth_with_only(a).first, 3e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(a).second, std::sqrt(5.0) * 1e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(both).second, std::sqrt(35.0 / 3) * 1e-3, 1e-12);
-  result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({"a", "b", "c"}, 4e-3, 5e-3)};
-  EXPECT_NEAR(result.depth_with_only(both).first, std::sqrt(10.0) * 1e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(both).second, std::sqrt(53.0) * 1e-3, 1e-12);
+  EXPECT_TRUE(result.depth_with_only(a).alone);
+  EXPECT_NEAR(result.depth_with_only(a).before, 3e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(a).after, 1e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(13.0) * 1e-3, 1e-12);
+  // A fold that chose nothing says nothing of them.
+  result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({}, 2e-3, 2e-3), fold({"a", "b", "c"}, 4e-3, 5e-3)};
+  EXPECT_FALSE(result.depth_with_only(both).alone);
+  EXPECT_NEAR(result.depth_with_only(both).before, std::sqrt(8.0) * 1e-3, 1e-12);
+  EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(110.0 / 3) * 1e-3, 1e-12);
 }
 
 /// Reflectivities of a target that was put aside come from its amplitudes: boards that are somewhere else do not change
