@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -127,15 +128,13 @@ class Reader {
     std::vector<double> difference;
     for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
     if (difference.empty()) return 0;
-    std::vector<double> sorted = difference;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::ranges::nth_element(sorted, middle);
+    const double middle = physics::median(std::vector(difference));
     MeanImages kept{.noise = images.noise,
                     .frames = images.frames,
                     .saturated = images.saturated,
                     .shows_saturation = images.shows_saturation};
     for (std::size_t i = 0; i < difference.size(); ++i) {
-      if (std::abs(difference[i] - *middle) > range_ / 4) continue;
+      if (std::abs(difference[i] - middle) > range_ / 4) continue;
       kept.pixels.push_back(images.pixels[i]);
       kept.distance.push_back(images.distance[i]);
       if (!images.amplitude.empty()) kept.amplitude.push_back(images.amplitude[i]);

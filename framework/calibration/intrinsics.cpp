@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <Eigen/Core>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -72,9 +73,7 @@ double corner_sd(const Intrinsics& result) {
   for (const SolvedView& view : result.solution.views)
     for (const Corner& corner : result.views.observations.views[view.view].corners)
       variances.push_back((corner.covariance[0] + corner.covariance[2]) / 2);
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::ranges::nth_element(variances, middle);
-  return std::sqrt(*middle);
+  return std::sqrt(physics::median(variances));
 }
 
 void write_lens(const Intrinsics& result, io::CalibrationWriter& writer) {

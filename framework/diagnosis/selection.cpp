@@ -19,13 +19,6 @@ constexpr double by_chance = 30;       ///< gain that the effects of a set more 
 constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
 constexpr int most_reshapes = 6;       ///< of boards and effects in turn
 
-/// The most that a set promises, its price paid.
-double promise_of(const std::vector<Subset>& sets) {
-  double most = 0;
-  for (const Subset& set : sets) most = std::max(most, set.merit);
-  return most;
-}
-
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
   double most = 0;
@@ -184,7 +177,7 @@ std::optional<Fit> Selection::leap() {
         if (terms().size() == model_.size()) {
           const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
           std::optional<Fit> maps = maps_instead(best, own);
-          if (maps && bic(best_.fit) - bic(*maps) >= promise_of(sets)) return maps;
+          if (maps && bic(best_.fit) - bic(*maps) >= sets.front().merit) return maps;  // the best comes first
         }
       }
       size = subset.choices.size();

@@ -57,9 +57,9 @@ std::optional<Fit> Selection::good_maps() {
 /// that stands for a part of them.
 std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Column> own) {
   if (problem_.allowed.residue) return std::nullopt;  // what is the same each time would look like maps
+  if (added.state.terms.size() == model_.size() || added.state.terms.back().maps) return std::nullopt;
   const double rest = left_of(problem_, added, own);
-  if (added.state.terms.size() == model_.size() || added.state.terms.back().maps || rest < explained)
-    return std::nullopt;
+  if (rest < explained) return std::nullopt;
   std::optional<MapTrial> alone = maps_alone();
   const bool nearly_all = alone && (alone->left < explained || alone->left - 1 < hardly_any * (rest - 1));
   if (!nearly_all || !significant(alone->trial.score) || bic(added) - bic(alone->trial.fit) < worth)
