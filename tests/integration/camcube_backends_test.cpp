@@ -47,10 +47,11 @@ TEST_F(CameraBackends, GiveTheSameFramesBitForBit) {
       {"capture", "\"$TOFGRAPH\" run 'replay:sim.h5"},
       {"dump", "\"$TOFGRAPH\" run 'replay:dump.raw integration_time=\"1 ms\""},
       {"pmdsdk", "PMD_STAND_IN_RATE=2 PMD_STAND_IN_FRAMES=dump.raw \"$TOFGRAPH\" run 'camcube:pmdsdk library=" +
-                     stand_in + " integration_time=\"1 ms\""}};
+                     stand_in + " timeout=10s integration_time=\"1 ms\""}};
   if (has_software_camera())
-    ways.emplace_back("usb", with_software_camera("--rate 2 --frames dump.raw",
-                                                  "\"$TOFGRAPH\" run 'camcube:usb integration_time=\"1 ms\""));
+    ways.emplace_back("usb",
+                      with_software_camera("--rate 2 --frames dump.raw",
+                                           "\"$TOFGRAPH\" run 'camcube:usb timeout=10s integration_time=\"1 ms\""));
   // Slow enough for a busy computer: a live camera does not wait.
   for (const auto& [name, command] : ways) {
     const Outcome outcome = shell(command + " ! capture_writer path=" + name + ".h5' --frames 4", folder.path());
