@@ -230,6 +230,29 @@ TEST(Trial, SaysWhichProgramIsMissing) {
             "cannot be tried: /nowhere/tofgraph-try cannot be started: No such file or directory");
 }
 
+/// What has passed is not tried again as long as it is the same file, whatever its name says.
+TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "file", count = folder.path() / "count";
+  const auto trials = [&] {
+    io::run_trial_once(file, {"/bin/sh", "-c", "echo >>'" + count.string() + "'"});
+    return fs::file_size(count);
+  };
+  write_text(file, "one");
+  EXPECT_EQ(trials(), 1U);
+  EXPECT_EQ(trials(), 1U);
+  fs::last_write_time(file, fs::last_write_time(file) + std::chrono::microseconds(1));
+  EXPECT_EQ(trials(), 2U);
+  write_text(folder.path() / "other", "two");
+  fs::rename(folder.path() / "other", file);
+  EXPECT_EQ(trials(), 3U);
+  const auto fails = [&] { return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo bad"}); }); };
+  EXPECT_EQ(fails(), "");  // as it has passed
+  write_text(file, "three");
+  EXPECT_EQ(fails(), "bad\n");
+  EXPECT_EQ(fails(), "bad\n");  // what has failed is tried again
+}
+
 TEST(Trial, ManyAtOnceInAProcessOfManyThreads) {
   std::vector<std::thread> threads;
   std::atomic<int> wrong{0};

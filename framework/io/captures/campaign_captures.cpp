@@ -9,6 +9,7 @@
 #include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,20 +24,26 @@ class Check {
       : document_(document), campaign_(campaign), purpose_(purpose), diagnostics_(diagnostics) {}
 
   void all() {
-    for (const Condition& condition : campaign_.conditions) {
-      std::error_code error;
-      if (!std::filesystem::is_regular_file(condition.capture, error)) continue;  // told already, or there is none
-      try {
-        one(condition, CaptureReader(condition.capture));
-      } catch (const std::runtime_error& problem) {
-        if (purpose_ == CapturesFor::anything) mistake(condition, problem.what());
-      }
-    }
+    std::vector<config::Diagnostics> found(campaign_.conditions.size());
+    tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
+      Check(document_, campaign_, purpose_, found[i]).capture_of(campaign_.conditions[i]);
+    });
+    for (const config::Diagnostics& mistakes : found) diagnostics_.add(mistakes.all());
     same_frames();
     times();
   }
 
  private:
+  void capture_of(const Condition& condition) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(condition.capture, error)) return;  // told already, or there is none
+    try {
+      one(condition, CaptureReader(condition.capture));
+    } catch (const std::runtime_error& problem) {
+      if (purpose_ == CapturesFor::anything) mistake(condition, problem.what());
+    }
+  }
+
   /// Where the capture of a condition is written.
   config::Position place_of(const Condition& condition) const {
     const config::Entry* conditions = document_.find("conditions");

@@ -4,13 +4,19 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstdint>
 #include <fstream>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "config/child_process.hpp"
 
@@ -22,6 +28,16 @@ std::size_t address_space() {
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+/// What changes with a file's content: device, inode, size, time of the last change in s and ns.
+using Version = std::array<std::int64_t, 5>;
+
+std::optional<Version> version_of(const std::filesystem::path& file) {
+  struct stat now {};
+  if (stat(file.c_str(), &now) != 0) return std::nullopt;
+  return Version{static_cast<std::int64_t>(now.st_dev), static_cast<std::int64_t>(now.st_ino), now.st_size,
+                 now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
 }
 
 void limit(decltype(RLIMIT_AS) what, rlim_t value) {
@@ -56,6 +72,19 @@ void run_trial(std::vector<std::string> command) {
   throw std::runtime_error(fmt::format(
       "cannot be tried: {} ended with {} {}{}{}", program, result.signal != 0 ? "signal" : "exit code",
       result.signal != 0 ? result.signal : result.exit_code, result.errors.empty() ? "" : ": ", result.errors));
+}
+
+void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command) {
+  static std::mutex mutex;
+  static std::set<Version> passed;  // under the mutex
+  const std::optional<Version> before = version_of(file);
+  {
+    const std::scoped_lock lock(mutex);
+    if (before && passed.contains(*before)) return;
+  }
+  run_trial(std::move(command));
+  const std::scoped_lock lock(mutex);
+  if (before && before == version_of(file)) passed.insert(*before);
 }
 
 }  // namespace tofgraph::io

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -23,5 +24,9 @@ void set_limits(const TrialLimits& limits);
 /// with the file.
 /// @throws std::runtime_error with that text, or saying that the program crashed or came to no end
 void run_trial(std::vector<std::string> command);
+
+/// As run_trial(), but not again where the file has passed and is as it was then.
+/// @param command which reads the file, and is the same for it each time
+void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command);
 
 }  // namespace tofgraph::io

@@ -102,7 +102,7 @@ CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl
   impl_->file = file;
   try {
     impl_->check_file();
-    run_trial({config::trial_program(), "capture", file.string()});
+    run_trial_once(file, {config::trial_program(), "capture", file.string()});
     const h5::Lock lock;
     impl_->load();
   } catch (const std::exception& problem) {
