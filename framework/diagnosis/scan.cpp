@@ -13,6 +13,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
+constexpr double rounding = 1e-13;  ///< of a sum of products
+
 /// What the unknowns that are held take out of everything else.
 struct Held {
   Eigen::LDLT<Eigen::MatrixXd> factors;
@@ -86,6 +88,28 @@ Projected project(const std::vector<Share>& shares, const Held& held, std::size_
   return result;
 }
 
+/// A matrix whose product with its transpose is the inverse of an information with the prior.
+/// @param dimension on return how many directions the data determine
+Eigen::MatrixXd root_of_inverse(const Eigen::MatrixXd& information, double& dimension) {
+  constexpr double prior = 1 / (prior_width * prior_width);
+  const Eigen::Index n = information.rows();
+  Eigen::MatrixXd with_prior = information;
+  with_prior.diagonal().array() += prior;
+  const Eigen::LLT<Eigen::MatrixXd> factors(with_prior);
+  // Rounding must be small beside the prior, or directions that nothing determines are made of it.
+  const double largest = n > 0 ? with_prior.diagonal().maxCoeff() : 0;
+  if (factors.info() == Eigen::Success && largest * rounding < prior) {
+    Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
+    factors.matrixU().solveInPlace<Eigen::OnTheLeft>(root);
+    dimension = static_cast<double>(n) - prior * root.squaredNorm();
+    return root;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
+  const Eigen::ArrayXd values = solver.eigenvalues().array().max(0);
+  dimension = (values / (values + prior)).sum();
+  return solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
+}
+
 /// A group's columns in coordinates in which its information is the unit matrix.
 struct Whitened {
   Eigen::MatrixXd scores;  ///< conditions x columns
@@ -94,12 +118,7 @@ struct Whitened {
 
 Whitened whiten(const Projected& projected, Score& score) {
   score.information = projected.information;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(projected.information);
-  const double prior = 1 / (prior_width * prior_width);
-  const Eigen::ArrayXd values = solver.eigenvalues().array().max(0);
-  score.dimension = (values / (values + prior)).sum();
-  score.norm = values.size() > 0 ? std::sqrt(values.maxCoeff()) : 0;
-  const Eigen::MatrixXd root = solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
+  const Eigen::MatrixXd root = root_of_inverse(projected.information, score.dimension);
   Whitened result{projected.scores * root};
   score.shares = projected.scores;
   const Eigen::VectorXd total = result.scores.colwise().sum();
