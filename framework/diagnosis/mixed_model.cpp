@@ -18,9 +18,11 @@ constexpr Bounds jitter_bounds{1e-6, 1}, offset_bounds{1e-6, 1e-2}, light_bounds
 /// Cameras that are warm wander by 2 mm and 2 % at most: what is more has a cause.
 constexpr Bounds drift_bounds{1e-6, 2e-3}, drift_light_bounds{1e-6, 2e-2}, session_bounds{1e-6, 0.3};
 
+constexpr double any_mean = 1;  ///< m
+
 /// Of what conditions share.
 Bounds bounds_of(double Variances::*shared) {
-  if (shared == &Variances::drift) return drift_bounds;
+  if (shared == &Variances::drift || shared == &Variances::mean) return drift_bounds;
   return shared == &Variances::drift_light ? drift_light_bounds : session_bounds;
 }
 
@@ -186,11 +188,16 @@ Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span
     vary(&Variances::light, light_bounds, at);
     if (unknowns.sd.empty()) continue;
     const NormalEquations fixed = at(best);  // what is shared is in the priors alone
-    for (const auto which :
-         {&Variances::drift, &Variances::drift_light, &Variances::session, &Variances::session_light}) {
+    const auto vary_shared = [&](double Variances::*which) {
       if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
         vary(which, bounds_of(which), [&](const Variances&) -> const NormalEquations& { return fixed; });
-    }
+    };
+    best.mean = any_mean;
+    vary_shared(&Variances::drift);
+    best.mean = best.drift;
+    vary_shared(&Variances::drift_light);
+    vary_shared(&Variances::session);
+    vary_shared(&Variances::session_light);
   }
   return {best, solve(at(best), unknowns, best)};
 }

@@ -23,6 +23,7 @@ struct Variances {
   double light = 1e-3;          ///< of ln amplitude
   double drift = 1e-4;          ///< m, of the slowest wave of what wanders while the conditions are measured
   double drift_light = 1e-3;    ///< of ln amplitude, likewise
+  double mean = 1e-4;           ///< m, of the mean about which it wanders: as much as that
   double session = 1e-4;        ///< m, of the camera from one session to the next
   double session_light = 1e-3;  ///< of ln amplitude, likewise
 };
@@ -83,7 +84,8 @@ struct Solution {
 
 Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances);
 
-/// The variances with the least deviance, and that solution.
+/// The variances with the least deviance, and that solution. How much a camera wanders is what it does about any mean:
+/// one mean tells nothing of it, and a camera that is off by as much all the time has an offset.
 /// @param start where the search for them begins
 struct Profile {
   Variances variances;

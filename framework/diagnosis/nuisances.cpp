@@ -53,7 +53,7 @@ class Builder {
         factor.push_back(std::cos(static_cast<double>(wave) * std::numbers::pi * place) /
                          static_cast<double>(std::max<std::size_t>(wave, 1)));
       }
-      add(factor, &Variances::drift, &Variances::drift_light);
+      add(factor, wave == 0 ? &Variances::mean : &Variances::drift, &Variances::drift_light);
     }
   }
 

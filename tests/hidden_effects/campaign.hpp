@@ -3,6 +3,7 @@
 /// @file Campaigns with something hidden in them, for the test bench of the gap search.
 #pragma once
 
+#include "io/condition.hpp"
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include <filesystem>
@@ -25,6 +26,7 @@ enum class Output { taps, phases, distances };
 struct CampaignOptions {
   std::string design = "B";
   std::vector<std::string> experiments;  ///< appended to the design
+  std::vector<io::Condition> more;       ///< these, too; what their targets reflect is known from the others
   Effects effects;
   std::vector<Pattern> patterns;
   NoiseKind noise = NoiseKind::gaussian;

@@ -13,32 +13,40 @@
 
 namespace tofgraph::hidden {
 
-Score run(const Case& what, const Bench& bench) {
-  const std::filesystem::path folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
-  std::filesystem::remove_all(folder);
-  Effects effects;
-  for (const std::string& name : what.effects) effects.add_text(name, what.size, what.seed, what.drawn);
+CampaignOptions campaign_of(const Case& what) {
   CampaignOptions options;
+  for (const std::string& name : what.effects) options.effects.add_text(name, what.size, what.seed, what.drawn);
   options.design = what.design;
   options.experiments = what.experiments;
-  options.effects = effects;
   if (!what.pattern.empty()) options.patterns.push_back(parse_pattern(what.pattern, what.size));
   options.noise = what.noise;
   options.output = what.output;
   options.clutter = clutter_of(what.clutter);
   options.seed = what.seed;
-  options.folder = folder;
+  return options;
+}
+
+nlohmann::json searched(const std::filesystem::path& campaign, const Bench& bench, const std::string& options) {
+  const std::string command =
+      fmt::format("'{}' diagnose --model '{}/model.yaml' --data '{}/campaign.yaml' -o '{}/gap' --quiet{}",
+                  bench.program, campaign.string(), campaign.string(), campaign.string(), options);
+  if (std::system(command.c_str()) != 0) throw std::runtime_error("the search failed: " + command);
+  std::ifstream file(campaign / "gap/report.json");
+  return nlohmann::json::parse(file);
+}
+
+Score run(const Case& what, const Bench& bench) {
+  CampaignOptions options = campaign_of(what);
+  options.folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
+  std::filesystem::remove_all(options.folder);
   make_campaign(options);
   const auto start = std::chrono::steady_clock::now();
-  const std::string command =
-      fmt::format("'{}' diagnose --model '{}/model.yaml' --data '{}/campaign.yaml' -o '{}/gap' --quiet --seed {}{}",
-                  bench.program, folder.string(), folder.string(), folder.string(), what.seed,
-                  what.without.empty() ? "" : " --without " + what.without);
-  if (std::system(command.c_str()) != 0) throw std::runtime_error("the search failed: " + command);
+  const nlohmann::json report =
+      searched(options.folder, bench,
+               fmt::format(" --seed {}{}", what.seed, what.without.empty() ? "" : " --without " + what.without));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  std::ifstream file(folder / "gap/report.json");
-  const Score score = judge(what, nlohmann::json::parse(file), effects, seconds);
-  if (!bench.keep) std::filesystem::remove_all(folder);
+  const Score score = judge(what, report, options.effects, seconds);
+  if (!bench.keep) std::filesystem::remove_all(options.folder);
   return score;
 }
 

@@ -3,6 +3,7 @@
 /// @file One case from a campaign to a score.
 #pragma once
 
+#include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/score_verdict.hpp"
 
 #include <filesystem>
@@ -14,6 +15,13 @@ struct Bench {
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
   bool keep = false;  ///< the campaign and the report
 };
+
+/// What the case asks of a campaign; its folder is left open.
+CampaignOptions campaign_of(const Case& what);
+
+/// Has the program search a campaign that was made: report.json. @param options beside those of any search
+/// @throws std::runtime_error when the search fails
+nlohmann::json searched(const std::filesystem::path& campaign, const Bench& bench, const std::string& options);
 
 /// Makes the campaign, has it searched, compares. @throws std::runtime_error when the search fails
 Score run(const Case& what, const Bench& bench);
