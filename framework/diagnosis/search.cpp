@@ -43,8 +43,9 @@ class Search : private Selection {
     say("asking where the gap is");
     result_.where = patterns_of(best());
     grow();
-    while (!confirm()) {
-    }
+    confirm_all();
+    // What was dropped may have stood for something that conditions have of their own.
+    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) confirm_all();
     settle();
     require_told();
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
@@ -118,6 +119,11 @@ class Search : private Selection {
     for (std::size_t i = 0; i < all.size(); ++i)
       (all[i].refinement ? result_.refinements : result_.found).push_back(std::move(found[i]));
     return true;
+  }
+
+  void confirm_all() {
+    while (!confirm()) {
+    }
   }
 
   /// Why the values of a term say nothing, or nothing. @param all intervals of all parameters

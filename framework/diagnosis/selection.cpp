@@ -98,9 +98,16 @@ void Selection::grow() {
   add_all();
   grow_from_maps();
   drop_needless();
-  if (!look_at_conditions()) return;
+  grow_beside_conditions();
+}
+
+/// Looks for more effects beside what conditions have of their own. @returns whether there is such a thing that was not
+/// known before
+bool Selection::grow_beside_conditions() {
+  if (!look_at_conditions()) return false;
   add_all();
   drop_needless();
+  return true;
 }
 
 /// What explains most for its parameters: the best set of effects, or where none is worth its own maps; or, where a

@@ -41,6 +41,7 @@ class Selection {
   void begin();
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
+  bool grow_beside_conditions();
   /// The best model without a piece: fitted once, and kept until there is another best one. @throws
   /// simulation::EffectError
   const Base& without(const Piece& piece);
@@ -84,6 +85,7 @@ class Selection {
   bool add_best();
   std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
   std::optional<MapTrial> maps_on(const Base& base);
+  bool residue_does_more(const Base& base, const Fit& maps) const;
   std::optional<MapTrial> maps_alone();
   std::optional<Fit> good_maps();
   std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);

@@ -20,6 +20,11 @@ std::optional<MapTrial> Selection::maps_on(const Base& base) {
   return best_maps(problem_, base, candidates_, refused_, weight_, options_.flips, options_.seed);
 }
 
+/// What is smooth over the image and new in each condition has a mean over the conditions, which looks like maps.
+bool Selection::residue_does_more(const Base& base, const Fit& maps) const {
+  return !problem_.allowed.residue && residue_of(problem_, base.fit).gain > bic(base.fit) - bic(maps);
+}
+
 /// In the place of all that was found: those of one effect, and beside them those of others while these are worth it.
 std::optional<MapTrial> Selection::maps_alone() {
   const InLightOf there(problem_, original_);
@@ -31,6 +36,7 @@ std::optional<MapTrial> Selection::maps_alone() {
     if (!more || !significant(more->trial.score) || bic(fit) - bic(more->trial.fit) < worth) break;
     maps = std::move(more);
   }
+  if (maps && residue_does_more(original_, maps->trial.fit)) return std::nullopt;
   return maps;
 }
 
@@ -45,12 +51,16 @@ std::optional<Fit> Selection::good_maps() {
     if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
   }
   if (!maps) return std::nullopt;
-  const bool good = significant(maps->trial.score) && bic(best_.fit) - bic(maps->trial.fit) >= worth;
+  const Fit& fit = maps->trial.fit;
+  const std::string why = !significant(maps->trial.score) || bic(best_.fit) - bic(fit) < worth
+                              ? "not worth its parameters, or chance may do as much"
+                          : residue_does_more(best_, fit) ? "a residue that is new in each condition does more"
+                                                          : "";
   note({"maps",
         {maps->trial.candidate->name()},
-        {{"gain", best_.fit.deviance - maps->trial.fit.deviance}, {"bic_fall", bic(best_.fit) - bic(maps->trial.fit)}},
-        good ? "taken" : "not worth its parameters, or chance may do as much"});
-  return good ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
+        {{"gain", best_.fit.deviance - fit.deviance}, {"bic_fall", bic(best_.fit) - bic(fit)}},
+        why.empty() ? "taken" : why});
+  return why.empty() ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
 }
 
 /// Maps alone where they explain all there is beside the model as it was, or nearly, and what was added to it does not:

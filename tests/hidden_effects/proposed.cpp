@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_proposed: what the condition is worth that a report proposes to measure next. A campaign that leaves an
-// effect open, in a tie or not to be seen, is measured again with the proposed condition, and with a random one.
+// hidden_effects_proposed: what the condition is worth that a report proposes to measure next. A campaign that leaves
+// an effect open, in a tie or not to be seen, is measured again with the proposed condition, and with a random one.
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/score_run.hpp"
@@ -67,7 +67,7 @@ io::Condition proposed(const json& from) {
 /// Anything that a lab could measure on the same rail: a target of the campaign, from 0.7 times its shortest to 1.3
 /// times its longest distance, half its shortest to twice its longest time, facing the camera or tilted by 20 deg.
 io::Condition random_one(const std::vector<io::Condition>& campaign, std::mt19937_64& random) {
-  const auto range = [&](double io::Condition::* value) {
+  const auto range = [&](double io::Condition::*value) {
     const auto [least, most] = std::ranges::minmax(campaign, {}, value);
     return std::pair(least.*value, most.*value);
   };
@@ -156,7 +156,8 @@ int main(int argc, char** argv) {
   std::size_t made = 0;
   try {
     for (const hidden::Effect& effect : hidden::catalogue()) {
-      if (hidden::is_hidden_from_boards(effect.name) || (!asked.effect.empty() && asked.effect != effect.name)) continue;
+      if (hidden::is_hidden_from_boards(effect.name) || (!asked.effect.empty() && asked.effect != effect.name))
+        continue;
       if (asked.first != 0 && made == asked.first) break;
       run(asked, effect.name, asked.seed + made++, tied, unseen);
     }
@@ -164,8 +165,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "hidden_effects_proposed: {}\n", failure.what());
     return 1;
   }
-  fmt::print("\n{} campaigns\n\n| left open | campaigns | with a proposal | named alone with it | with a random one |\n",
-             made);
+  fmt::print(
+      "\n{} campaigns\n\n| left open | campaigns | with a proposal | named alone with it | with a random one |\n",
+      made);
   fmt::print("| --- | --- | --- | --- | --- |\n");
   for (const auto& [name, c] : {std::pair("a tie", tied), {"not seen", unseen}})
     fmt::print("| {} | {} | {} | {} | {} |\n", name, c.open, c.proposed, c.closed, c.closed_at_random);
