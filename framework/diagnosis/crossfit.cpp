@@ -192,17 +192,22 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   return result;
 }
 
+/// Two sums of each condition, over all the folds that put it aside: it is one and the same measurement in each.
+using ByCondition = std::map<std::size_t, std::array<double, 2>>;
+
+void add(std::array<double, 2>& sums, const std::array<double, 2>& more) {
+  for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += more[s];
+}
+
 /// Ends of the 95 % interval of what a function makes of sums over conditions, which are drawn with replacement.
-template <class Condition, class F>
-std::pair<double, double> drawn(const std::vector<Condition>& conditions, std::uint64_t seed, const F& of) {
+template <class F> std::pair<double, double> drawn(const ByCondition& of_each, std::uint64_t seed, const F& of) {
+  std::vector<std::array<double, 2>> conditions;
+  for (const auto& [condition, sums] : of_each) conditions.push_back(sums);
   std::mt19937_64 generator(seed);
   std::vector<double> values;
   for (int d = 0; d < draws; ++d) {
     std::array<double, 2> sums{};
-    for (std::size_t k = 0; k < conditions.size(); ++k) {
-      const Condition& one = conditions[generator() % conditions.size()];
-      for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += one[s];
-    }
+    for (std::size_t k = 0; k < conditions.size(); ++k) add(sums, conditions[generator() % conditions.size()]);
     values.push_back(of(sums));
   }
   std::ranges::sort(values);
@@ -226,10 +231,10 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
   const auto may_miss = static_cast<std::size_t>((1 - least_chosen) * static_cast<double>(folds.size()) + 1e-9);
   std::size_t done = 0;
   const auto refuted = [&](const std::vector<std::string>& names) {
-    const auto without = [&](const FoldResult& fold) { return fold.failed.empty() && !fold.chose(names); };
+    const auto without = [&](const FoldResult& fold) { return !fold.chose(names); };
     if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
       return true;
-    return done >= enough && fall_of(result, names.front(), options.seed).is_rise();
+    return done >= enough && fall_of(result, names, options.seed).is_rise();
   };
   while (done < folds.size()) {
     const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));
@@ -253,22 +258,18 @@ bool FoldResult::chose(const std::vector<std::string>& names) const {
 }
 
 double CrossFit::share_of(const std::vector<std::string>& names) const {
-  double chosen = 0, all = 0;
-  for (const FoldResult& fold : folds) {
-    if (!fold.failed.empty()) continue;
-    ++all;
-    chosen += fold.chose(names) ? 1 : 0;
-  }
-  return all > 0 ? chosen / all : 0;
+  if (folds.empty()) return 0;
+  const auto chosen = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.chose(names); });
+  return static_cast<double>(chosen) / static_cast<double>(folds.size());
 }
 
 CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
-  std::vector<std::array<double, 2>> conditions;  // squares, and their number
+  ByCondition conditions;  // squares, and their number
   double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
     if (!setting.empty() && fold.fold.setting != setting) continue;
     for (const OutOfFold& c : fold.conditions) {
-      conditions.push_back({c.after[o], c.count[o]});
+      add(conditions[c.condition], {c.after[o], c.count[o]});
       before += c.before[o], after += c.after[o], count += c.count[o];
     }
   }
@@ -295,19 +296,20 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
   return {std::sqrt(before / count), std::sqrt(after / count), any};
 }
 
-Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed) {
-  std::vector<std::array<double, 2>> conditions;  // without, with
+Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed) {
+  ByCondition conditions;  // without, with
   Fall fall;
   double depth_without = 0, depth_with = 0, count = 0;
   for (const FoldResult& fold : cross_fit.folds) {
     for (const OutOfFold& c : fold.conditions) {
-      const auto less = c.without.find(effect);
-      if (less == c.without.end()) continue;
-      conditions.push_back({less->second.chi, c.chi_after});
-      fall.without += less->second.chi;
+      const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
+      if (name == names.end()) continue;
+      const OutOfFold::Less& less = c.without.at(*name);
+      add(conditions[c.condition], {less.chi, c.chi_after});
+      fall.without += less.chi;
       fall.with += c.chi_after;
-      fall.seen += less->second.seen;
-      depth_without += less->second.depth;
+      fall.seen += less.seen;
+      depth_without += less.depth;
       depth_with += c.after[distance];
       count += c.count[distance];
     }

@@ -52,7 +52,8 @@ struct CrossFit {
   bool complete = true;  ///< whether these are all
 
   bool empty() const { return folds.empty(); }
-  /// Share of the folds that chose an effect, or one that it stands for. @param names all of these
+  /// Share of the folds that chose an effect, or one that it stands for: one that gave no number did not.
+  /// @param names all of these
   double share_of(const std::vector<std::string>& names) const;
   /// Root mean square over superpixels, SI; with the ends of its 95 % interval by conditions.
   struct Gap {
@@ -74,8 +75,8 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                    std::span<const std::vector<std::string>> asked = {});
 
-/// What an effect brings out of fold: chi-square with all but it, and with all, over the conditions of all folds that
-/// chose it.
+/// What an effect, or one that it stands for, brings out of fold: chi-square with all but it, and with all, over the
+/// conditions of all folds that chose it.
 struct Fall {
   double without = 0, with = 0, seen = 0;  ///< chi-squares
   double low = 0;                          ///< of without - with, low end of its 95 % interval by conditions
@@ -83,10 +84,11 @@ struct Fall {
   double depth_with = std::numeric_limits<double>::quiet_NaN();
   std::size_t conditions = 0;
 
-  static constexpr double least_seen = 25;  ///< chi-square of what changes where it is to prove itself
-  bool is_proof() const { return low > 0 || seen < least_seen; }
+  static constexpr double least_seen = 25;  ///< chi-square of what changes where it could do harm
+  bool is_proof() const { return low > 0; }
   bool is_rise() const { return seen >= least_seen && without <= with; }
 };
-Fall fall_of(const CrossFit& cross_fit, const std::string& effect, std::uint64_t seed);
+/// @param names of the effect first, then of what it stands for
+Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed);
 
 }  // namespace tofgraph::diagnosis

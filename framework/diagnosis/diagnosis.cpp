@@ -208,6 +208,10 @@ class Run {
       d_->effects.push_back(std::move(effect));
     }
     note(notes_on_nuisances(*problem_, d_->search));
+    if (d_->search.cross_fit.empty() && !d_->search.found.empty())
+      d_->notes.push_back(
+          "Nothing could be put aside: these conditions have neither four distances nor several targets or sessions. "
+          "What is named is not proven out of sample.");
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const Found& tried : d_->search.dropped)

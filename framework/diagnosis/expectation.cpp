@@ -37,6 +37,13 @@ double light_of(const Problem& problem, const State& state, std::size_t conditio
 }
 
 Problem make_problem(const Design& design, const std::vector<Observations>& data) {
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    for (std::size_t row = 0; row < data[i].value.size(); ++row) {
+      if (std::isfinite(data[i].variance[row]) && !std::isfinite(data[i].value[row]))
+        throw std::invalid_argument(
+            fmt::format("condition '{}': its measurement is no number", design.conditions()[i].id));
+    }
+  }
   Problem problem{design, data, {}, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
     if (!std::isnan(condition.reflectivity)) {

@@ -36,7 +36,7 @@ struct Found {
   std::vector<Rival> rivals;   ///< best first
   std::vector<Pattern> where;  ///< what the gap looks like without it
   std::string refutation;      ///< why it is not to be named, or empty
-  double chosen = 1;           ///< share of the folds that chose it, or what it cannot be told from
+  double chosen = NAN;         ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
   Fall fall;                   ///< what it brings out of fold
 
   /// Its own, and of those that it cannot be told from.

@@ -28,7 +28,7 @@ void add_found(report::Page& page, const Diagnosis& d) {
          added ? "missing in the model" : "in the model, fitted again",
          d.search.after.state.terms[t].candidate->descriptor().summary, size,
          added ? fmt::format("{} → {}", shown(e.held_out_before, distance), shown(e.held_out_after, distance)) : "-",
-         added ? fmt::format("{:.0f} %", 100 * e.chosen) : "-"});
+         added && !std::isnan(e.chosen) ? fmt::format("{:.0f} %", 100 * e.chosen) : "-"});
   }
   if (rows.empty()) return;
   const Row header = {"effect", "", "what it is", "size", "held-out gap without it → with it", "folds that chose it"};

@@ -33,6 +33,7 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
   for (std::size_t v = window.first_row; v <= window.last_row; ++v) {
     for (std::size_t u = window.first_column; u <= window.last_column; ++u) {
       const Signal signal = signal_of(&taps[v * camera.width + u], pixels.size());
+      if (std::isnan(signal.intensity)) continue;  // outside the lens model
       const double folded = scale * std::arg(signal.phasor);
       // Half paths are a little longer than the board is far: the period nearest to that.
       sum.path += folded + range * std::round((condition.board_distance - folded) / range);
@@ -40,6 +41,8 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
       ++sum.count;
     }
   }
+  if (sum.count == 0)
+    throw std::invalid_argument(fmt::format("condition '{}': the lens model has no pixel of its roi", condition.id));
   return {sum.path / sum.count, sum.amplitude / sum.count, sum.count};
 }
 

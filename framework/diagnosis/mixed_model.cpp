@@ -20,8 +20,10 @@ constexpr Bounds drift_bounds{1e-6, 2e-3}, drift_light_bounds{1e-6, 2e-2}, sessi
 
 constexpr double any_mean = 1;  ///< m
 
-/// Of what conditions share.
 Bounds bounds_of(double Variances::*shared) {
+  if (shared == &Variances::jitter) return jitter_bounds;
+  if (shared == &Variances::offset) return offset_bounds;
+  if (shared == &Variances::light) return light_bounds;
   if (shared == &Variances::drift || shared == &Variances::mean) return drift_bounds;
   return shared == &Variances::drift_light ? drift_light_bounds : session_bounds;
 }
@@ -163,6 +165,10 @@ Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const
   return result;
 }
 
+bool is_at_bound(const Variances& variances, double Variances::*which) {
+  return variances.*which > 0.98 * bounds_of(which).most;
+}
+
 Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
                 const Variances& start) {
   std::vector<Gram> marginals(grams.size());
@@ -175,22 +181,22 @@ Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span
   };
   Variances best = start;
   for (const double width : {3.0, 1.0}) {
-    const auto vary = [&](double Variances::*which, Bounds bounds, const auto& equations) {
+    const auto vary = [&](double Variances::*which, const auto& equations) {
       Variances varied = best;
       const auto deviance = [&](double x) {
         varied.*which = x;
         return factorise(equations(varied), unknowns, varied).deviance;
       };
-      best.*which = minimise(deviance, bounds, best.*which, width);
+      best.*which = minimise(deviance, bounds_of(which), best.*which, width);
     };
-    vary(&Variances::jitter, jitter_bounds, at);
-    if (start.offset > 0) vary(&Variances::offset, offset_bounds, at);
-    vary(&Variances::light, light_bounds, at);
+    vary(&Variances::jitter, at);
+    if (start.offset > 0) vary(&Variances::offset, at);
+    vary(&Variances::light, at);
     if (unknowns.sd.empty()) continue;
     const NormalEquations fixed = at(best);  // what is shared is in the priors alone
     const auto vary_shared = [&](double Variances::*which) {
       if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
-        vary(which, bounds_of(which), [&](const Variances&) -> const NormalEquations& { return fixed; });
+        vary(which, [&](const Variances&) -> const NormalEquations& { return fixed; });
     };
     best.mean = any_mean;
     vary_shared(&Variances::drift);

@@ -84,6 +84,9 @@ struct Solution {
 
 Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const Variances& variances);
 
+/// Whether one of the standard deviations is as large as it may be: then it is no estimate.
+bool is_at_bound(const Variances& variances, double Variances::*which);
+
 /// The variances with the least deviance, and that solution. How much a camera wanders is what it does about any mean:
 /// one mean tells nothing of it, and a camera that is off by as much all the time has an offset.
 /// @param start where the search for them begins

@@ -73,6 +73,20 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
         fmt::format("The camera wandered while the conditions were measured, by {:.2f} mm and {:.2f} % of light (root "
                     "mean square): a nuisance, no effect.",
                     1e3 * drift, 100 * drift_light));
+  for (const auto& [which, what] : {std::pair(&Variances::jitter, "the places of the boards"),
+                                    {&Variances::offset, "the camera's offsets"},
+                                    {&Variances::light, "the light"},
+                                    {&Variances::drift, "a wander of the distances"},
+                                    {&Variances::drift_light, "a wander of the light"},
+                                    {&Variances::session, "the sessions' offsets"},
+                                    {&Variances::session_light, "the sessions' light"}}) {
+    const bool own = which == &Variances::jitter || which == &Variances::offset || which == &Variances::light;
+    if ((own || uses(which)) && is_at_bound(sd, which))
+      notes.push_back(fmt::format(
+          "The standard deviation of {} is as large as is allowed: it stands for something else, and no interval "
+          "beside it can be trusted.",
+          what));
+  }
   if (uses(&Variances::session) && (sd.session > length || sd.session_light > light))
     notes.push_back(
         fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",

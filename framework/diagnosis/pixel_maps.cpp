@@ -13,7 +13,7 @@
 #include <cmath>
 #include <deque>
 #include <iterator>
-#include <mutex>
+#include <span>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -45,13 +45,22 @@ class PixelFit {
     for (std::size_t m = 0; m < maps_.size(); ++m) probes_.push_back(probed(m));
   }
 
-  void add(std::size_t condition, const FrameSums& frames) {
+  /// What one condition tells of each pixel.
+  struct Part {
+    std::vector<Row> left, weight;
+    std::vector<std::vector<Row>> responses;  ///< of each map
+  };
+  Part part_of(std::size_t condition, const FrameSums& frames) const {
     const double light = light_of(problem_, state_, condition);
     const double scale = physics::metres_per_radian(design_.acquisition(condition).condition.modulation_frequency);
     const std::vector<Signal> base = design_.photograph(model_, condition, light);
-    std::vector<std::vector<Signal>> moved;
-    for (const simulation::ForwardModel& other : probes_) moved.push_back(design_.photograph(other, condition, light));
-    std::vector<Row> left(base.size()), weight(base.size(), Row{});
+    Part part{std::vector<Row>(base.size()), std::vector<Row>(base.size(), Row{}), {}};
+    std::vector<Row>&left = part.left, &weight = part.weight;
+    for (const simulation::ForwardModel& other : probes_) {
+      const std::vector<Signal> moved = design_.photograph(other, condition, light);
+      std::vector<Row>& response = part.responses.emplace_back(base.size(), Row{});
+      for (std::size_t p = 0; p < base.size(); ++p) response[p] = difference_of(moved[p], base[p], scale);
+    }
     for (std::size_t p = 0; p < base.size(); ++p) {
       if (!frames.is_usable(p) || !(std::abs(base[p].phasor) > 0)) continue;
       left[p] = difference_of(frames.mean(p), base[p], scale);
@@ -64,20 +73,25 @@ class PixelFit {
       }
     }
     take_out_own(condition, left, weight);
-    const std::lock_guard lock(guard_);
-    for (std::size_t p = 0; p < base.size(); ++p) {
+    return part;
+  }
+
+  /// In their order: sums of another order would differ in their last digits.
+  void add(std::span<const Part> parts) {
+    tbb::parallel_for(std::size_t{0}, fits_.size(), [&](std::size_t p) {
       Eigen::MatrixXd response(observables, size());
-      for (std::size_t m = 0; m < maps_.size(); ++m) {
-        const Row change = difference_of(moved[m][p], base[p], scale);
-        for (std::size_t o = 0; o < observables; ++o)
-          response(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(m)) =
-              weight[p][o] > 0 ? change[o] / map_probe : 0;
+      for (const Part& part : parts) {
+        for (std::size_t m = 0; m < maps_.size(); ++m) {
+          for (std::size_t o = 0; o < observables; ++o)
+            response(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(m)) =
+                part.weight[p][o] > 0 ? part.responses[m][p][o] / map_probe : 0;
+        }
+        const Eigen::Map<const Eigen::Array<double, observables, 1>> w(part.weight[p].data()), d(part.left[p].data());
+        const Eigen::VectorXd pull = (w > 0).select(w * d, 0.0).matrix();
+        fits_[p].information += response.transpose() * w.matrix().asDiagonal() * response;
+        fits_[p].score += response.transpose() * pull;
       }
-      const Eigen::Map<const Eigen::Array<double, observables, 1>> w(weight[p].data()), d(left[p].data());
-      const Eigen::VectorXd pull = (w > 0).select(w * d, 0.0).matrix();
-      fits_[p].information += response.transpose() * w.matrix().asDiagonal() * response;
-      fits_[p].score += response.transpose() * pull;
-    }
+    });
   }
 
   std::vector<PixelMap> result() const {
@@ -167,7 +181,6 @@ class PixelFit {
   std::size_t width_, height_;
   std::vector<std::size_t> members_;  ///< pixels of each superpixel
   std::vector<Fit> fits_;
-  std::mutex guard_;  ///< of the fits
 };
 
 }  // namespace
@@ -178,10 +191,17 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
     if (state.terms[t].maps) fits.emplace_back(problem, state, t);
   }
   if (fits.empty()) return {};
-  tbb::parallel_for(std::size_t{0}, problem.design.size(), [&](std::size_t i) {
-    const FrameSums sums = frames_of(measurements.design->conditions()[i], measurements.design->camera());
-    for (PixelFit& fit : fits) fit.add(i, sums);
-  });
+  constexpr std::size_t together = 8;  // conditions in memory at a time
+  for (std::size_t first = 0; first < problem.design.size(); first += together) {
+    std::vector<std::vector<PixelFit::Part>> parts(
+        fits.size(), std::vector<PixelFit::Part>(std::min(together, problem.design.size() - first)));
+    tbb::parallel_for(std::size_t{0}, parts.front().size(), [&](std::size_t k) {
+      const std::size_t i = first + k;
+      const FrameSums sums = frames_of(measurements.design->conditions()[i], measurements.design->camera());
+      for (std::size_t f = 0; f < fits.size(); ++f) parts[f][k] = fits[f].part_of(i, sums);
+    });
+    for (std::size_t f = 0; f < fits.size(); ++f) fits[f].add(parts[f]);
+  }
   std::vector<PixelMap> all;
   for (const PixelFit& fit : fits) std::ranges::move(fit.result(), std::back_inserter(all));
   return all;

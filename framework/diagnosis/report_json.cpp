@@ -43,7 +43,7 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
   if (effect.change != "added") return result;
   result["held_out_gap_before"] = number(effect.held_out_before);
   result["held_out_gap_after"] = number(effect.held_out_after);
-  result["chosen"] = effect.chosen;
+  result["chosen"] = number(effect.chosen);
   result["gain"] = effect.gain;
   result["p_value"] = effect.p_value;
   result["capture"] = number(effect.capture);

@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 
 /// Of the largest score of all. So few conditions cannot be judged by flipping them, but by a gain like this.
-inline constexpr double significance = 0.005, few = 8, certain = 60;
+inline constexpr double significance = 0.005, few = 10, certain = 60;
 
 /// Columns that are tried together. They may leave out rows: then all have the rows from first_row on.
 struct Group {

@@ -39,18 +39,17 @@ class Search : private Selection {
   SearchResult run() {
     begin();
     result_.before = best().fit;
-    trials_.prepare(best().fit.state);
+    trials_.prepare(best().fit.state, refused());
     say("asking where the gap is");
     result_.where = patterns_of(best());
     grow();
-    confirm_all();
+    establish();
     // What was dropped may have stood for something that conditions have of their own.
-    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) confirm_all();
-    settle();
-    require_told();
-    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) establish();
     put_aside();
-    if (prove() && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
+    bool dropped = false;
+    for (; prove(); dropped = true) establish();
+    if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
     look_at_rest();
     result_.refused = trials_.refused();
     for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
@@ -121,9 +120,16 @@ class Search : private Selection {
     return true;
   }
 
-  void confirm_all() {
-    while (!confirm()) {
-    }
+  /// Until all that is left passes beside the others, and says something: what goes may have held up the rest.
+  void establish() {
+    do {
+      result_.found.clear();
+      result_.refinements.clear();
+      while (!confirm()) {
+      }
+      settle();
+    } while (require_told());
+    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
   }
 
   /// Why the values of a term say nothing, or nothing. @param all intervals of all parameters
@@ -183,16 +189,18 @@ class Search : private Selection {
       result_.found.erase(result_.found.begin() + static_cast<std::ptrdiff_t>(f));
       changed = true;
     }
-    if (changed) settle();
     return changed;
   }
 
-  /// Drops what has values that say nothing.
-  void require_told() {
+  /// Drops the last one that has values that say nothing: without it those of another one may say more.
+  /// @returns whether there was such a one
+  bool require_told() {
     const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
-    drop_refuted([&](const Found& found, std::size_t t) {
-      std::string why = untold(t, all);
+    bool dropped = false;
+    return drop_refuted([&](const Found& found, std::size_t t) {
+      std::string why = dropped ? "" : untold(t, all);
       if (!why.empty()) note({"valued", {found.name}, {}, why});
+      dropped = dropped || !why.empty();
       return why;
     });
   }
@@ -203,7 +211,7 @@ class Search : private Selection {
     if (result_.cross_fit.empty()) return false;
     const bool changed = drop_refuted([&](Found& found, std::size_t) {
       found.chosen = result_.cross_fit.share_of(found.names());
-      found.fall = fall_of(result_.cross_fit, found.name, options_.seed);
+      found.fall = fall_of(result_.cross_fit, found.names(), options_.seed);
       std::string why = unproved(found);
       note({"proved",
             {found.name},

@@ -29,7 +29,8 @@ double needed_of(const std::vector<Subset>& sets) {
 /// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
 /// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
 /// that misses is found from where its fit leads to.
-std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed) {
+/// @param singles whether single effects are fitted whatever they promise
+std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed, bool singles) {
   std::size_t size = std::numeric_limits<std::size_t>::max();
   for (const Subset& set : sets) {
     if (set.merit >= Selection::worth && set.gain >= needed) size = std::min(size, set.choices.size());
@@ -37,8 +38,8 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed
   std::vector<Subset> chosen;
   bool larger = false;
   for (const Subset& set : sets) {
-    if (set.merit < Selection::worth) break;
     const std::size_t count = set.choices.size();
+    if (set.merit < Selection::worth && !(singles && count == 1)) continue;
     if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
   }
   std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
@@ -174,7 +175,9 @@ std::optional<Fit> Selection::leap() {
     const double needed = needed_of(sets);
     if (round == 0) note_ranks(all, score, options);
     std::size_t size = 1;
-    for (const Subset& subset : worth_fitting(sets, needed)) {
+    // Of one number a condition, what no effect explains is scatter: only a fit tells how much less there may be.
+    const bool singles = problem_.design.superpixels() == 1;
+    for (const Subset& subset : worth_fitting(sets, needed, singles)) {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
       const bool larger = subset.choices.size() > size;
       if (larger && reference.deviance - best.deviance >= needed) break;

@@ -11,6 +11,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
+constexpr double least_variance = 1e-9;   ///< of a sample: frames that do not differ tell nothing of the noise
 constexpr double outlier = 6;             ///< robust standard deviations from the superpixel's median
 constexpr std::size_t fewest_pixels = 8;  ///< of a superpixel
 constexpr double darkest = 10;            ///< a superpixel's amplitude in standard deviations of its mean
@@ -213,7 +214,7 @@ class Reduction {
   }
   /// Variance of a component of a pixel's phasor: half the difference of two samples, decoded ones are the same.
   double of_component(const std::vector<std::size_t>& pixels) const {
-    return std::max(sample_variance(pixels), 1e-6) / ((is_decoded() ? 1 : 2) * frames_);
+    return std::max(sample_variance(pixels), least_variance) / ((is_decoded() ? 1 : 2) * frames_);
   }
 
   /// @returns the phasor by the ideal one's
@@ -233,7 +234,7 @@ class Reduction {
       null2_sum += m.null2;
     }
     const std::complex<double> ratio = product / square;
-    const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), 1e-6);
+    const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), least_variance);
     const double count = static_cast<double>(pixels.size()) * frames_;
     const double relative = of_component(pixels) / (square * gain * gain);  // of one component of the ratio
     if (!(relative * darkest * darkest < 1)) return ratio;

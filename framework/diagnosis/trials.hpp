@@ -27,8 +27,12 @@ class Trials {
          std::span<const double> weight)
       : problem_(problem), candidates_(candidates), weight_(weight) {}
 
-  /// Probes the candidates anew. @param state what their changes are made to
-  void prepare(const State& state) { probes_ = probes_of(problem_, state, candidates_); }
+  /// Probes the candidates anew. @param state what their changes are made to @param refused which are not tried, and
+  /// why
+  void prepare(const State& state, const std::map<std::string, std::string>& refused) {
+    probes_ = probes_of(problem_, state, candidates_);
+    probes_.refused.insert(refused.begin(), refused.end());
+  }
   const std::map<std::string, std::string>& refused() const { return probes_.refused; }
 
   /// The best candidates, fitted, best first by BIC.

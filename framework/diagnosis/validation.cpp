@@ -49,9 +49,9 @@ namespace {
 
 /// All that is set in a condition, so that two with the same are the same measurement.
 std::string settings_of(const io::Condition& c) {
-  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x, c.board_tilt_y,
-                     c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient, c.roll,
-                     c.velocity, c.session, c.reference, c.lens, c.rail);
+  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x,
+                     c.board_tilt_y, c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient,
+                     c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
 }
 
 /// Variances of what was measured.

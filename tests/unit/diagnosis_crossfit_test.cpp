@@ -92,7 +92,7 @@ TEST_F(OutOfSample, TheGapIsThatOfNewData) {
     }
   }
   EXPECT_NEAR(gap.after, std::sqrt(noise / count), 0.25 * std::sqrt(noise / count));
-  const Fall fall = fall_of(result, "wiggling", 1);
+  const Fall fall = fall_of(result, {"wiggling"}, 1);
   EXPECT_GT(fall.low, 100);
   EXPECT_NEAR(fall.depth_with, result.gap(distance, "", 1).after, 1e-12);
 }
