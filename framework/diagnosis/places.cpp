@@ -11,7 +11,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double degrees_of_freedom = 4;
-constexpr double hardly_looser = 1.5;  ///< less is as good as not: three standard deviations
+constexpr double hardly_looser = 1.5;  ///< less is as good as not: 2.7 standard deviations off
 constexpr double out_of_line = 6;      ///< standard deviations
 constexpr double least_off = 3e-3;     ///< m: less is what rails and boards do
 constexpr std::size_t enough = 8;      ///< conditions for a median

@@ -24,7 +24,6 @@ TEST(HuntGuide, EveryCommandWorksAndTheRecordingIsCorrected) {
   std::string said;
   for (const std::string& block : commands_of(page)) {
     std::string command = replaced(block, "/tmp/hunt", hunt.string());
-    command = replaced(command, "alias tofgraph=$PWD/build/bin/tofgraph\n", "");
     command = replaced(command, " -o found\n", " -o " + (folder.path() / "found").string() + "\n");
     const Outcome outcome = shell("tofgraph() { \"$TOFGRAPH\" \"$@\"; }\n" + command, TOFGRAPH_SOURCE_DIR);
     ASSERT_EQ(outcome.exit_code, 0) << command << outcome.err;
