@@ -142,5 +142,31 @@ TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
   }
 }
 
+/// One condition that three folds put aside is one measurement: its interval is that of one.
+TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
+  const auto fold = [](const std::string& chosen, std::size_t condition, double less, double with) {
+    FoldResult result;
+    result.chosen = {chosen};
+    OutOfFold& one = result.conditions.emplace_back();
+    one.condition = condition;
+    one.without[chosen] = {less, 100, 0};
+    one.chi_after = with;
+    return result;
+  };
+  CrossFit result;
+  // The first condition gains 90 in each of three folds, the second loses 60 once: drawn alone it refutes the effect.
+  result.folds = {fold("a", 0, 100, 10), fold("a", 0, 100, 10), fold("b", 0, 100, 10), fold("a", 1, 40, 100)};
+  const Fall own = fall_of(result, {"a"}, 1), both = fall_of(result, {"a", "b"}, 1);
+  EXPECT_EQ(own.conditions, 2U);
+  EXPECT_EQ(own.without - own.with, 120);
+  EXPECT_EQ(both.without - both.with, 210);
+  EXPECT_EQ(both.low, -120) << "both draws are the second condition in a quarter of the cases";
+  // What no fold chose has proved nothing, nor what no held-out condition could show.
+  EXPECT_FALSE(fall_of(result, {"c"}, 1).is_proof());
+  // One that gave no number did not choose.
+  result.folds.emplace_back().failed = "no number";
+  EXPECT_EQ(result.share_of({"a", "b"}), 0.8);
+}
+
 }  // namespace
 }  // namespace tofgraph::diagnosis

@@ -82,6 +82,21 @@ TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
   EXPECT_EQ(found(), 0u);
 }
 
+/// One that is off by as much all the time does not wander.
+TEST_F(Rail, ACameraThatIsOffAllTheTimeHasAnOffset) {
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = 1000 + 7 * i % 20;
+  measure();
+  std::vector<Observations> data = data_with({}, 8);
+  for (Observations& one : data) {
+    for (std::size_t s = 0; s < design->superpixels(); ++s) one.value[distance * design->superpixels() + s] += 9e-3;
+  }
+  const SearchResult result = search(make_problem(*design, data), {}, candidates, {});
+  ASSERT_EQ(result.found.size(), 1U);
+  const std::vector<std::string> named = result.found[0].names();
+  EXPECT_NE(std::ranges::find(named, "zero_offset"), named.end());
+  EXPECT_FALSE(result.something_left());
+}
+
 /// Four conditions: fewer than a wave over the order needs.
 TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
   conditions.resize(4);

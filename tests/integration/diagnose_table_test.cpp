@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// `tofgraph diagnose` on tables of means: one number a condition, in which all that no effect explains looks like
+// scatter.
+#include "tests/program.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace tofgraph::tests {
+namespace {
+
+class DiagnoseTable : public testing::Test {
+ protected:
+  /// Fourteen boards from 0.7 to 6.3 m, 0.3 mm of noise on their means. @param column of the campaign: a depth, or a
+  /// half path @param amplitude of a wave with four periods in the unambiguous range, mm
+  void make(const std::string& camera, const std::string& column, double amplitude) {
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> noise(0, 0.3);
+    std::string rows = "z,d,t\n";
+    for (int i = 0; i < 14; ++i) {
+      const double z = 700 + i * 6000 / 14.0;
+      const double d = z + amplitude * std::sin(8 * M_PI * z / 7494.8 + 0.4) + noise(random);
+      rows += fmt::format("{:.3f},{:.3f},2\n", z, d);
+    }
+    write_text(folder_.path() / "means.csv", rows);
+    write_text(folder_.path() / "model.yaml", "model: 1\ncamera: " + camera + "\nlight: reference\neffects: []\n");
+    write_text(folder_.path() / "campaign.yaml", "campaign: 1\ncamera: " + camera +
+                                                     "\ntable:\n  file: means.csv\n  distance: {column: z, unit: mm}\n"
+                                                     "  integration_time: {column: t, unit: ms}\n  " +
+                                                     column + ": {column: d, unit: mm}\n");
+  }
+  nlohmann::json diagnose() {
+    const Outcome outcome =
+        shell("$TOFGRAPH diagnose --quiet --model model.yaml --data campaign.yaml --out found", folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(read_text(folder_.path() / "found/report.json"));
+  }
+  void expect_wiggling(double amplitude) {
+    const nlohmann::json said = diagnose();
+    ASSERT_EQ(said["effects"].size(), 1U) << said.dump(1);
+    EXPECT_EQ(said["effects"][0]["name"], "wiggling");
+    EXPECT_NEAR(said["effects"][0]["parameters"]["amplitude"]["value"].get<double>(), amplitude, 4e-4);
+    EXPECT_LT(said["gap"]["held_out_after"].get<double>(), 0.2 * said["gap"]["held_out_before"].get<double>());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(DiagnoseTable, AnEffectIsNotHiddenByTheScatterThatItMakes) {
+  make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 5);
+  expect_wiggling(5e-3);
+}
+
+TEST_F(DiagnoseTable, NothingIsNamedWhereThereIsNoiseAlone) {
+  make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 0);
+  EXPECT_EQ(diagnose()["verdict"], "nothing_found");
+}
+
+/// Corners that the lens model does not reach: a mean over the image is that of the others. Half paths are longer than
+/// the boards are far, by what the whole image makes of it, so only that there is a number is asked here.
+TEST_F(DiagnoseTable, PixelsOutsideTheLensAreLeftOutOfTheMeans) {
+  std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
+  profile.replace(profile.find("[0, 0, 0, 0, 0]"), 15, "[-1.01, 0, 0, 0, 0]");
+  write_text(folder_.path() / "bent.yaml", profile);
+  make(folder_.path().string() + "/bent.yaml", "measured_distance", 40);
+  const nlohmann::json said = diagnose();
+  ASSERT_TRUE(said["gap"]["before"].is_number()) << said["gap"];
+  EXPECT_GT(said["gap"]["before"].get<double>(), 20e-3);
+  EXPECT_NE(said["verdict"], "nothing_found");
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
