@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/pixel_maps.hpp"
 
+#include "diagnosis/board_window.hpp"
 #include "diagnosis/maps.hpp"
 
 #include <tbb/parallel_for.h>
@@ -39,9 +40,7 @@ class PixelFit {
         model_(forward_model(state.terms, design_.camera(), design_.physical())),
         width_(design_.camera().width),
         height_(design_.camera().height),
-        members_(design_.superpixels(), 0),
         fits_(std::size_t{width_} * height_, {Eigen::MatrixXd::Zero(size(), size()), Eigen::VectorXd::Zero(size())}) {
-    for (std::size_t p = 0; p < fits_.size(); ++p) ++members_[block_of(p)];
     for (std::size_t m = 0; m < maps_.size(); ++m) probes_.push_back(probed(m));
   }
 
@@ -54,6 +53,9 @@ class PixelFit {
     const double light = light_of(problem_, state_, condition);
     const double scale = physics::metres_per_radian(design_.acquisition(condition).condition.modulation_frequency);
     const std::vector<Signal> base = design_.photograph(model_, condition, light);
+    const std::vector<bool> used = used_pixels(condition, frames);
+    std::vector<std::size_t> members(design_.superpixels(), 0);
+    for (std::size_t p = 0; p < used.size(); ++p) members[block_of(p)] += used[p] ? 1U : 0U;
     Part part{std::vector<Row>(base.size()), std::vector<Row>(base.size(), Row{}), {}};
     std::vector<Row>&left = part.left, &weight = part.weight;
     for (const simulation::ForwardModel& other : probes_) {
@@ -62,12 +64,12 @@ class PixelFit {
       for (std::size_t p = 0; p < base.size(); ++p) response[p] = difference_of(moved[p], base[p], scale);
     }
     for (std::size_t p = 0; p < base.size(); ++p) {
-      if (!frames.is_usable(p) || !(std::abs(base[p].phasor) > 0)) continue;
+      if (!used[p] || !(std::abs(base[p].phasor) > 0)) continue;
       left[p] = difference_of(frames.mean(p), base[p], scale);
       for (std::size_t o = 0; o < observables; ++o) {
         // The frames' noise is that of the superpixel, which has as many times less.
         const double variance =
-            problem_.data[condition].variance[row(o, p)] * static_cast<double>(members_[block_of(p)]);
+            problem_.data[condition].variance[row(o, p)] * static_cast<double>(members[block_of(p)]);
         if (std::isfinite(variance) && std::isfinite(left[p][o])) weight[p][o] = 1 / variance;
         if (problem_.allowed.boards) left[p][o] -= problem_.allowed.boards->rows[condition][row(o, p)];
       }
@@ -132,6 +134,24 @@ class PixelFit {
   }
 
  private:
+  /// Those that the superpixels may have used: of the roi, and of a board with a size those that see it alone.
+  std::vector<bool> used_pixels(std::size_t condition, const FrameSums& frames) const {
+    const io::Condition& c = design_.conditions()[condition];
+    std::vector<bool> used(fits_.size(), true);
+    if (c.board_size) {
+      const auto tracer = simulation::board_tracer(design_.camera().focal_length, pose_of(c));
+      const simulation::Pixels whole = simulation::whole_image(design_.camera());
+      used = on_board(c, model_.expect(tracer, design_.acquisition(condition), whole).hits, width_);
+    }
+    for (std::size_t p = 0; p < used.size(); ++p) {
+      const std::size_t u = p % width_, v = p / width_;
+      const bool inside = !c.roi || (u >= c.roi->first_column && u <= c.roi->last_column && v >= c.roi->first_row &&
+                                     v <= c.roi->last_row);
+      used[p] = used[p] && inside && frames.is_usable(p);
+    }
+    return used;
+  }
+
   struct Fit {
     Eigen::MatrixXd information;
     Eigen::VectorXd score;
@@ -179,7 +199,6 @@ class PixelFit {
   simulation::ForwardModel model_;
   std::vector<simulation::ForwardModel> probes_;
   std::size_t width_, height_;
-  std::vector<std::size_t> members_;  ///< pixels of each superpixel
   std::vector<Fit> fits_;
 };
 

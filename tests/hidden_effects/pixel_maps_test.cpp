@@ -74,10 +74,15 @@ class PixelMaps : public testing::Test {
     make_campaign(options);
   }
 
-  void expect_named(std::set<std::string> names) {
-    const tests::Outcome outcome = tests::shell(
-        "\"$TOFGRAPH\" diagnose --quiet --model made/model.yaml --data made/campaign.yaml -o found", folder_.path());
+  void search(const std::string& options) {
+    const tests::Outcome outcome =
+        tests::shell("\"$TOFGRAPH\" diagnose --quiet --model made/model.yaml --data made/campaign.yaml -o " + options,
+                     folder_.path());
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+
+  void expect_named(std::set<std::string> names) {
+    search("found");
     const auto report = nlohmann::json::parse(tests::read_text(folder_.path() / "found/report.json"));
     std::set<std::string> found;
     for (const auto& effect : report.at("effects")) found.insert(effect.at("name"));
@@ -111,6 +116,11 @@ TEST_F(PixelMaps, AreAsGoodAsTheNoiseAllows) {
   make_small({"fixed_pattern"});
   expect_named({"fixed_pattern"});
   expect_as_good_as_noise_allows(draw_maps(Camera(), seed).fixed_pattern);
+  search("alone --threads 1");
+  const auto map = [&](const char* out) {
+    return io::read_pixel_map((folder_.path() / out / "maps.h5").string(), "fixed_pattern_map").values;
+  };
+  EXPECT_EQ(map("found"), map("alone")) << "the same with any number of threads";
 }
 
 TEST_F(PixelMaps, OfTwoEffectsAreToldApart) {
