@@ -38,17 +38,22 @@ bool names(const Score& score, const std::string& effect) {
   return std::ranges::find(score.names, effect) != score.names.end();
 }
 
-/// Named alone.
-bool is_closed(const Score& score) {
-  return names(score, score.what.effects.front()) && score.tied.empty() && score.wrong == 0;
+/// What was asked for is told: the effect is named, and not tied with what the proposal was to tell it from.
+bool is_closed(const Score& score, const std::vector<std::string>& effects) {
+  const std::string& hidden = score.what.effects.front();
+  return score.found == 1 && score.wrong == 0 && std::ranges::none_of(effects, [&](const std::string& other) {
+           return other != hidden && (names(score, other) || std::ranges::find(score.tied, other) != score.tied.end());
+         });
 }
 
 double number(const json& value) { return value.is_null() ? io::unknown : value.get<double>(); }
 
-/// The condition that the report proposes for an effect, its best first; nullptr: none.
+/// What the report proposes for an effect; nullptr: nothing, as no condition would tell more than those that it has.
 const json* proposal_for(const json& report, const std::string& effect) {
   for (const json& next : report["next"]) {
-    if (std::ranges::find(next["effects"], json(effect)) != next["effects"].end()) return &next["condition"];
+    const double sigma = next["standard_deviations"];
+    const bool tells = sigma >= 2 && sigma > next["standard_deviations_measured"].get<double>();
+    if (tells && std::ranges::find(next["effects"], json(effect)) != next["effects"].end()) return &next;
   }
   return nullptr;
 }
@@ -116,7 +121,7 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, Coun
       .suite = "proposed", .design = asked.design, .effects = {effect}, .size = asked.size, .seed = seed};
   json report;
   const Score before = search(asked, what, {}, report);
-  if (is_closed(before)) return;
+  if (names(before, effect) && before.tied.empty() && before.wrong == 0) return;
   Count& count = before.found > 0 ? tied : unseen;
   ++count.open;
   fmt::print("{} ({}): {}\n", effect, seed, outcome(before));
@@ -126,10 +131,11 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, Coun
   const auto try_one = [&](const char* which, const io::Condition& condition, int& closed) {
     json again;
     const Score after = search(asked, what, std::vector(asked.repeats, condition), again);
-    if (is_closed(after)) ++closed;
+    if (is_closed(after, (*proposal)["effects"])) ++closed;
     fmt::print("  {}, {}: {}\n", which, text_of(condition), outcome(after));
   };
-  try_one("proposed", proposed(*proposal), count.closed);
+  fmt::print("  {}\n", (*proposal)["text"].get<std::string>());
+  try_one("proposed", proposed((*proposal)["condition"]), count.closed);
   std::mt19937_64 random(seed);
   const std::vector<io::Condition> design = hidden::conditions_of(asked.design, {});
   try_one("random", random_one(design, random), count.closed_at_random);
@@ -165,9 +171,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "hidden_effects_proposed: {}\n", failure.what());
     return 1;
   }
-  fmt::print(
-      "\n{} campaigns\n\n| left open | campaigns | with a proposal | named alone with it | with a random one |\n",
-      made);
+  fmt::print("\n{} campaigns\n\n| left open | campaigns | with a proposal | told with it | with a random one |\n",
+             made);
   fmt::print("| --- | --- | --- | --- | --- |\n");
   for (const auto& [name, c] : {std::pair("a tie", tied), {"not seen", unseen}})
     fmt::print("| {} | {} | {} | {} | {} |\n", name, c.open, c.proposed, c.closed, c.closed_at_random);
