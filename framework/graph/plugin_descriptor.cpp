@@ -174,6 +174,7 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
   if (outside(p.off)) wrong(fmt::format("is off at {}, which is outside its bounds", p.off));
   if ((p.flags & TOFGRAPH_PARAMETER_NESTED) != 0 && std::isnan(p.typical))
     wrong("is nested, so a search varies it, and has no typical value");
+  if (p.typical == 0) wrong("is typically 0: a search has no step for it");
   if (outside(p.typical)) wrong(fmt::format("is typically {}, which is outside its bounds", p.typical));
 }
 

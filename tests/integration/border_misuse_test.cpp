@@ -69,6 +69,7 @@ const Case refused[] = {
     {"filter", "bounds_crossed", "its parameter 'size' has bounds of 5 to 2"},
     {"effect", "off_out_of_bounds", "its parameter 'size' is off at -1, which is outside its bounds"},
     {"effect", "typical_out_of_bounds", "its parameter 'size' is typically 7, which is outside its bounds"},
+    {"effect", "typical_zero", "its parameter 'size' is typically 0: a search has no step for it"},
     {"filter", "required_with_default", "its parameter 'size' is required and has a default"},
     {"filter", "live_without_change", "its parameter 'size' may change, but change() is null"},
     {"effect", "extension_none", "has no extension \"effect\" of version 1"},
