@@ -4,7 +4,6 @@
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
 #include "diagnosis/structure.hpp"
-#include "report/plot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -69,15 +68,49 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
     const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
     cells[cell].push_back(mean(values[i]));
     map.fields[cell].condition = i;
-    map.fields[cell].title += fmt::format("{}{}: {:+.3g} {}", map.fields[cell].title.empty() ? "" : "\n", c.id,
-                                          scaled(mean(values[i]), o), unit_of(o));
+    map.fields[cell].title +=
+        fmt::format("{}{}: {}", map.fields[cell].title.empty() ? "" : "\n", c.id, shown_signed(mean(values[i]), o));
   }
   std::vector<double> all;
   for (std::size_t k = 0; k < cells.size(); ++k) all.push_back(map.fields[k].value = scaled(mean(cells[k]), o));
-  map.limit = report::percentile_98(all);
+  map.limit = scale_of(all);
   map.x_label = with_time ? "target, integration time" : "target";
   map.y_label = "board";
   return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
+}
+
+/// What the gap followed before the search, by curves without physics, the strongest first.
+void add_patterns(report::Page& page, const SearchResult& search) {
+  constexpr double false_discoveries = 0.05;  // p-values in `where` are below their limit, which is never above this
+  constexpr std::size_t max_patterns = 12;
+  std::vector<Pattern> strongest;
+  std::ranges::copy_if(search.where, std::back_inserter(strongest),
+                       [](const Pattern& p) { return p.p_value <= false_discoveries; });
+  std::ranges::stable_sort(strongest, std::greater<>{}, &Pattern::gain);
+  std::vector<Row> rows;
+  for (const Pattern& p : strongest) {
+    if (rows.size() == max_patterns) break;
+    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share),
+                    report::plain(p.p_value, 2)});
+  }
+  const std::size_t few = search.where.size() - strongest.size();
+  if (rows.empty()) {
+    page.paragraph(
+        "Before the search no curve over a single setting told the gap from chance. Effects are told by their own "
+        "shapes, which are sharper: what the verdict names does not rest on such curves.");
+  } else {
+    page.paragraph(fmt::format(
+        "Before the search the gap followed these settings beyond chance: curves without physics, the strongest first, "
+        "{}. They overlap. p is how often chance does as much, by sign flips of whole conditions.",
+        rows.size() < strongest.size() ? fmt::format("{} of {}", rows.size(), strongest.size())
+                                       : fmt::format("{} in all", rows.size())));
+    const Row header = {"of", "along", "size (root mean square)", "share of what exceeds noise", "p"};
+    page.table(header, rows);
+  }
+  if (few > 0)
+    page.paragraph(fmt::format(
+        "{} further curve{} far beyond the noise, but rest{} on so few conditions that sign flips prove nothing.", few,
+        few == 1 ? " is" : "s are", few == 1 ? "s" : ""));
 }
 
 }  // namespace
@@ -95,26 +128,14 @@ std::string rest_map(const ReportData& data) {
   report::FieldMap map = sensor_map(data.design, pattern, data.evidence.at(o).map_sd, o, title);
   std::vector<double> sizes;
   for (const report::Field& field : map.fields) sizes.push_back(field.value);
-  map.limit = report::percentile_98(sizes);
+  map.limit = scale_of(sizes);
   return report::field_map(map);
 }
 
 void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
-  std::vector<Row> before;
-  constexpr std::size_t max_patterns = 12;
-  for (const Pattern& p : search.where) {
-    if (p.significant && before.size() < max_patterns)
-      before.push_back(
-          {label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share)});
-  }
   page.heading("What the gap follows, and what no effect explains");
-  page.paragraph(
-      before.empty()
-          ? "Before the search the gap followed no setting beyond chance."
-          : "Before the search the gap followed these settings beyond chance (curves without physics; they overlap):");
-  const Row before_header = {"of", "along", "size (root mean square)", "share of what exceeds noise"};
-  if (!before.empty()) page.table(before_header, before);
+  add_patterns(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
   for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});

@@ -11,6 +11,9 @@
 
 namespace tofgraph::report {
 
+/// A number for people: so many significant digits, no exponent, "0" and never "-0" for what is below 0.0001.
+std::string plain(double value, int digits = 3, bool sign = false);
+
 /// A point with an error bar.
 struct Mark {
   double x = 0, y = 0;
@@ -23,14 +26,15 @@ struct Series {
   enum class Style { points, line, dashes };
   std::string name;
   Style style = Style::points;
-  std::vector<Mark> marks;  ///< lines join them in this order; what is not finite is left out
+  std::vector<Mark> marks;                 ///< lines join them in this order; what is not finite is left out
+  std::optional<std::size_t> colour = {};  ///< of io::line_colours; nothing: that of its place in the chart
 };
 
 /// Series over two axes, in the colours of io/palettes.hpp.
 struct Chart {
   std::string title, x_label, y_label;
   std::vector<Series> series;
-  bool from_zero = false;  ///< the y axis begins at 0
+  bool with_zero = false;  ///< 0 is on the y axis, and error bars do not widen it
 };
 std::string chart(const Chart& chart, int width = 540, int height = 300);
 
