@@ -64,9 +64,10 @@ void add_nuisances(report::Page& page, const ReportData& data) {
     if (std::ranges::find(misplaced, note) == misplaced.end()) text += " " + note;
   }
   if (!text.empty())
-    page.paragraph("What is no effect of the camera, and stays in the residuals below:" + text +
+    page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:" + text +
                    " Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
-                   "and nothing that conditions share.");
+                   "and nothing that conditions share." +
+                   (data.at_the_end.allowed.boards ? " What is extended has the shapes of the boards." : ""));
 }
 
 void add_verdict(report::Page& page, const ReportData& data) {

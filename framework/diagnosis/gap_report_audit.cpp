@@ -18,32 +18,41 @@ std::string question(const NextCondition& next) {
 }
 
 /// What no condition of the list tells, and what its author advises.
-std::vector<Row> silent_questions(const Diagnosis& d) {
-  std::vector<Row> silent;
+struct Silent {
+  std::vector<std::string> blind;  ///< names
+  std::vector<Row> advice;         ///< of these and of ties
+};
+
+Silent silent_questions(const Diagnosis& d) {
+  Silent silent;
   for (const NextCondition& next : d.next) {
-    if (!tells(next)) silent.push_back({question(next), next.experiment});
+    if (tells(next)) continue;
+    if (next.effects.size() == 1) silent.blind.push_back(next.effects.front());
+    silent.advice.push_back({question(next), next.experiment});
   }
   for (const Visibility& seen : d.audit.effects) {
     const std::string name = seen.candidate->name();
     const bool listed =
         std::ranges::any_of(d.next, [&](const NextCondition& next) { return next.effects == std::vector{name}; });
-    if (seen.blind && !listed) silent.push_back({"whether there is " + name, seen.candidate->border().experiment});
+    if (!seen.blind || listed) continue;
+    silent.blind.push_back(name);
+    silent.advice.push_back({"whether there is " + name, seen.candidate->border().experiment});
   }
   return silent;
 }
 
-/// In one sentence where it is one question; else a sentence for all, and the advice to be unfolded.
-void add_silent(report::Page& page, const std::vector<Row>& silent) {
-  if (silent.empty()) return;
-  if (silent.size() == 1)
-    return page.paragraph(fmt::format("No board of this rail tells {}. From experience: {}", silent.front().front(),
-                                      silent.front().back()));
-  std::vector<std::string> questions;
-  for (const Row& row : silent) questions.push_back(row.front());
-  page.paragraph(fmt::format("No board of this rail tells {}.", fmt::join(questions, ", ")));
+/// One sentence for all, and the advice to be unfolded; that on a tie is what the reader needs, and stands there.
+void add_silent(report::Page& page, const Silent& silent, const std::vector<NextCondition>& next) {
+  for (const NextCondition& one : next) {
+    if (one.effects.size() > 1 && !tells(one))
+      page.paragraph(fmt::format("No board of this rail tells {}. What does, from experience: {}.", question(one),
+                                 one.experiment));
+  }
+  if (silent.blind.empty()) return;
+  page.paragraph(fmt::format("No board of this rail tells whether there is {}.", fmt::join(silent.blind, ", or ")));
   page.fold("What tells these, from experience");
   const Row header = {"to know", "from experience"};
-  page.table(header, silent);
+  page.table(header, silent.advice);
   page.unfold();
 }
 
@@ -68,11 +77,11 @@ void add_blind(report::Page& page, const ReportData& data) {
                     "{}.",
                     blind_below, fmt::join(unseen, ", ")));
   if (!too_small.empty())
-    page.paragraph(
-        fmt::format("Of these neither. The data would tell them from noise, but at their typical sizes no condition "
-                    "changes by as much as matters (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null "
-                    "channel): {}.",
-                    fmt::join(too_small, ", ")));
+    page.paragraph(fmt::format(
+        "Nor does it of these. The data would tell them from noise, but at their typical sizes no condition "
+        "changes by as much as matters (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null "
+        "channel): {}.",
+        fmt::join(too_small, ", ")));
   std::vector<Row> pairs;
   for (const Alike& pair : data.d.audit.alike)
     pairs.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.3f}", pair.cosine)});
@@ -93,7 +102,7 @@ void add_blind(report::Page& page, const ReportData& data) {
 
 void add_next(report::Page& page, const ReportData& data) {
   const Diagnosis& d = data.d;
-  const std::vector<Row> silent = silent_questions(d);
+  const Silent silent = silent_questions(d);
   std::vector<Row> rows;
   for (const NextCondition& next : d.next) {
     if (tells(next))
@@ -101,7 +110,7 @@ void add_next(report::Page& page, const ReportData& data) {
                       report::plain(next.measured_sigma, 2),
                       shown(next.difference, next.observable) + " of " + label(next.observable)});
   }
-  if (rows.empty() && silent.empty()) return;
+  if (rows.empty() && silent.advice.empty()) return;
   page.heading("What to measure next");
   if (const NextCondition* const first = most_telling(d.next); first != nullptr) {
     page.verdict(sentence(*first));
@@ -120,7 +129,7 @@ void add_next(report::Page& page, const ReportData& data) {
         d.next.front().candidates, telling));
   const Row header = {"to know", "the best condition", "differs there by sd", "so far at most", "which is"};
   if (!rows.empty()) page.table(header, rows);
-  add_silent(page, silent);
+  add_silent(page, silent, d.next);
 }
 
 }  // namespace tofgraph::diagnosis

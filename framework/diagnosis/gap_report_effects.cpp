@@ -95,7 +95,7 @@ std::string apart(const ReportData& data, const EffectResult& e, const Rival& ri
   const Column change =
       difference(expected(data.at_the_end, rival.state), expected(data.at_the_end, data.d.search.after.state));
   const auto sigma = differences_in_sigma(data.at_the_end, data.d.search.after.state, rival.state);
-  report::Series points{"", report::Series::Style::points, {}};
+  report::Series points{"", report::Series::Style::points, {}, report::of_neither};
   for (std::size_t i = 0; i < change.size(); ++i) {
     const io::Condition& c = data.design.conditions()[i];
     std::vector<double> depths;

@@ -19,8 +19,6 @@ namespace {
 using report::Mark;
 using report::Series;
 
-constexpr std::size_t of_simulated = 1, of_extended = 2;  ///< colours, in all charts; the first is what was measured
-
 /// Conditions from the nearest board to the farthest.
 std::vector<std::size_t> by_distance(const Design& design) {
   std::vector<std::size_t> order(design.size());
@@ -63,7 +61,7 @@ void join(report::Chart& chart, Series simulated, Series extended) {
 std::string curve(const ReportData& data, std::size_t o) {
   const Evidence& e = data.evidence.at(o);
   const std::vector<std::size_t> order = by_distance(data.design);
-  Series points{"measured", Series::Style::points, {}};
+  Series points{"measured", Series::Style::points, {}, report::of_measured};
   for (const std::size_t i : order) {
     const io::Condition& c = data.design.conditions()[i];
     points.marks.push_back(
@@ -79,9 +77,9 @@ std::string curve(const ReportData& data, std::size_t o) {
          .condition = i});
   }
   Series simulated{"simulated", Series::Style::dashes,
-                   joined(data.design, order, e.means, &Evidence::Mean::simulated, o), of_simulated};
+                   joined(data.design, order, e.means, &Evidence::Mean::simulated, o), report::of_simulated};
   Series extended{"extended", Series::Style::line, joined(data.design, order, e.means, &Evidence::Mean::extended, o),
-                  of_extended};
+                  report::of_extended};
   report::Chart chart{.title = label(o),
                       .x_label = "distance of the board / m",
                       .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
@@ -92,8 +90,8 @@ std::string curve(const ReportData& data, std::size_t o) {
 
 /// One number of each condition out of fold, of both models.
 std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
-  Series simulated{"simulated", Series::Style::points, {}, of_simulated};
-  Series extended{"extended", Series::Style::points, {}, of_extended};
+  Series simulated{"simulated", Series::Style::points, {}, report::of_simulated};
+  Series extended{"extended", Series::Style::points, {}, report::of_extended};
   for (const std::size_t i : by_distance(data.design)) {
     const io::Condition& c = data.design.conditions()[i];
     const std::string title = fmt::format("{}: {}\ngap, held out: simulated {}, extended {}", c.id, setting_of(c),

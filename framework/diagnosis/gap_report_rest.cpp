@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -79,38 +80,52 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
 }
 
-/// What the gap followed before the search, by curves without physics, the strongest first.
+constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
+
+/// The strongest first, those of any observable among them: light tells more by its gain than metres do.
+std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
+  std::ranges::stable_sort(patterns, std::greater<>{}, &Pattern::gain);
+  std::array<std::size_t, observables> count{};
+  std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
+  if (patterns.size() > max_patterns) patterns.resize(max_patterns);
+  return patterns;
+}
+
+/// Curves that sign flips of whole conditions can say nothing of.
+std::string on_few_conditions(const std::vector<Pattern>& few) {
+  const auto strongest = std::ranges::max_element(few, {}, &Pattern::gain);
+  return fmt::format(
+      "{} curve{} beyond the noise, too, but so few conditions carry {} that sign flips prove nothing; the strongest "
+      "is {} ({}).",
+      few.size(), few.size() == 1 ? " is" : "s are", few.size() == 1 ? "it" : "each", name_of(*strongest),
+      shown(strongest->size, strongest->observable));
+}
+
+/// What the gap followed before the search, by curves without physics.
 void add_patterns(report::Page& page, const SearchResult& search) {
-  constexpr double false_discoveries = 0.05;  // p-values in `where` are below their limit, which is never above this
-  constexpr std::size_t max_patterns = 12;
-  std::vector<Pattern> strongest;
-  std::ranges::copy_if(search.where, std::back_inserter(strongest),
-                       [](const Pattern& p) { return p.p_value <= false_discoveries; });
-  std::ranges::stable_sort(strongest, std::greater<>{}, &Pattern::gain);
+  constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
+  std::vector<Pattern> sure, few;
+  for (const Pattern& p : search.where) (p.p_value <= false_discoveries ? sure : few).push_back(p);
   std::vector<Row> rows;
-  for (const Pattern& p : strongest) {
-    if (rows.size() == max_patterns) break;
-    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share),
+  for (const Pattern& p : shown_patterns(sure))
+    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.1f} %", 100 * p.share),
                     report::plain(p.p_value, 2)});
-  }
-  const std::size_t few = search.where.size() - strongest.size();
   if (rows.empty()) {
-    page.paragraph(
-        "Before the search no curve over a single setting told the gap from chance. Effects are told by their own "
-        "shapes, which are sharper: what the verdict names does not rest on such curves.");
+    page.paragraph(fmt::format(
+        "Before the search no curve over a setting passes sign flips of whole conditions (p at most {}).{}",
+        false_discoveries,
+        search.found.empty() ? "" : " What the verdict names was told by its own shape, which is sharper than these."));
   } else {
     page.paragraph(fmt::format(
         "Before the search the gap followed these settings beyond chance: curves without physics, the strongest first, "
         "{}. They overlap. p is how often chance does as much, by sign flips of whole conditions.",
-        rows.size() < strongest.size() ? fmt::format("{} of {}", rows.size(), strongest.size())
-                                       : fmt::format("{} in all", rows.size())));
+        rows.size() < sure.size()
+            ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+            : fmt::format("{} in all", rows.size())));
     const Row header = {"of", "along", "size (root mean square)", "share of what exceeds noise", "p"};
     page.table(header, rows);
   }
-  if (few > 0)
-    page.paragraph(fmt::format(
-        "{} further curve{} far beyond the noise, but rest{} on so few conditions that sign flips prove nothing.", few,
-        few == 1 ? " is" : "s are", few == 1 ? "s" : ""));
+  if (!few.empty()) page.paragraph(on_few_conditions(few));
 }
 
 }  // namespace
@@ -140,7 +155,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});
   if (!rows.empty()) {
-    page.paragraph("After it this is left, and no effect explains it:");
+    page.paragraph("After the search this is left, and no effect explains it:");
     const Row header = {"of", "along", "size (root mean square)"};
     page.table(header, rows);
   }

@@ -148,7 +148,7 @@ double room_for(const std::vector<Span>& spans) {
 
 /// Rows below each other over one axis; `mark` draws a row at its height.
 template <class F> std::string rows_of(const std::vector<Span>& spans, const std::string& x_label,
-                                       const std::vector<double>& references, int width, F mark) {
+                                       const std::vector<double>& references, int width, std::size_t colour, F mark) {
   constexpr double row = 22, top = 8;
   Range range;
   for (const double r : references) range.add(r);
@@ -167,7 +167,7 @@ template <class F> std::string rows_of(const std::vector<Span>& spans, const std
   for (std::size_t i = 0; i < spans.size(); ++i) {
     const double y = top + row * (static_cast<double>(i) + 0.5);
     body += text(left - 8, y + 4, spans[i].label, "end");
-    body += fmt::format("<g{} {}>{}{}</g>", linked(spans[i].condition), colour_of(0), tooltip(spans[i].title),
+    body += fmt::format("<g{} {}>{}{}</g>", linked(spans[i].condition), colour_of(colour), tooltip(spans[i].title),
                         mark(spans[i], x, y));
   }
   return picture(width, static_cast<int>(bottom) + 42, x_label, body);
@@ -220,7 +220,7 @@ std::string chart(const Chart& c, int width, int height) {
 
 std::string forest(const std::vector<Span>& spans, const std::string& x_label, const std::vector<double>& references,
                    int width) {
-  return rows_of(spans, x_label, references, width, [](const Span& s, const Axis& x, double y) {
+  return rows_of(spans, x_label, references, width, of_extended, [](const Span& s, const Axis& x, double y) {
     return fmt::format(R"(<path d="M{:.1f} {:.1f}H{:.1f}" stroke="currentColor" stroke-width="2" fill="none"/>)"
                        R"(<circle cx="{:.1f}" cy="{:.1f}" r="4" fill="currentColor"/>)",
                        x.at(s.low), y, x.at(s.high), x.at(s.value), y);
@@ -228,7 +228,7 @@ std::string forest(const std::vector<Span>& spans, const std::string& x_label, c
 }
 
 std::string bars(const std::vector<Span>& spans, const std::string& x_label, int width) {
-  return rows_of(spans, x_label, {0}, width, [](const Span& s, const Axis& x, double y) {
+  return rows_of(spans, x_label, {0}, width, of_neither, [](const Span& s, const Axis& x, double y) {
     const double from = std::min(x.at(0), x.at(s.value)), to = std::max(x.at(0), x.at(s.value));
     return fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="14" fill="currentColor"/>)", from, y - 7,
                        std::max(to - from, 1.0));

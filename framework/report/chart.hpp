@@ -22,6 +22,9 @@ struct Mark {
   std::optional<std::size_t> condition = {};
 };
 
+/// Colours of the same things in all charts, numbers of io::line_colours.
+inline constexpr std::size_t of_measured = 0, of_simulated = 1, of_extended = 2, of_neither = 5;
+
 struct Series {
   enum class Style { points, line, dashes };
   std::string name;
@@ -44,7 +47,7 @@ struct Span {
   double value = 0, low = 0, high = 0;  ///< low and high: ends of the interval
   std::optional<std::size_t> condition = {};
 };
-/// Values with intervals below each other; dashed lines at references.
+/// Values of the extended model with intervals below each other; dashed lines at references.
 std::string forest(const std::vector<Span>& spans, const std::string& x_label, const std::vector<double>& references,
                    int width = 540);
 /// Bars from 0 to the values below each other.

@@ -27,8 +27,8 @@ h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid var(--rule); 
 .verdict.good { border-color: #2a8c4a; background: var(--good); }
 .verdict.warn { border-color: #d68910; background: var(--warn); }
 .verdict.bad { border-color: #c0392b; background: var(--bad); }
-.scroll, figure > div { overflow-x: auto; max-width: 100%; background: linear-gradient(to right, var(--paper) 12px, transparent) left local,
-  linear-gradient(to left, var(--paper) 12px, transparent) right local, linear-gradient(to right, var(--shade), transparent) left,
+.scroll, figure > div { overflow-x: auto; max-width: 100%; background: linear-gradient(to right, var(--paper) 20px, transparent) left local,
+  linear-gradient(to left, var(--paper) 20px, transparent) right local, linear-gradient(to right, var(--shade), transparent) left,
   linear-gradient(to left, var(--shade), transparent) right; background-repeat: no-repeat; background-size: 40px 100%, 40px 100%,
   18px 100%, 18px 100%; }
 table { border-collapse: collapse; margin: 10px 0; font-variant-numeric: tabular-nums; }
@@ -83,13 +83,29 @@ void Page::heading(std::string_view text) {
 
 void Page::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", escaped(text)); }
 
+namespace {
+
+/// Text for a cell: lines do not break between a number and its unit or its sign.
+std::string unbroken(std::string_view text) {
+  constexpr std::string_view plus_minus = "\u00b1";
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool behind_number = i > 0 && text[i - 1] >= '0' && text[i - 1] <= '9';
+    const bool stays = text[i] == ' ' && (behind_number || text.substr(0, i).ends_with(plus_minus));
+    result += stays ? "&nbsp;" : escaped(text.substr(i, 1));
+  }
+  return result;
+}
+
+}  // namespace
+
 void Page::table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows) {
   body_ += "<div class=\"scroll\"><table><tr>";
   for (const std::string& cell : header) body_ += fmt::format("<th>{}</th>", escaped(cell));
   body_ += "</tr>\n";
   for (const auto& row : rows) {
     body_ += "<tr>";
-    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", escaped(cell));
+    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", unbroken(cell));
     body_ += "</tr>\n";
   }
   body_ += "</table></div>\n";
