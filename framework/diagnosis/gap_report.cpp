@@ -55,14 +55,18 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
   page.table(header, rows);
 }
 
-/// What conditions have of their own, under the verdict: a reader sees it in every figure.
-void add_nuisances(report::Page& page, const ReportData& data) {
-  const std::vector<std::string> notes = notes_on_nuisances(data.at_the_end, data.d.search);
+/// What conditions have of their own, but boards that stand elsewhere: the verdict names these.
+std::vector<std::string> shared_by_conditions(const ReportData& data) {
+  std::vector<std::string> notes = notes_on_nuisances(data.at_the_end, data.d.search);
   const std::vector<std::string> misplaced = notes_on_misplaced(data.design, data.d.search);
+  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(misplaced, note) != misplaced.end(); });
+  return notes;
+}
+
+/// Under the verdict: a reader sees it in every figure.
+void add_nuisances(report::Page& page, const ReportData& data) {
   std::string text;
-  for (const std::string& note : notes) {
-    if (std::ranges::find(misplaced, note) == misplaced.end()) text += " " + note;
-  }
+  for (const std::string& note : shared_by_conditions(data)) text += " " + note;
   if (!text.empty())
     page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:" + text +
                    " Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
@@ -107,7 +111,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
 /// All but what stands under the verdict.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
-  const std::vector<std::string> above = notes_on_nuisances(data.at_the_end, data.d.search);
+  const std::vector<std::string> above = shared_by_conditions(data);
   std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(above, note) != above.end(); });
   if (notes.empty()) return;
   page.heading("Notes");

@@ -95,7 +95,8 @@ std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
 std::string on_few_conditions(const std::vector<Pattern>& few) {
   const auto strongest = std::ranges::max_element(few, {}, &Pattern::gain);
   return fmt::format(
-      "{} curve{} beyond the noise, too, but so few conditions carry {} that sign flips prove nothing; the strongest "
+      "{} curve{} beyond the noise as well, but so few conditions carry {} that sign flips prove nothing; the "
+      "strongest "
       "is {} ({}).",
       few.size(), few.size() == 1 ? " is" : "s are", few.size() == 1 ? "it" : "each", name_of(*strongest),
       shown(strongest->size, strongest->observable));
