@@ -10,7 +10,6 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double blind_below = 5;       ///< standard deviations
 constexpr double determined_above = 3;  ///< singular value of a signature
 constexpr double found_at = 8;          ///< standard deviations at which a search finds an effect
 constexpr double alike_above = 0.9;

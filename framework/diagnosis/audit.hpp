@@ -9,6 +9,9 @@
 
 namespace tofgraph::diagnosis {
 
+/// Standard deviations: an effect that shows in fewer at its typical size is one that the data could not have shown.
+inline constexpr double blind_below = 5;
+
 struct Visibility {
   const Candidate* candidate = nullptr;
   double norm = 0;       ///< of the signature at the typical size, in standard deviations

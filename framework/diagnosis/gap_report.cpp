@@ -4,10 +4,12 @@
 
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
+#include "diagnosis/notes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::diagnosis {
@@ -18,20 +20,21 @@ void add_found(report::Page& page, const Diagnosis& d) {
   std::vector<Row> rows;
   for (std::size_t t = 0; t < d.effects.size(); ++t) {
     const EffectResult& e = d.effects[t];
-    std::string size;
+    std::string sizes;
     for (const ParameterResult& p : e.parameters) {
-      if (!p.shape && size.empty()) size = p.name + " " + with_uncertainty(p.value, p.interval, p.unit);
+      if (!p.shape) sizes += (sizes.empty() ? "" : "\n") + p.name + " " + value_text(p);
     }
     const bool added = e.change == "added";
     rows.push_back(
         {e.tied_with.empty() ? e.name : fmt::format("{} or {}", e.name, fmt::join(e.tied_with, " or ")),
          added ? "missing in the model" : "in the model, fitted again",
-         d.search.after.state.terms[t].candidate->descriptor().summary, size,
+         d.search.after.state.terms[t].candidate->descriptor().summary, sizes,
          added ? fmt::format("{} → {}", shown(e.held_out_before, distance), shown(e.held_out_after, distance)) : "-",
          added && !std::isnan(e.chosen) ? fmt::format("{:.0f} %", 100 * e.chosen) : "-"});
   }
   if (rows.empty()) return;
-  const Row header = {"effect", "", "what it is", "size", "held-out gap without it → with it", "folds that chose it"};
+  const Row header = {
+      "effect", "", "what it is", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it"};
   page.table(header, rows);
 }
 
@@ -46,19 +49,40 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
     rows.push_back({label(o), shown(g.held_out_before, o), shown(g.held_out_after, o) + interval, shown(g.before, o),
                     shown(g.after, o), shown(g.noise_floor, o), shown(g.noise_and_scatter, o)});
   }
-  const Row header = {"gap of", "held out, before", "held out, after (95 %)", "all, before", "all, after",
-                      "noise",  "noise and scatter"};
+  const Row header = {
+      "gap of", "simulated, held out", "extended, held out (95 %)", "simulated, all data", "extended, all data",
+      "noise",  "noise and scatter"};
   page.table(header, rows);
 }
 
-void add_verdict(report::Page& page, const Diagnosis& d) {
+/// What conditions have of their own, but boards that stand elsewhere: the verdict names these.
+std::vector<std::string> shared_by_conditions(const ReportData& data) {
+  std::vector<std::string> notes = notes_on_nuisances(data.at_the_end, data.d.search);
+  const std::vector<std::string> misplaced = notes_on_misplaced(data.design, data.d.search);
+  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(misplaced, note) != misplaced.end(); });
+  return notes;
+}
+
+/// Under the verdict: a reader sees it in every figure.
+void add_nuisances(report::Page& page, const ReportData& data) {
+  std::string text;
+  for (const std::string& note : shared_by_conditions(data)) text += " " + note;
+  if (!text.empty())
+    page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:" + text +
+                   " Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
+                   "and nothing that conditions share." +
+                   (data.at_the_end.allowed.boards ? " What is extended has the shapes of the boards." : ""));
+}
+
+void add_verdict(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
   constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
   page.verdict(summary(d), moods.at(static_cast<std::size_t>(d.verdict)));
+  add_nuisances(page, data);
   page.paragraph(
-      "The gap is what the measurement differs by from the simulation: root mean square over conditions (one board at "
-      "one "
+      "The gap is what the measurement differs by from a model: root mean square over conditions (one board at one "
       "distance with one setting) and over the sensor. Distances are along the optical axis, from the sensor plane. "
-      "Before: the model as it was; after: the model with what was found (model.yaml).");
+      "Simulated: the model as it was; extended: the model with what was found (model.yaml).");
   add_found(page, d);
   const CrossFit& folds = d.search.cross_fit;
   page.paragraph(
@@ -66,7 +90,10 @@ void add_verdict(report::Page& page, const Diagnosis& d) {
           ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
           : fmt::format(
                 "Held out: {} times some levels of a setting (a fold) were put aside, effects were chosen and "
-                "fitted without them, and what came out had to predict them. Noise: what frames and repeated "
+                "fitted without them, and what came out had to predict them. That holds for the columns that say so "
+                "and "
+                "for the chart of each condition's gap; all other figures show fits to all data. Noise: what frames "
+                "and repeated "
                 "conditions say. Noise and scatter: that of the frames, and what boards, camera and light differ by "
                 "from one condition to the next, as the fit needs it; a gap as large has nothing left to explain. N1 / "
                 "2I and N2 / a are the null channels, sums of the samples that "
@@ -79,6 +106,16 @@ void add_verdict(report::Page& page, const Diagnosis& d) {
       "How far to trust such a verdict: {} campaigns like this one were simulated, with nothing or one known effect "
       "hidden. Where the search named an effect, it was right in {} of {}; where it found nothing, in {} of {}.",
       c.cases(), c.named_right, c.named, c.silent_right, c.silent));
+}
+
+/// All but what stands under the verdict.
+void add_notes(report::Page& page, const ReportData& data) {
+  std::vector<std::string> notes = data.d.notes;
+  const std::vector<std::string> above = shared_by_conditions(data);
+  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(above, note) != above.end(); });
+  if (notes.empty()) return;
+  page.heading("Notes");
+  for (const std::string& note : notes) page.paragraph(note);
 }
 
 }  // namespace
@@ -105,7 +142,7 @@ report::Page gap_report(const Diagnosis& diagnosis) {
   report::Page page("Where simulation and measurement differ");
   add_origin(page, data);
   page.heading("Verdict");
-  add_verdict(page, diagnosis);
+  add_verdict(page, data);
   add_curves(page, data);
   add_conditions(page, data);
   add_maps(page, data);
@@ -115,10 +152,7 @@ report::Page gap_report(const Diagnosis& diagnosis) {
   add_rest(page, data);
   add_blind(page, data);
   add_next(page, data);
-  if (!diagnosis.notes.empty()) {
-    page.heading("Notes");
-    for (const std::string& note : diagnosis.notes) page.paragraph(note);
-  }
+  add_notes(page, data);
   return page;
 }
 

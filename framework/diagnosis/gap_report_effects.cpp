@@ -18,13 +18,6 @@ constexpr std::size_t max_bars = 10;        ///< of an effect's conditions
 constexpr std::size_t max_correlated = 16;  ///< parameters in a picture
 constexpr double correlated = 0.9;
 
-std::string value_text(const ParameterResult& p) {
-  if (!std::isfinite(p.interval.low))
-    return with_uncertainty(p.value, p.interval, p.unit) + ", scales maps that were estimated";
-  if (p.standing == Standing::not_determined) return "not determined";
-  return with_uncertainty(p.value, p.interval, p.unit);
-}
-
 std::string remark(const ParameterResult& p) {
   if (p.standing == Standing::not_determined) return "the data leave it where it began";
   return p.standing == Standing::holds_zero ? "holds zero: the value that changes nothing lies within the interval"
@@ -97,29 +90,37 @@ std::string carriers(const ReportData& data, const EffectResult& e) {
   return report::bars(spans, e.name + ": share of the gain / %", 860);
 }
 
-/// What a rival's model has more than the model found, over the distance.
+/// What a rival's model has more than the extended model, over the distance.
 std::string apart(const ReportData& data, const EffectResult& e, const Rival& rival) {
   const Column change =
       difference(expected(data.at_the_end, rival.state), expected(data.at_the_end, data.d.search.after.state));
   const auto sigma = differences_in_sigma(data.at_the_end, data.d.search.after.state, rival.state);
-  report::Series points{"", report::Series::Style::points, {}};
+  report::Series points{"", report::Series::Style::points, {}, report::of_neither};
   for (std::size_t i = 0; i < change.size(); ++i) {
     const io::Condition& c = data.design.conditions()[i];
     std::vector<double> depths;
     for (std::size_t s = 0; s < data.design.superpixels(); ++s)
       depths.push_back(scaled(change[i][s] / data.design.shift(i)[s], distance));
     points.marks.push_back({c.board_distance, mean(depths), 0,
-                            fmt::format("{}: {}\n{:+.3g} mm; {:.1f} sd over the whole condition", c.id, setting_of(c),
-                                        mean(depths), sigma[i]),
+                            fmt::format("{}: {}\n{} mm; {} sd over the whole condition", c.id, setting_of(c),
+                                        report::plain(mean(depths), 3, true), report::plain(sigma[i], 2)),
                             i});
   }
   return report::chart({.title = rival.candidate->name() + " minus " + e.name,
                         .x_label = "distance of the board / m",
-                        .y_label = "expected distance / mm",
-                        .series = {points}});
+                        .y_label = "difference of the expected distances / mm",
+                        .series = {points},
+                        .with_zero = true});
 }
 
 }  // namespace
+
+std::string value_text(const ParameterResult& p) {
+  if (!std::isfinite(p.interval.low))
+    return with_uncertainty(p.value, p.interval, p.unit) + ", scales maps that were estimated";
+  if (p.standing == Standing::not_determined) return "not determined";
+  return with_uncertainty(p.value, p.interval, p.unit);
+}
 
 void add_parameters(report::Page& page, const ReportData& data) {
   const Diagnosis& d = data.d;
@@ -170,7 +171,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
   for (std::size_t t = 0; t < data.d.effects.size(); ++t) {
     const EffectResult& e = data.d.effects[t];
     for (const Rival& rival : e.rivals) {
-      rows.push_back({e.name, rival.candidate->name(), fmt::format("{:.4g}", rival.deviance),
+      rows.push_back({e.name, rival.candidate->name(), report::plain(rival.deviance),
                       rival.tied ? "cannot be told apart (a tie)" : "worse"});
       if (rival.tied) pictures.push_back(apart(data, e, rival));
     }

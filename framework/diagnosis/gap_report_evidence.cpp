@@ -38,57 +38,81 @@ std::vector<Mark> joined(const Design& design, const std::vector<std::size_t>& o
   return line;
 }
 
+/// Whether two series lie on each other, so that one hides the other.
+bool alike(const Series& one, const Series& other) {
+  double span = 0, apart = 0;
+  for (std::size_t i = 0; i < one.marks.size(); ++i) {
+    if (!std::isfinite(one.marks[i].y) || !std::isfinite(other.marks[i].y)) continue;
+    span = std::max(span, std::abs(one.marks[i].y));
+    apart = std::max(apart, std::abs(one.marks[i].y - other.marks[i].y));
+  }
+  constexpr double rounding = 1e-4, of_span = 1e-3;
+  return apart < std::max(rounding, of_span * span);
+}
+
+/// Both models where they differ; one series that says so where they do not.
+void join(report::Chart& chart, Series simulated, Series extended) {
+  const bool same = alike(simulated, extended);
+  if (same) simulated.name = "simulated and extended (the same)";
+  if (!same) chart.series.push_back(std::move(extended));
+  chart.series.push_back(std::move(simulated));
+}
+
 std::string curve(const ReportData& data, std::size_t o) {
   const Evidence& e = data.evidence.at(o);
   const std::vector<std::size_t> order = by_distance(data.design);
-  Series points{"measured", Series::Style::points, {}};
+  Series points{"measured", Series::Style::points, {}, report::of_measured};
   for (const std::size_t i : order) {
     const io::Condition& c = data.design.conditions()[i];
     points.marks.push_back(
         {.x = c.board_distance,
          .y = scaled(e.means[i].measured, o),
          .error = scaled(1.96 * e.means[i].sd, o),
-         .title =
-             fmt::format("{}: {}\nmeasured {:+.3g} {unit}, simulated {:+.3g} {unit}, extended {:+.3g} {unit}\n"
-                         "standard deviation {:.2g} {unit}; {:.1f} from the extended model",
-                         c.id, setting_of(c), scaled(e.means[i].measured, o), scaled(e.means[i].simulated, o),
-                         scaled(e.means[i].extended, o), scaled(e.means[i].sd, o),
-                         (e.means[i].measured - e.means[i].extended) / e.means[i].sd, fmt::arg("unit", unit_of(o))),
+         .title = fmt::format("{}: {}\nmeasured {}, simulated {}, extended {}\n"
+                              "standard deviation {}; {} from the extended model",
+                              c.id, setting_of(c), shown_signed(e.means[i].measured, o),
+                              shown_signed(e.means[i].simulated, o), shown_signed(e.means[i].extended, o),
+                              shown(e.means[i].sd, o),
+                              report::plain((e.means[i].measured - e.means[i].extended) / e.means[i].sd, 2)),
          .condition = i});
   }
-  return report::chart(
-      {.title = label(o),
-       .x_label = "distance of the board / m",
-       .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
-       .series = {
-           points,
-           {"simulated", Series::Style::dashes, joined(data.design, order, e.means, &Evidence::Mean::simulated, o)},
-           {"extended", Series::Style::line, joined(data.design, order, e.means, &Evidence::Mean::extended, o)}}});
+  Series simulated{"simulated", Series::Style::dashes,
+                   joined(data.design, order, e.means, &Evidence::Mean::simulated, o), report::of_simulated};
+  Series extended{"extended", Series::Style::line, joined(data.design, order, e.means, &Evidence::Mean::extended, o),
+                  report::of_extended};
+  report::Chart chart{.title = label(o),
+                      .x_label = "distance of the board / m",
+                      .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
+                      .series = {points}};
+  join(chart, std::move(simulated), std::move(extended));
+  return report::chart(chart);
 }
 
-/// One number of each condition out of fold, before and after.
+/// One number of each condition out of fold, of both models.
 std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
-  Series before{"before", Series::Style::points, {}}, after{"after", Series::Style::points, {}};
+  Series simulated{"simulated", Series::Style::points, {}, report::of_simulated};
+  Series extended{"extended", Series::Style::points, {}, report::of_extended};
   for (const std::size_t i : by_distance(data.design)) {
     const io::Condition& c = data.design.conditions()[i];
-    const std::string title = fmt::format("{}: {}\ngap before {}, after {}", c.id, setting_of(c),
+    const std::string title = fmt::format("{}: {}\ngap, held out: simulated {}, extended {}", c.id, setting_of(c),
                                           shown(gaps[i].before, distance), shown(gaps[i].after, distance));
-    const double place = static_cast<double>(before.marks.size()) + 1;
-    before.marks.push_back({place, scaled(gaps[i].before, distance), 0, title, i});
-    after.marks.push_back({place, scaled(gaps[i].after, distance), 0, title, i});
+    const double place = static_cast<double>(simulated.marks.size()) + 1;
+    simulated.marks.push_back({place, scaled(gaps[i].before, distance), 0, title, i});
+    extended.marks.push_back({place, scaled(gaps[i].after, distance), 0, title, i});
   }
-  return report::chart({.title = "distance gap of each condition",
-                        .x_label = "conditions, from the nearest board to the farthest",
-                        .y_label = "gap / mm",
-                        .series = {after, before},
-                        .from_zero = true},
-                       std::max(540, static_cast<int>(90 + 9 * data.design.size())));
+  report::Chart chart{.title = "distance gap of each condition, held out",
+                      .x_label = "conditions, from the nearest board to the farthest",
+                      .y_label = "gap / mm",
+                      .series = {},
+                      .with_zero = true};
+  join(chart, std::move(simulated), std::move(extended));
+  return report::chart(chart, std::max(540, static_cast<int>(90 + 9 * data.design.size())));
 }
 
 std::string numbers(const std::vector<double>& values, std::size_t o) {
   std::string text;
   for (const double v : values)
-    text += (text.empty() ? "" : ",") + (std::isfinite(v) ? fmt::format("{:.3g}", scaled(v, o)) : std::string("null"));
+    text += (text.empty() ? "" : ",") + (std::isfinite(v) ? report::plain(scaled(v, o)) : std::string("null"));
   return "[" + text + "]";
 }
 
@@ -100,7 +124,7 @@ void add_click(report::Page& page, const ReportData& data) {
     options += fmt::format("<option value=\"{}\">{}</option>", i, report::escaped(c.id + ": " + setting_of(c)));
   }
   for (std::size_t i = 0; i < data.design.size(); ++i)
-    list += fmt::format("{}{{\"before\":{},\"after\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
+    list += fmt::format("{}{{\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
                         numbers(e.before[i], distance), numbers(e.after[i], distance), numbers(e.sd[i], distance));
   for (const io::Colour colour : io::signed_colours)
     palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
@@ -121,13 +145,17 @@ void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
     sizes.push_back(scaled(e.map_before[s], o));
     ratios.push_back(e.map_before[s] / e.map_sd[s]);
   }
-  const double limit = report::percentile_98(sizes);
+  const double limit = scale_of(sizes);
+  const bool same = std::ranges::equal(e.map_before, e.map_after, [&](double one, double other) {
+    return !(std::abs(scaled(one - other, o)) > 1e-3 * limit);
+  });
   // Chance alone reaches three.
   const double sigma_limit = std::max(report::percentile_98(ratios), 3.0);
   constexpr int width = 276, height = 240;  // four in a row
   std::vector<std::string> maps, of_sigma;
-  for (const auto& [values, when] : {std::pair(&e.map_before, "before"), std::pair(&e.map_after, "after")}) {
-    report::FieldMap map = sensor_map(data.design, *values, e.map_sd, o, fmt::format("{}, {}", label(o), when));
+  for (const auto& [values, which] : {std::pair(&e.map_before, "simulated"), std::pair(&e.map_after, "extended")}) {
+    report::FieldMap map =
+        sensor_map(data.design, *values, e.map_sd, o, fmt::format("{}, {}", label(o), same ? "both models" : which));
     map.limit = limit;
     maps.push_back(report::field_map(map, width, height));
     map.title += ", in sd";
@@ -135,6 +163,7 @@ void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
     map.limit = sigma_limit;
     for (std::size_t s = 0; s < values->size(); ++s) map.fields[s].value = (*values)[s] / e.map_sd[s];
     of_sigma.push_back(report::field_map(map, width, height));
+    if (same) break;
   }
   std::ranges::copy(of_sigma, std::back_inserter(maps));
   page.figures(maps);
@@ -146,10 +175,8 @@ void add_curves(report::Page& page, const ReportData& data) {
   page.heading("Over the distance");
   page.paragraph(
       "Errors of the camera, against an ideal one that looks at the same board: measured (each condition, mean over "
-      "its "
-      "image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated (the model "
-      "as "
-      "it was) and extended (the model found). Lines are means over the conditions at a distance.");
+      "its image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated and "
+      "extended. Lines are means over the conditions at a distance. All data were fitted: nothing is held out here.");
   std::vector<std::string> charts;
   for (const std::size_t o : {distance, amplitude}) {
     if (data.evidence.contains(o)) charts.push_back(curve(data, o));
@@ -166,8 +193,8 @@ void add_conditions(report::Page& page, const ReportData& data) {
     const std::vector<std::string> charts = {gap_chart(data, gaps)};
     page.figures(
         charts,
-        "Root mean square over the condition's image, each time predicted by a model that was chosen and fitted "
-        "without this condition's level (held out).");
+        "Root mean square over the condition's image. Held out: each condition is predicted by models that were "
+        "chosen and fitted without its level.");
   }
   if (data.design.superpixels() > 1) add_click(page, data);
 }
@@ -176,9 +203,9 @@ void add_maps(report::Page& page, const ReportData& data) {
   if (data.design.superpixels() < 2) return;
   page.heading("Over the sensor");
   page.paragraph(
-      "Residuals (measured minus model), mean over all conditions, on one scale before and after. Beside them the same "
-      "in "
-      "standard deviations (sd) of that mean: within 3 sd it is what chance gives.");
+      "Residuals, measured minus simulated and measured minus extended, mean over all conditions, on one scale. Beside "
+      "them the same in standard deviations (sd) of that mean: within 3 sd it is what chance gives. All data were "
+      "fitted: nothing is held out here.");
   bool folded = false;
   for (const auto& [o, e] : data.evidence) {
     if (o == intensity) {

@@ -25,6 +25,9 @@ struct ReportData {
 
 using Row = std::vector<std::string>;
 
+/// A parameter's value with its interval, or why there is none.
+std::string value_text(const ParameterResult& parameter);
+
 /// Model, campaign, command, date, files.
 void add_origin(report::Page& page, const ReportData& data);
 /// Measured, simulated and extended over the distance.

@@ -4,11 +4,11 @@
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
 #include "diagnosis/structure.hpp"
-#include "report/plot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -69,15 +69,64 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
     const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
     cells[cell].push_back(mean(values[i]));
     map.fields[cell].condition = i;
-    map.fields[cell].title += fmt::format("{}{}: {:+.3g} {}", map.fields[cell].title.empty() ? "" : "\n", c.id,
-                                          scaled(mean(values[i]), o), unit_of(o));
+    map.fields[cell].title +=
+        fmt::format("{}{}: {}", map.fields[cell].title.empty() ? "" : "\n", c.id, shown_signed(mean(values[i]), o));
   }
   std::vector<double> all;
   for (std::size_t k = 0; k < cells.size(); ++k) all.push_back(map.fields[k].value = scaled(mean(cells[k]), o));
-  map.limit = report::percentile_98(all);
+  map.limit = scale_of(all);
   map.x_label = with_time ? "target, integration time" : "target";
   map.y_label = "board";
   return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
+}
+
+constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
+
+/// The strongest first, those of any observable among them: light tells more by its gain than metres do.
+std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
+  std::ranges::stable_sort(patterns, std::greater<>{}, &Pattern::gain);
+  std::array<std::size_t, observables> count{};
+  std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
+  if (patterns.size() > max_patterns) patterns.resize(max_patterns);
+  return patterns;
+}
+
+/// Curves that sign flips of whole conditions can say nothing of.
+std::string on_few_conditions(const std::vector<Pattern>& few) {
+  const auto strongest = std::ranges::max_element(few, {}, &Pattern::gain);
+  return fmt::format(
+      "{} curve{} beyond the noise as well, but so few conditions carry {} that sign flips prove nothing; the "
+      "strongest "
+      "is {} ({}).",
+      few.size(), few.size() == 1 ? " is" : "s are", few.size() == 1 ? "it" : "each", name_of(*strongest),
+      shown(strongest->size, strongest->observable));
+}
+
+/// What the gap followed before the search, by curves without physics.
+void add_patterns(report::Page& page, const SearchResult& search) {
+  constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
+  std::vector<Pattern> sure, few;
+  for (const Pattern& p : search.where) (p.p_value <= false_discoveries ? sure : few).push_back(p);
+  std::vector<Row> rows;
+  for (const Pattern& p : shown_patterns(sure))
+    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.1f} %", 100 * p.share),
+                    report::plain(p.p_value, 2)});
+  if (rows.empty()) {
+    page.paragraph(fmt::format(
+        "Before the search no curve over a setting passes sign flips of whole conditions (p at most {}).{}",
+        false_discoveries,
+        search.found.empty() ? "" : " What the verdict names was told by its own shape, which is sharper than these."));
+  } else {
+    page.paragraph(fmt::format(
+        "Before the search the gap followed these settings beyond chance: curves without physics, the strongest first, "
+        "{}. They overlap. p is how often chance does as much, by sign flips of whole conditions.",
+        rows.size() < sure.size()
+            ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+            : fmt::format("{} in all", rows.size())));
+    const Row header = {"of", "along", "size (root mean square)", "share of what exceeds noise", "p"};
+    page.table(header, rows);
+  }
+  if (!few.empty()) page.paragraph(on_few_conditions(few));
 }
 
 }  // namespace
@@ -95,31 +144,19 @@ std::string rest_map(const ReportData& data) {
   report::FieldMap map = sensor_map(data.design, pattern, data.evidence.at(o).map_sd, o, title);
   std::vector<double> sizes;
   for (const report::Field& field : map.fields) sizes.push_back(field.value);
-  map.limit = report::percentile_98(sizes);
+  map.limit = scale_of(sizes);
   return report::field_map(map);
 }
 
 void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
-  std::vector<Row> before;
-  constexpr std::size_t max_patterns = 12;
-  for (const Pattern& p : search.where) {
-    if (p.significant && before.size() < max_patterns)
-      before.push_back(
-          {label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.0f} %", 100 * p.share)});
-  }
   page.heading("What the gap follows, and what no effect explains");
-  page.paragraph(
-      before.empty()
-          ? "Before the search the gap followed no setting beyond chance."
-          : "Before the search the gap followed these settings beyond chance (curves without physics; they overlap):");
-  const Row before_header = {"of", "along", "size (root mean square)", "share of what exceeds noise"};
-  if (!before.empty()) page.table(before_header, before);
+  add_patterns(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
   for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});
   if (!rows.empty()) {
-    page.paragraph("After it this is left, and no effect explains it:");
+    page.paragraph("After the search this is left, and no effect explains it:");
     const Row header = {"of", "along", "size (root mean square)"};
     page.table(header, rows);
   }

@@ -5,8 +5,8 @@
 
 namespace tofgraph::diagnosis {
 
-/// Needs `grid` (superpixels in a row), `palette` (rgb from -1 to 1) and `conditions` (before, after, sd in mm; null:
-/// nothing is known), a select "condition" and an element "condition-maps".
+/// Needs `grid` (superpixels in a row), `palette` (rgb from -1 to 1) and `conditions` (simulated, extended, sd in mm;
+/// null: nothing is known), a select "condition" and an element "condition-maps".
 inline constexpr const char* condition_script = R"js(
 const panel = document.getElementById("condition-maps"), choice = document.getElementById("condition");
 function colour(share) {
@@ -27,10 +27,11 @@ function map(values, sd, title, limit) {
     `<text class="ink" x="0" y="329">blue: -${limit} mm, white: 0, red: +${limit} mm</text></svg>`;
 }
 function show(i) {
-  const c = conditions[i], sizes = c.before.filter(v => v !== null).map(Math.abs);
-  const limit = Number(Math.max(...sizes, 1e-6).toPrecision(2));
+  const c = conditions[i], sizes = c.simulated.filter(v => v !== null).map(Math.abs);
+  const limit = Number(Math.max(...sizes, 1e-3).toPrecision(2));
   choice.value = i;
-  panel.innerHTML = map(c.before, c.sd, "before", limit) + map(c.after, c.sd, "after", limit);
+  panel.innerHTML = String(c.simulated) === String(c.extended) ? map(c.simulated, c.sd, "measured - simulated or extended", limit)
+    : map(c.simulated, c.sd, "measured - simulated", limit) + map(c.extended, c.sd, "measured - extended", limit);
 }
 choice.addEventListener("change", () => show(Number(choice.value)));
 document.addEventListener("click", event => {

@@ -3,20 +3,24 @@
 #include "diagnosis/gap_report_values.hpp"
 
 #include "config/quantity.hpp"
+#include "report/plot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace tofgraph::diagnosis {
 
 std::string shown(double value, std::size_t observable) {
-  constexpr double smallest = 1e-4;  // mm or percent: less is rounding
   if (!std::isfinite(value)) return "-";
-  const double number = std::abs(scaled(value, observable)) < smallest ? 0 : scaled(value, observable);
-  return fmt::format("{} {}", number == 0 ? "0" : fmt::format("{:#.3g}", number), unit_of(observable));
+  return fmt::format("{} {}", report::plain(scaled(value, observable)), unit_of(observable));
+}
+std::string shown_signed(double value, std::size_t observable) {
+  if (!std::isfinite(value)) return "-";
+  return fmt::format("{} {}", report::plain(scaled(value, observable), 3, true), unit_of(observable));
 }
 double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
 std::string unit_of(std::size_t observable) { return shown_unit(observable); }
@@ -68,19 +72,22 @@ double mean(const std::vector<double>& values) {
   return count > 0 ? sum / count : NAN;
 }
 
+double scale_of(const std::vector<double>& values) {
+  constexpr double smallest = 1e-3;  // mm or percent: what is less is rounding, and no picture
+  return std::max(report::percentile_98(values), smallest);
+}
+
 report::FieldMap sensor_map(const Design& design, const std::vector<double>& values, const std::vector<double>& sd,
                             std::size_t observable, const std::string& title) {
   const simulation::Pixels& pixels = design.pixels();
   report::FieldMap map{.title = title, .unit = unit_of(observable), .rows = pixels.rows, .columns = pixels.columns};
   for (std::size_t s = 0; s < values.size(); ++s)
-    map.fields.push_back(
-        {scaled(values[s], observable),
-         std::isfinite(values[s])
-             ? fmt::format("row {}, column {} of {} x {}: {:+.3g} {unit}, standard deviation {:.2g} {unit}",
-                           s / pixels.columns + 1, s % pixels.columns + 1, pixels.rows, pixels.columns,
-                           scaled(values[s], observable), scaled(sd[s], observable),
-                           fmt::arg("unit", unit_of(observable)))
-             : "nothing was measured here"});
+    map.fields.push_back({scaled(values[s], observable),
+                          std::isfinite(values[s])
+                              ? fmt::format("row {}, column {} of {} x {}: {}, standard deviation {}",
+                                            s / pixels.columns + 1, s % pixels.columns + 1, pixels.rows, pixels.columns,
+                                            shown_signed(values[s], observable), shown(sd[s], observable))
+                              : "nothing was measured here"});
   return map;
 }
 

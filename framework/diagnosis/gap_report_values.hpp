@@ -14,6 +14,8 @@ namespace tofgraph::diagnosis {
 
 /// Lengths in mm, what is relative in percent.
 std::string shown(double value, std::size_t observable);
+/// The same with its sign, as of a residual.
+std::string shown_signed(double value, std::size_t observable);
 double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);
 std::string label(std::size_t observable);
@@ -26,6 +28,9 @@ std::string sentence(const NextCondition& next);
 
 /// Of those that are finite; NaN when none is.
 double mean(const std::vector<double>& values);
+
+/// The end of a map's colours: 98 % of the values, in mm or percent, are within it.
+double scale_of(const std::vector<double>& values);
 
 /// Values over the superpixels, in mm or percent, or in `unit` as they are. @param sd one a superpixel, for tooltips
 report::FieldMap sensor_map(const Design& design, const std::vector<double>& values, const std::vector<double>& sd,

@@ -200,9 +200,13 @@ std::vector<double> differences_in_sigma(const Problem& problem, const State& on
   return sigma;
 }
 
+bool tells(const NextCondition& next) {
+  return next.sigma >= telling && next.difference >= least_change[next.observable];
+}
+
 const NextCondition* most_telling(const std::vector<NextCondition>& next) {
-  const auto first = std::ranges::find_if(
-      next, [](const NextCondition& one) { return one.sigma >= telling && one.sigma > one.measured_sigma; });
+  const auto first =
+      std::ranges::find_if(next, [](const NextCondition& one) { return tells(one) && one.sigma > one.measured_sigma; });
   return first == next.end() ? nullptr : &*first;
 }
 

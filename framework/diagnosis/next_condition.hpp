@@ -61,6 +61,9 @@ struct NextCondition {
 /// Less tells nothing: by so much one condition in twenty differs by chance.
 inline constexpr double telling = 2;
 
+/// Whether it tells, by a change that is as large as matters (least_change).
+bool tells(const NextCondition& next);
+
 /// The best condition for each pair of tied effects and for each blind one, of whatever size shows best; ties first,
 /// then the largest difference. What no condition of the list shows is left out.
 std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions);

@@ -106,14 +106,20 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
         "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
         "that is no noise.",
         1e3 * std::hypot(sd.jitter, sd.offset)));
-  else
-    for (const Misplaced& one : search.misplaced) {
-      const io::Condition& c = design.conditions()[one.condition];
-      notes.push_back(
-          fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
-                      "written, check that. It counts less.",
-                      c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
-    }
+  std::ranges::copy(notes_on_misplaced(design, search), std::back_inserter(notes));
+  return notes;
+}
+
+std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search) {
+  std::vector<std::string> notes;
+  if (search.something_left()) return notes;
+  for (const Misplaced& one : search.misplaced) {
+    const io::Condition& c = design.conditions()[one.condition];
+    notes.push_back(
+        fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
+                    "written, check that. It counts less.",
+                    c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
+  }
   return notes;
 }
 

@@ -18,6 +18,10 @@ std::vector<std::string> notes_on(const Measurements& measurements, const Proble
 /// What conditions have of their own, where it is enough to matter. @param problem with what the search allowed
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
+/// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It
+/// counts less.", for each that is; nothing where something is left that may be the cause.
+std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search);
+
 /// How far apart pixels are in the maps that were found, and how well each is known.
 std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps);
 

@@ -4,6 +4,7 @@
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report_values.hpp"
+#include "diagnosis/notes.hpp"
 
 #include <fmt/format.h>
 
@@ -197,15 +198,14 @@ std::string shrunk(const Diagnosis& d) {
   for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
     if (fall(o) > fall(most)) most = o;
   }
-  const double scale = shown_factor(most);
   const char* repeated = std::isnan(d.gaps[most].noise_floor)
-                             ? "{:.2f} {unit} scatter from one condition to the next, and without repeats nobody knows "
+                             ? "{} scatter from one condition to the next, and without repeats nobody knows "
                                "how much of that is noise"
-                             : "noise and scatter alone leave {:.2f} {unit}";
-  const std::string rest = fmt::format(fmt::runtime(repeated), scale * noise(most), fmt::arg("unit", shown_unit(most)));
-  return fmt::format("the {} gap {}goes from {:.2f} {unit} to {:.2f} {unit}, {}", observable_labels[most],
-                     aside ? "on held-out conditions " : "", scale * ends(most).first, scale * ends(most).second, rest,
-                     fmt::arg("unit", shown_unit(most)));
+                             : "noise and scatter alone leave {}";
+  const std::string rest = fmt::format(fmt::runtime(repeated), shown(noise(most), most));
+  return fmt::format("the {} gap {}goes from {} to {}, {}", observable_labels[most],
+                     aside ? "on held-out conditions " : "", shown(ends(most).first, most),
+                     shown(ends(most).second, most), rest);
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
@@ -225,9 +225,8 @@ std::string refitted(const Diagnosis& d) {
   return list_of(changes);
 }
 
-}  // namespace
-
-std::string summary(const Diagnosis& d) {
+/// What came out of the search, in a sentence.
+std::string outcome(const Diagnosis& d) {
   std::vector<std::string> names;
   std::vector<const EffectResult*> added;
   for (const EffectResult& effect : d.effects) {
@@ -253,6 +252,18 @@ std::string summary(const Diagnosis& d) {
                                  : fmt::format("No effect is missing, but the model's own values are off: {}; {}.",
                                                refitted(d), shrink);
   }
+}
+
+}  // namespace
+
+std::string summary(const Diagnosis& d) {
+  constexpr std::size_t told = 3;  // misplaced boards; the notes have all
+  const std::vector<std::string> misplaced = notes_on_misplaced(*d.measurements.design, d.search);
+  std::string text = outcome(d);
+  for (std::size_t i = 0; i < std::min(told, misplaced.size()); ++i) text += " " + misplaced[i];
+  if (misplaced.size() > told)
+    text += fmt::format(" {} more conditions are off likewise, see the notes.", misplaced.size() - told);
+  return text;
 }
 
 json report_json(const Diagnosis& d) {

@@ -29,6 +29,7 @@ int digits_of(double uncertainty) {
 
 std::string number(double value, int digits) {
   constexpr int max_digits = 7;
+  if (digits <= max_digits && std::abs(value) < 0.5 * std::pow(10, -digits)) value = 0;  // never "-0.00"
   if (digits > max_digits) return fmt::format("{:.{}e}", value, 2);
   if (digits >= 0) return fmt::format("{:.{}f}", value, digits);
   const double unit = std::pow(10, -digits);

@@ -119,7 +119,7 @@ std::string drawn(const Series& series, std::size_t number, const Axis& x, const
   if (series.style != Series::Style::points)
     points = fmt::format(R"(<path d="{}" fill="none" stroke="currentColor" stroke-width="2"{}/>)", path,
                          series.style == Series::Style::dashes ? " stroke-dasharray=\"6 4\"" : "");
-  return fmt::format("<g {}>{}</g>", colour_of(number), points);
+  return fmt::format("<g {}>{}</g>", colour_of(series.colour.value_or(number)), points);
 }
 
 std::string legend(const Chart& chart, double left, double y) {
@@ -133,7 +133,7 @@ std::string legend(const Chart& chart, double left, double y) {
             : line(left, y - 4, left + 20, y - 4,
                    fmt::format("stroke=\"currentColor\" stroke-width=\"2\"{}",
                                s.style == Series::Style::dashes ? " stroke-dasharray=\"6 4\"" : ""));
-    body += fmt::format("<g {}>{}</g>", colour_of(i), sign) + text(left + 25, y, s.name, "start");
+    body += fmt::format("<g {}>{}</g>", colour_of(s.colour.value_or(i)), sign) + text(left + 25, y, s.name, "start");
     left += 42 + letter * static_cast<double>(s.name.size());
   }
   return body;
@@ -148,7 +148,7 @@ double room_for(const std::vector<Span>& spans) {
 
 /// Rows below each other over one axis; `mark` draws a row at its height.
 template <class F> std::string rows_of(const std::vector<Span>& spans, const std::string& x_label,
-                                       const std::vector<double>& references, int width, F mark) {
+                                       const std::vector<double>& references, int width, std::size_t colour, F mark) {
   constexpr double row = 22, top = 8;
   Range range;
   for (const double r : references) range.add(r);
@@ -167,11 +167,13 @@ template <class F> std::string rows_of(const std::vector<Span>& spans, const std
   for (std::size_t i = 0; i < spans.size(); ++i) {
     const double y = top + row * (static_cast<double>(i) + 0.5);
     body += text(left - 8, y + 4, spans[i].label, "end");
-    body += fmt::format("<g{} {}>{}{}</g>", linked(spans[i].condition), colour_of(0), tooltip(spans[i].title),
+    body += fmt::format("<g{} {}>{}{}</g>", linked(spans[i].condition), colour_of(colour), tooltip(spans[i].title),
                         mark(spans[i], x, y));
   }
   return picture(width, static_cast<int>(bottom) + 42, x_label, body);
 }
+
+constexpr double before_scale = 10, of_scale = 16;  ///< px: between a map and its colour bar, up to its numbers
 
 std::string scale(const FieldMap& map, double left, double top, double bottom) {
   constexpr int steps = 24;
@@ -180,23 +182,33 @@ std::string scale(const FieldMap& map, double left, double top, double bottom) {
   for (int k = 0; k < steps; ++k)
     body += fmt::format(R"(<rect x="{:.1f}" y="{:.2f}" width="12" height="{:.2f}" fill="{}"/>)", left, top + height * k,
                         height + 0.3, colour_text(io::colour_at(io::signed_colours, 1 - (k + 0.5) / steps)));
-  body += text(left + 16, top + 10, fmt::format("{:+.2g}", map.limit), "start") +
-          text(left + 16, (top + bottom) / 2 + 4, "0", "start") +
-          text(left + 16, bottom, fmt::format("{:+.2g}", -map.limit), "start");
+  body += text(left + of_scale, top + 10, plain(map.limit, 2, true), "start") +
+          text(left + of_scale, (top + bottom) / 2 + 4, "0", "start") +
+          text(left + of_scale, bottom, plain(-map.limit, 2, true), "start");
   return body + text(left + 6, top - 8, map.unit, "middle");
 }
 
 }  // namespace
 
+std::string plain(double value, int digits, bool sign) {
+  constexpr double smallest = 1e-4;
+  if (!std::isfinite(value)) return "-";
+  if (std::abs(value) < smallest) return "0";
+  const auto behind = [&](double of) { return digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(of)))); };
+  const double unit = std::pow(10, -behind(value)), rounded = std::round(value / unit) * unit;
+  const int places = std::max(behind(rounded), 0);  // 9.99 may have become 10.0
+  return sign ? fmt::format("{:+.{}f}", rounded, places) : fmt::format("{:.{}f}", rounded, places);
+}
+
 std::string chart(const Chart& c, int width, int height) {
   const Frame f{62, 44, width - 14.0, height - 64.0};
   Range xs, ys;
-  if (c.from_zero) ys.add(0);
+  if (c.with_zero) ys.add(0);
   for (const Series& s : c.series) {
     for (const Mark& m : s.marks) {
       if (!std::isfinite(m.y)) continue;
       xs.add(m.x);
-      ys.add(m.y - (c.from_zero ? 0 : m.error));
+      ys.add(m.y - (c.with_zero ? 0 : m.error));
       ys.add(m.y + m.error);
     }
   }
@@ -208,7 +220,7 @@ std::string chart(const Chart& c, int width, int height) {
 
 std::string forest(const std::vector<Span>& spans, const std::string& x_label, const std::vector<double>& references,
                    int width) {
-  return rows_of(spans, x_label, references, width, [](const Span& s, const Axis& x, double y) {
+  return rows_of(spans, x_label, references, width, of_extended, [](const Span& s, const Axis& x, double y) {
     return fmt::format(R"(<path d="M{:.1f} {:.1f}H{:.1f}" stroke="currentColor" stroke-width="2" fill="none"/>)"
                        R"(<circle cx="{:.1f}" cy="{:.1f}" r="4" fill="currentColor"/>)",
                        x.at(s.low), y, x.at(s.high), x.at(s.value), y);
@@ -216,7 +228,7 @@ std::string forest(const std::vector<Span>& spans, const std::string& x_label, c
 }
 
 std::string bars(const std::vector<Span>& spans, const std::string& x_label, int width) {
-  return rows_of(spans, x_label, {0}, width, [](const Span& s, const Axis& x, double y) {
+  return rows_of(spans, x_label, {0}, width, of_neither, [](const Span& s, const Axis& x, double y) {
     const double from = std::min(x.at(0), x.at(s.value)), to = std::max(x.at(0), x.at(s.value));
     return fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="14" fill="currentColor"/>)", from, y - 7,
                        std::max(to - from, 1.0));
@@ -230,7 +242,8 @@ std::string field_map(const FieldMap& map, int width, int height) {
   const double left = 10 + letter * static_cast<double>(longest) + (map.y_label.empty() ? 0 : 4);
   const double below =
       (widest > 0 ? 14 + 0.6 * letter * static_cast<double>(widest) : 8) + (map.x_label.empty() ? 0 : 16);
-  const Frame f{left, 42, width - 62.0, height - below};
+  const double numbers = letter * static_cast<double>(std::max<std::size_t>(plain(map.limit, 2, true).size(), 3));
+  const Frame f{left, 42, width - before_scale - of_scale - numbers - 6, height - below};
   const double w = (f.right - f.left) / static_cast<double>(std::max<std::size_t>(map.columns, 1)),
                h = (f.bottom - f.top) / static_cast<double>(std::max<std::size_t>(map.rows, 1));
   std::string body = text(width / 2.0, 16, map.title, "middle", "font-weight=\"600\"");
@@ -246,7 +259,7 @@ std::string field_map(const FieldMap& map, int width, int height) {
     if (map.write_values && there)
       body += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="middle" font-size="11" fill="{}">{:.2f}</text>)",
                           x + w / 2, y + h / 2 + 4, std::abs(field.value) > 0.7 * map.limit ? "#ffffff" : "#222222",
-                          field.value);
+                          std::abs(field.value) < 0.005 ? 0 : field.value);  // never "-0.00"
   }
   const auto every = [](std::size_t count, double size) {  // names that do not lie over each other
     return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(14.0 / size * (count > 0 ? 1 : 0))));
@@ -259,7 +272,7 @@ std::string field_map(const FieldMap& map, int width, int height) {
   }
   if (!map.x_label.empty()) body += text((f.left + f.right) / 2, height - 6.0, map.x_label);
   if (!map.y_label.empty()) body += text(f.left - 5, f.top - 8, map.y_label, "end");
-  return picture(width, height, map.title, body + scale(map, f.right + 10, f.top, f.bottom));
+  return picture(width, height, map.title, body + scale(map, f.right + before_scale, f.top, f.bottom));
 }
 
 }  // namespace tofgraph::report

@@ -11,6 +11,9 @@
 
 namespace tofgraph::report {
 
+/// A number for people: so many significant digits, no exponent, "0" and never "-0" for what is below 0.0001.
+std::string plain(double value, int digits = 3, bool sign = false);
+
 /// A point with an error bar.
 struct Mark {
   double x = 0, y = 0;
@@ -19,18 +22,22 @@ struct Mark {
   std::optional<std::size_t> condition = {};
 };
 
+/// Colours of the same things in all charts, numbers of io::line_colours.
+inline constexpr std::size_t of_measured = 0, of_simulated = 1, of_extended = 2, of_neither = 5;
+
 struct Series {
   enum class Style { points, line, dashes };
   std::string name;
   Style style = Style::points;
-  std::vector<Mark> marks;  ///< lines join them in this order; what is not finite is left out
+  std::vector<Mark> marks;                 ///< lines join them in this order; what is not finite is left out
+  std::optional<std::size_t> colour = {};  ///< of io::line_colours; nothing: that of its place in the chart
 };
 
 /// Series over two axes, in the colours of io/palettes.hpp.
 struct Chart {
   std::string title, x_label, y_label;
   std::vector<Series> series;
-  bool from_zero = false;  ///< the y axis begins at 0
+  bool with_zero = false;  ///< 0 is on the y axis, and error bars do not widen it
 };
 std::string chart(const Chart& chart, int width = 540, int height = 300);
 
@@ -40,7 +47,7 @@ struct Span {
   double value = 0, low = 0, high = 0;  ///< low and high: ends of the interval
   std::optional<std::size_t> condition = {};
 };
-/// Values with intervals below each other; dashed lines at references.
+/// Values of the extended model with intervals below each other; dashed lines at references.
 std::string forest(const std::vector<Span>& spans, const std::string& x_label, const std::vector<double>& references,
                    int width = 540);
 /// Bars from 0 to the values below each other.

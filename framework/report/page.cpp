@@ -9,12 +9,13 @@
 namespace tofgraph::report {
 namespace {
 
-// Wide tables and charts scroll by themselves, so that the page fits a narrow screen.
+// Wide tables and charts scroll by themselves, so that the page fits a narrow screen. A shade at an edge tells that
+// something is beyond it: the paper that hides it goes with what is scrolled.
 constexpr const char* style = R"(
 :root { color-scheme: light dark; --text: #222; --quiet: #555; --paper: #fff; --behind: #fafafa; --rule: #ddd; --axis: #666;
-  --link: #1f4e9c; --plain: #f2f2f2; --good: #edf7f0; --warn: #fdf5e6; --bad: #fbeeec; }
+  --link: #1f4e9c; --shade: #0005; --plain: #f2f2f2; --good: #edf7f0; --warn: #fdf5e6; --bad: #fbeeec; }
 @media (prefers-color-scheme: dark) { :root { --text: #e4e4e4; --quiet: #aaa; --paper: #1b1d20; --behind: #121315;
-  --rule: #3a3d42; --axis: #9a9a9a; --link: #8ab4f8; --plain: #2a2d31; --good: #16301f; --warn: #38290f; --bad: #3b1d1a; }
+  --rule: #3a3d42; --axis: #9a9a9a; --link: #8ab4f8; --shade: #fff6; --plain: #2a2d31; --good: #16301f; --warn: #38290f; --bad: #3b1d1a; }
   .chart .s0 { color: #7aa7f0; } .chart .s1 { color: #f0837a; } .chart .s2 { color: #6fce8d; } .chart .s3 { color: #c792ea; }
   .chart .s4 { color: #f0b45a; } .chart .s5 { color: #bbb; } }
 * { box-sizing: border-box; }
@@ -26,12 +27,15 @@ h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid var(--rule); 
 .verdict.good { border-color: #2a8c4a; background: var(--good); }
 .verdict.warn { border-color: #d68910; background: var(--warn); }
 .verdict.bad { border-color: #c0392b; background: var(--bad); }
-.scroll { overflow-x: auto; max-width: 100%; }
+.scroll, figure > div { overflow-x: auto; max-width: 100%; background: linear-gradient(to right, var(--paper) 20px, transparent) left local,
+  linear-gradient(to left, var(--paper) 20px, transparent) right local, linear-gradient(to right, var(--shade), transparent) left,
+  linear-gradient(to left, var(--shade), transparent) right; background-repeat: no-repeat; background-size: 40px 100%, 40px 100%,
+  18px 100%, 18px 100%; }
 table { border-collapse: collapse; margin: 10px 0; font-variant-numeric: tabular-nums; }
-th, td { border-bottom: 1px solid var(--rule); padding: 4px 12px 4px 0; text-align: left; vertical-align: top; }
+th, td { border-bottom: 1px solid var(--rule); padding: 4px 12px 4px 0; text-align: left; vertical-align: top; white-space: pre-line; }
 th { border-bottom: 2px solid #999; }
 p, figcaption { max-width: 90ch; overflow-wrap: anywhere; }
-figure { margin: 12px 0; } figure > div { display: flex; flex-wrap: wrap; gap: 8px; overflow-x: auto; }
+figure { margin: 12px 0; } figure > div { display: flex; flex-wrap: wrap; gap: 8px; }
 figure svg { height: auto; max-width: 100%; flex: none; } figcaption { color: var(--quiet); font-size: 13.5px; }
 .chart .paper { fill: var(--paper); } .chart .ink { fill: var(--text); } .chart .rule { stroke: var(--rule); }
 .chart .axis { stroke: var(--axis); } [data-condition] { cursor: pointer; }
@@ -79,13 +83,29 @@ void Page::heading(std::string_view text) {
 
 void Page::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", escaped(text)); }
 
+namespace {
+
+/// Text for a cell: lines do not break between a number and its unit or its sign.
+std::string unbroken(std::string_view text) {
+  constexpr std::string_view plus_minus = "\u00b1";
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool behind_number = i > 0 && text[i - 1] >= '0' && text[i - 1] <= '9';
+    const bool stays = text[i] == ' ' && (behind_number || text.substr(0, i).ends_with(plus_minus));
+    result += stays ? "&nbsp;" : escaped(text.substr(i, 1));
+  }
+  return result;
+}
+
+}  // namespace
+
 void Page::table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows) {
   body_ += "<div class=\"scroll\"><table><tr>";
   for (const std::string& cell : header) body_ += fmt::format("<th>{}</th>", escaped(cell));
   body_ += "</tr>\n";
   for (const auto& row : rows) {
     body_ += "<tr>";
-    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", escaped(cell));
+    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", unbroken(cell));
     body_ += "</tr>\n";
   }
   body_ += "</table></div>\n";
