@@ -112,6 +112,7 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
 /// Settings of a condition that was measured, without what is of that measurement alone.
 io::Condition as_next(io::Condition c) {
   c.id = "next";
+  c.places.clear();
   c.capture.clear();
   c.frames.reset();
   c.roi.reset();
