@@ -6,6 +6,8 @@
 #include "io/captures/capture.hpp"
 #include "tests/program.hpp"
 
+#include <cmath>
+
 namespace tofgraph::tests {
 namespace {
 

@@ -128,17 +128,18 @@ TEST(Campaign, ATargetIsTakenForMisspelledWhereManyHaveNearlyItsLabel) {
     for (const config::Diagnostic& one : diagnostics.all()) said.push_back(one.message + ": " + one.hint);
     return said;
   };
-  using testing::ElementsAre, testing::IsEmpty;
+  using testing::ElementsAre;
+  const std::vector<std::string> nothing;
   EXPECT_THAT(warned({"grey", "grey", "gray", "grey"}),
               ElementsAre("target 'gray' has one condition only: did you mean 'grey'?"));
   EXPECT_THAT(warned({"white", "white", "White", "white", "White", "white"}),
               ElementsAre("target 'White' has two conditions only: did you mean 'white'?"));
-  EXPECT_THAT(warned({"grey", "gray", "grey"}), IsEmpty()) << "two of three tell nothing";
-  EXPECT_THAT(warned({"grey", "grey", "grey", "black"}), IsEmpty());
-  EXPECT_THAT(warned({"board 1", "board 1", "board 1", "board 2"}), IsEmpty()) << "a number is no misspelling";
-  EXPECT_THAT(warned({"75", "75", "75", "25"}), IsEmpty());
-  EXPECT_THAT(warned({"a", "a", "a", "b"}), IsEmpty());
-  EXPECT_THAT(warned({"grey", "grey", "grey", ""}), IsEmpty());
+  EXPECT_EQ(warned({"grey", "gray", "grey"}), nothing) << "two of three tell nothing";
+  EXPECT_EQ(warned({"grey", "grey", "grey", "black"}), nothing);
+  EXPECT_EQ(warned({"board 1", "board 1", "board 1", "board 2"}), nothing) << "a number is no misspelling";
+  EXPECT_EQ(warned({"75", "75", "75", "25"}), nothing);
+  EXPECT_EQ(warned({"a", "a", "a", "b"}), nothing);
+  EXPECT_EQ(warned({"grey", "grey", "grey", ""}), nothing);
 }
 
 void expect_same(double a, double b) {
