@@ -9,7 +9,6 @@
 namespace tofgraph::cli {
 
 struct CampaignArguments {
-  const config::Value& document;  ///< the campaign's file
   const io::Campaign& campaign;
   config::Diagnostics& diagnostics;
 };

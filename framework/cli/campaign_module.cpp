@@ -6,7 +6,6 @@
 
 extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* given) {
   const auto& arguments = *static_cast<const tofgraph::cli::CampaignArguments*>(given);
-  tofgraph::io::check_captures(arguments.document, arguments.campaign, tofgraph::io::CapturesFor::anything,
-                               arguments.diagnostics);
+  tofgraph::io::check_captures(arguments.campaign, tofgraph::io::CapturesFor::anything, arguments.diagnostics);
   return 0;
 }

@@ -72,7 +72,8 @@ std::string check_scene(const config::Value& document, config::Diagnostics& diag
 
 std::string check_campaign(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
   const io::Campaign campaign = io::read_campaign(document, diagnostics);
-  const CampaignArguments captures{document, campaign, diagnostics};
+  io::warn_of_targets(campaign, diagnostics);
+  const CampaignArguments captures{campaign, diagnostics};
   run_module("campaign", &captures);
   const std::size_t conditions = campaign.conditions.size();
   const std::string problem =

@@ -26,7 +26,8 @@ struct Common {
   bool quiet = false;
   bool verbose = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::function<int()> command;  ///< the one that was chosen
+  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::function<int()> command;                    ///< the one that was chosen
 };
 
 void add_run(CLI::App& app, Common& common);

@@ -56,6 +56,7 @@ void add_diagnose(CLI::App& app, Common& common) {
     common.command = [arguments, &common] {
       arguments->quiet = common.quiet;
       arguments->plugin_folders = common.plugin_folders;
+      arguments->plugin_path = common.plugin_path;
       return run_module("diagnose", arguments.get());
     };
   });

@@ -5,7 +5,7 @@
 #include "config/diagnostics.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
-#include "io/output_file.hpp"
+#include "io/output_files.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -46,25 +46,46 @@ std::string written(const fs::path& out) {
   return text;
 }
 
+/// A word as a shell reads it back.
+std::string in_shell(const std::string& word) {
+  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=@%+";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 /// The command line that gives the same result.
 std::string command_of(const DiagnoseArguments& a) {
-  std::string text = fmt::format("tofgraph diagnose --model {} --data {} -o {}", a.model, a.data, a.out);
+  std::string text =
+      fmt::format("tofgraph diagnose --model {} --data {} -o {}", in_shell(a.model), in_shell(a.data), in_shell(a.out));
   const DiagnoseArguments usual;
   if (a.max_effects != usual.max_effects) text += fmt::format(" --max-effects {}", a.max_effects);
   if (a.seed != usual.seed) text += fmt::format(" --seed {}", a.seed);
-  for (const std::string& name : a.without) text += " --without " + name;
+  for (const std::string& name : a.without) text += " --without " + in_shell(name);
   if (a.confidence != usual.confidence) text += fmt::format(" --confidence {}", a.confidence);
+  for (const std::string& id : a.skip) text += " --skip " + in_shell(id);
   if (a.skip_missing) text += " --skip-missing";
-  for (const fs::path& folder : a.plugin_folders) text += " --plugin-path " + folder.string();
+  for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());
   return text;
 }
 
-/// What a search of the same folder before had written and this one has not is removed.
-void write_or_remove(const fs::path& file, const std::string& text) {
-  if (text.empty())
-    fs::remove(file);
-  else
-    io::write_file(file, text);
+/// All or nothing of them, in place of what a search before left in the folder.
+void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
+  io::OutputFiles files;
+  const auto write_or_drop = [&](const char* name, const std::string& text) {
+    if (text.empty())
+      files.drop(out / name);
+    else
+      files.add(out / name).write(text);
+  };
+  diagnosis::write_maps(result, out, files);
+  files.add(out / "model.yaml").write(diagnosis::model_yaml(result));
+  files.add(out / "report.json").write(diagnosis::report_json(result).dump(2) + "\n");
+  write_or_drop(diagnosis::unexplained_map_name, diagnosis::unexplained_map(result));
+  write_or_drop(diagnosis::next_condition_name, diagnosis::next_condition_yaml(result));
+  files.add(out / "report.html").write(diagnosis::gap_report(result).html());
+  files.commit();
 }
 
 int diagnose(const DiagnoseArguments& arguments) {
@@ -85,6 +106,9 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.search.max_effects = arguments.max_effects;
   options.confidence = arguments.confidence;
   options.search.seed = arguments.seed;
+  options.warn = [&](const std::string& text) {
+    if (!arguments.quiet) say(text);
+  };
   options.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   std::unique_ptr<diagnosis::Diagnosis> result;
   const auto begin = std::chrono::system_clock::now();
@@ -98,12 +122,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   result->origin = {command_of(arguments), fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(begin)),
                     std::chrono::duration<double>(end - begin).count()};
   const fs::path out(arguments.out);
-  diagnosis::write_maps(*result, out);
-  io::write_file(out / "model.yaml", diagnosis::model_yaml(*result));
-  io::write_file(out / "report.json", diagnosis::report_json(*result).dump(2) + "\n");
-  write_or_remove(out / diagnosis::unexplained_map_name, diagnosis::unexplained_map(*result));
-  write_or_remove(out / diagnosis::next_condition_name, diagnosis::next_condition_yaml(*result));
-  diagnosis::gap_report(*result).write(out / "report.html");
+  write_outputs(*result, out);
   if (!arguments.quiet) say(fmt::format("{}\nwrote {}", diagnosis::summary(*result), written(out)));
   return 0;
 }

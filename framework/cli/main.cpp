@@ -107,6 +107,7 @@ int main(int argc, char** argv) {
   cli::add_diagnose(app, common);
   try {
     app.parse(argc, argv);
+    common.plugin_path = common.plugin_folders;
     common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
       if (!common.quiet) cli::say("warning: " + problem);
     });

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list of conditions that could be measured next, and the noise that they would have.
 #include "diagnosis/next_condition.hpp"
+#include "simulation/simulation.hpp"
 
 #include <tofgraph/physics/constants.hpp>
 
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double beyond_nearest = 0.7, beyond_farthest = 1.3;  ///< of the campaign's distances
 constexpr double tilt = 20 * std::numbers::pi / 180;           ///< rad
+/// m, of the unambiguous range: what sources beside the sensor and effects may add to a distance.
+constexpr double before_the_wrap = 0.1;
 constexpr std::size_t max_distances = 6, max_times = 3, max_targets = 3;
 constexpr double too_dark = 10;  ///< as for measured superpixels: amplitude in standard deviations of its mean
 constexpr double full = 0.98;    ///< of the full well, likewise
@@ -33,20 +36,52 @@ std::vector<double> distances_of(const Design& design) {
   for (std::size_t k = 0; k + 1 < levels.size(); ++k) all.push_back((all[k] + all[k + 1]) / 2);
   std::ranges::sort(all);
   std::vector<double> chosen = thinned(all, max_distances);
-  const double near = beyond_nearest * all.front(), far = beyond_farthest * all.back(),
-               focal = design.camera().focal_length;
-  const double range = physics::unambiguous_range(design.camera().modulation_frequency);
-  if (near > 2 * focal) chosen.insert(chosen.begin(), near);
-  if (far < range || all.back() > range) chosen.push_back(far);
+  const double near = beyond_nearest * all.front(), far = beyond_farthest * all.back();
+  if (near > 2 * design.camera().focal_length) chosen.insert(chosen.begin(), near);
+  chosen.push_back(far);
   return chosen;
 }
 
+/// Where boards can stand without their distance beginning anew at zero in some pixel: before the end of the
+/// unambiguous range, or no farther than the campaign's own.
+class Reach {
+ public:
+  explicit Reach(const Design& design)
+      : camera_(design.camera()),
+        pixels_(design.superpixels() > 1 ? simulation::whole_image(camera_) : design.pixels()),
+        most_(physics::unambiguous_range(camera_.modulation_frequency) - before_the_wrap) {
+    for (const io::Condition& c : design.conditions()) most_ = std::max(most_, farthest(c));
+  }
+
+  bool has(const io::Condition& condition) const { return farthest(condition) <= most_; }
+
+ private:
+  /// The longest path from the board to a pixel, m.
+  double farthest(const io::Condition& condition) const {
+    std::vector<simulation::Hit> hits(pixels_.size());
+    simulation::board_tracer(camera_.focal_length, pose_of(condition))({}, pixels_.rays, hits);
+    double longest = 0;
+    for (const simulation::Hit& hit : hits) {
+      if (std::isfinite(hit.return_path)) longest = std::max(longest, hit.return_path);  // not of pixels without a ray
+    }
+    return longest;
+  }
+
+  const tofgraph_camera& camera_;
+  simulation::Pixels pixels_;
+  double most_;  ///< m
+};
+
+/// Those of the campaign, and shorter and longer ones as far as the camera can be set to them.
 std::vector<double> times_of(const Design& design) {
   std::set<double> levels;
   for (const io::Condition& c : design.conditions()) levels.insert(c.integration_time);
   std::vector<double> chosen = thinned(std::vector(levels.begin(), levels.end()), max_times);
-  chosen.insert(chosen.begin(), chosen.front() / 2);
-  chosen.push_back(2 * chosen.back());
+  // What the profile does not tell is NaN, which fmax and fmin pass over.
+  const double shorter = std::fmax(chosen.front() / 2, design.camera().integration_time[0]),
+               longer = std::fmin(2 * chosen.back(), design.camera().integration_time[1]);
+  if (shorter < chosen.front()) chosen.insert(chosen.begin(), shorter);
+  if (longer > chosen.back()) chosen.push_back(longer);
   return chosen;
 }
 
@@ -74,6 +109,20 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
   return chosen;
 }
 
+/// Settings of a condition that was measured, without what is of that measurement alone.
+io::Condition as_next(io::Condition c) {
+  c.id = "next";
+  c.places.clear();
+  c.capture.clear();
+  c.frames.reset();
+  c.roi.reset();
+  c.order.reset();
+  c.recorded_at.clear();
+  c.session.clear();
+  c.measured = {};
+  return c;
+}
+
 double sample_level(const Signal& signal, std::size_t observable) {
   return observable == intensity || observable == null1 ? signal.intensity : std::abs(signal.phasor);
 }
@@ -85,27 +134,30 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const Design& design = problem.design;
   const Tilts tilts =
       design.superpixels() > 1 ? Tilts{{0, 0}, {tilt, 0}, {-tilt, 0}, {0, tilt}, {0, -tilt}} : Tilts{{0, 0}};
+  const Reach reach(design);
+  const std::vector<double> times = times_of(design), since = power_on_times_of(design),
+                            distances = distances_of(design);
   std::vector<io::Condition> all;
   for (io::Condition c : targets_of(problem, light)) {
-    c.id = "next";
-    c.capture.clear();
-    c.frames.reset();
-    c.roi.reset();
-    c.order.reset();
-    c.recorded_at.clear();
-    c.session.clear();
-    c.measured = {};
-    for (const double time : times_of(design)) {
-      for (const double since : power_on_times_of(design)) {
-        for (const auto& [x, y] : tilts) {
-          for (const double z : distances_of(design)) {
-            c.board_distance = z;
-            c.board_tilt_x = x;
-            c.board_tilt_y = y;
-            c.integration_time = time;
-            c.time_since_power_on = since;
-            all.push_back(c);
-          }
+    c = as_next(c);
+    std::vector<std::array<double, 3>> poses;  // those that the camera can tell, once for all settings
+    for (const auto& [x, y] : tilts) {
+      for (const double z : distances) {
+        c.board_distance = z;
+        c.board_tilt_x = x;
+        c.board_tilt_y = y;
+        if (reach.has(c)) poses.push_back({z, x, y});
+      }
+    }
+    for (const double time : times) {
+      for (const double seconds : since) {
+        for (const auto& [z, x, y] : poses) {
+          c.board_distance = z;
+          c.board_tilt_x = x;
+          c.board_tilt_y = y;
+          c.integration_time = time;
+          c.time_since_power_on = seconds;
+          all.push_back(c);
         }
       }
     }

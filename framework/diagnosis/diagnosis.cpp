@@ -110,9 +110,8 @@ class Run {
   io::Campaign read() {
     config::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
-    const config::Value document = config::load_document(options_.data);
     io::Campaign campaign = io::read_campaign(
-        document, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
+        options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     leave_out(campaign, options_.skip, d_->notes);
     if (!simulation::is_for(d_->model, *campaign.camera))
@@ -120,11 +119,12 @@ class Run {
                         fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
                                     d_->model.camera, options_.data.string(), campaign.camera_name),
                         "give the model that was made for this camera, or change its camera: if it is meant for it");
-    io::check_captures(document, campaign, io::CapturesFor::search, diagnostics);
+    io::check_captures(campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
       throw std::invalid_argument(
           fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
+    warn_of_targets(campaign);
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
@@ -133,6 +133,14 @@ class Run {
       d_->model_terms.push_back({d_->own_candidates.back().get(), d_->own_candidates.back()->start()});
     }
     return campaign;
+  }
+
+  void warn_of_targets(const io::Campaign& campaign) {
+    config::Diagnostics diagnostics;
+    io::warn_of_targets(campaign, diagnostics);
+    if (options_.warn && !diagnostics.all().empty()) options_.warn(diagnostics.text());
+    for (const config::Diagnostic& one : diagnostics.all())
+      d_->notes.push_back(fmt::format("The {}: {}", one.message, one.hint));
   }
 
   void validate() {

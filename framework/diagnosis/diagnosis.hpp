@@ -12,6 +12,7 @@
 #include "diagnosis/search.hpp"
 #include "diagnosis/standing.hpp"
 #include "diagnosis/validation.hpp"
+#include "io/output_files.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -32,6 +33,7 @@ struct DiagnosisOptions {
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
+  std::function<void(const std::string& text)> warn;  ///< of what may be a mistake and does not stop the search
 };
 
 struct ParameterResult {
@@ -107,7 +109,8 @@ std::string next_condition_yaml(const Diagnosis& diagnosis);
 inline constexpr const char* next_condition_name = "next_condition.yaml";
 inline constexpr const char* map_file_name = "maps.h5";
 inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, where something is left
-/// The maps that the extended model names, beside it; nothing where none were estimated. @throws std::runtime_error
-void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder);
+/// The maps that the extended model names, for beside it; where none were estimated, those of a search before are
+/// dropped. @throws std::runtime_error
+void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder, io::OutputFiles& files);
 
 }  // namespace tofgraph::diagnosis

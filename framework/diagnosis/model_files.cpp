@@ -5,7 +5,7 @@
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report_values.hpp"
 #include "io/captures/capture_map.hpp"
-#include "io/output_file.hpp"
+#include "io/output_files.hpp"
 #include "simulation/board.hpp"
 
 #include <fmt/format.h>
@@ -44,18 +44,13 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
 
 }  // namespace
 
-void write_maps(const Diagnosis& d, const std::filesystem::path& folder) {
+void write_maps(const Diagnosis& d, const std::filesystem::path& folder, io::OutputFiles& files) {
   std::vector<io::PixelMapData> data;
   for (const PixelMap& map : d.maps) data.push_back({map.dataset, map.unit, map.values});
-  if (data.empty()) {
-    std::filesystem::remove(folder / map_file_name);  // of a search before, which is to be replaced
-    return;
-  }
-  io::OutputFile file(folder / map_file_name);
+  if (data.empty()) return files.drop(folder / map_file_name);
+  const io::OutputFile& file = files.add(folder / map_file_name);
   const tofgraph_camera& camera = d.measurements.design->camera();
   io::write_pixel_maps(file.temporary_path().string(), data, camera.height, camera.width);
-  file.sync();
-  file.commit();
 }
 
 std::string model_yaml(const Diagnosis& d) {

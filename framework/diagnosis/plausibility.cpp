@@ -4,9 +4,11 @@
 
 #include "config/quantity.hpp"
 #include "diagnosis/robust_camera.hpp"
+#include "io/captures/campaign_captures.hpp"
 
 #include <fmt/format.h>
 
+#include <array>
 #include <optional>
 #include <set>
 
@@ -20,9 +22,13 @@ constexpr double usual_spreads = 10;                       // robust standard de
 constexpr double explained_length = 25e-3, explained_light = 0.1, explained_spreads = 5;
 constexpr double distance_share = 0.08;  // a smaller mistake of the distance is left to the search
 constexpr double slip_tolerance = 0.03;  // relative, of a distance that is ten times what is written, or a tenth
-constexpr double same_time = 0.01;       // relative
 
 using Kind = Contradiction::Kind;
+
+const char* key_of(Kind kind) {
+  constexpr std::array keys = {"distance", "target", "integration_time", "capture"};
+  return keys[static_cast<std::size_t>(kind)];
+}
 
 /// An entry that would make a condition fit the others.
 struct Explanation {
@@ -37,14 +43,14 @@ class Judge {
 
   std::vector<Contradiction> all() {
     const std::size_t n = m_.design->size();
-    std::size_t others = 0;
     found_.resize(n);
     rest_.resize(n);
+    std::vector<double> written(n);
     for (std::size_t i = 0; i < n; ++i) {
       if (camera_.knows(i)) rest_[i] = camera_.rest(i);
-      if (other_time(i)) ++others;
+      written[i] = m_.design->conditions()[i].integration_time;
     }
-    recorder_counts_ = 2 * others < n;
+    other_time_ = io::other_integration_times(written, m_.recorded_times);
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t j = i + 1; j < n; ++j) swapped(i, j);
     }
@@ -67,19 +73,13 @@ class Judge {
   bool explains(std::size_t i, const Deviation& rest) const {
     return within(i, rest, explained_length, explained_light, explained_spreads);
   }
-  /// Whether the capture says another integration time than the campaign.
-  bool other_time(std::size_t i) const {
-    const double recorded = m_.recorded_times[i];
-    const double written = m_.design->conditions()[i].integration_time;
-    return std::isfinite(recorded) && std::abs(recorded / written - 1) > same_time;
-  }
   bool is_far_off(std::size_t i) const {
     return camera_.knows(i) && !within(i, rest_[i], usual_length, usual_light, usual_spreads);
   }
   bool is_suspect(std::size_t i) const {
     if (!camera_.knows(i)) return false;
     // What the data vouch for is right, whatever a recorder wrote into its file.
-    return is_far_off(i) || (recorder_counts_ && other_time(i) && !(camera_.tells_light(i) && explains(i, rest_[i])));
+    return is_far_off(i) || (other_time_[i] && !(camera_.tells_light(i) && explains(i, rest_[i])));
   }
   double misfit(std::size_t i, const Deviation& rest) const {
     const Deviation& spread = camera_.spread();
@@ -118,10 +118,6 @@ class Judge {
     return Contradiction{best.kind, i, fmt::format("you wrote '{}: {}', {}", key_of(best.kind), best.written, seen)};
   }
 
-  static const char* key_of(Kind kind) {
-    return kind == Kind::distance ? "distance" : kind == Kind::target ? "target" : "integration_time";
-  }
-
   void add(std::size_t i, Kind kind, const Deviation& rest, std::string written, std::string seen,
            std::vector<Explanation>& all) const {
     if (explains(i, rest)) all.push_back({kind, misfit(i, rest), std::move(written), std::move(seen)});
@@ -156,7 +152,7 @@ class Judge {
   void add_times(std::size_t i, std::vector<Explanation>& all) const {
     const double written = m_.design->conditions()[i].integration_time;
     const std::string text = config::format_quantity(written, "s");
-    if (recorder_counts_ && other_time(i)) {
+    if (other_time_[i]) {
       all.push_back(
           {Kind::integration_time, 0, text, "the capture says " + config::format_quantity(m_.recorded_times[i], "s")});
       return;
@@ -165,7 +161,7 @@ class Judge {
     std::set<double> times;
     for (const io::Condition& condition : m_.design->conditions()) times.insert(condition.integration_time);
     for (const double time : times) {
-      if (std::abs(time / written - 1) > same_time)
+      if (io::is_other_integration_time(time, written))
         add(i, Kind::integration_time, camera_.rest_with(i, time), text,
             "the data say " + config::format_quantity(time, "s"), all);
     }
@@ -173,8 +169,8 @@ class Judge {
 
   const Measurements& m_;
   RobustCamera camera_;
-  std::vector<Deviation> rest_;  ///< of each condition as it is written
-  bool recorder_counts_ = true;  ///< not where most captures say another time than the campaign: a recorder's default
+  std::vector<Deviation> rest_;   ///< of each condition as it is written
+  std::vector<bool> other_time_;  ///< that the capture says
   std::vector<std::optional<Contradiction>> found_;
 };
 
@@ -186,7 +182,7 @@ void require_consistent(const Measurements& measurements) {
   config::Diagnostics diagnostics;
   for (const Contradiction& one : contradictions(measurements)) {
     const io::Condition& condition = measurements.design->conditions()[one.condition];
-    diagnostics.error(condition.at, fmt::format("condition '{}': {}", condition.id, one.text),
+    diagnostics.error(condition.place(key_of(one.kind)), fmt::format("condition '{}': {}", condition.id, one.text),
                       fmt::format("correct it, or go on without the condition: --skip {}", condition.id));
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);

@@ -59,6 +59,7 @@ void read_board(const config::Value& value, const io::Camera* camera, Condition&
                 config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
   config::Reader reader(value, diagnostics, "the board");
+  if (const config::Entry* distance = value.find("distance")) condition.places["distance"] = distance->value.at;
   condition.board_distance = reader.number("distance", "m", "500 mm", std::nullopt);
   const double most = std::numbers::pi / 2;
   condition.board_tilt_x = reader.number_within("tilt_x", "rad", "10 deg", 0.0, -most, most);
@@ -93,6 +94,7 @@ Condition read_condition(const Campaign& campaign, const config::Value& map, Cap
   const io::Camera* camera = campaign.camera.get();
   Condition condition;
   condition.at = map.at;
+  for (const config::Entry& entry : map.entries) condition.places[entry.key] = entry.value.at;
   config::Reader reader(map, diagnostics, "the condition");
   condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
   condition.capture = reader.input_file("capture", "captures/white_0500.h5", captures == Captures::must_be_there);

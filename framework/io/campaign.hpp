@@ -50,6 +50,10 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
 Campaign read_campaign(const std::filesystem::path& file, config::Diagnostics& diagnostics,
                        Captures captures = Captures::must_be_there);
 
+/// Warns of targets that one or two conditions have and that are written nearly like one that many have: gray among
+/// grey. Not of those that differ in their numbers alone.
+void warn_of_targets(const Campaign& campaign, config::Diagnostics& diagnostics);
+
 /// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures
 /// and scenes are written relative to the file's folder.
 /// @throws std::runtime_error when it cannot be written

@@ -212,12 +212,16 @@ class TableReader {
       const auto value = config::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
       std::string problem = value.problem;
       if (value.ok()) problem = range_problem(column.key, value.value);
+      condition.places[column.key] = cell.at;
       if (problem.empty())
         column.store(condition, value.value);
       else
         diagnostics_.error(cell.at, fmt::format("the {} '{}' {}", column.key, cell.text, problem));
     }
-    if (target_) condition.target = row[*target_].text;
+    if (target_) {
+      condition.target = row[*target_].text;
+      condition.places["target"] = row[*target_].at;
+    }
     return condition;
   }
 

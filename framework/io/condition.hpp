@@ -11,8 +11,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tofgraph::io {
@@ -36,7 +38,8 @@ struct Measured {
 /// One condition. SI; angles in rad, temperatures in K; NaN is "not known".
 struct Condition {
   std::string id;
-  config::Position at;  ///< where it is written; for messages
+  config::Position at;                                          ///< where it is written; for messages
+  std::map<std::string, config::Position, std::less<>> places;  ///< of its values, and of the board's distance, by key
 
   // What stood there.
   double board_distance = unknown;                  ///< m, sensor plane to board on the axis; NaN: there is no board
@@ -68,6 +71,11 @@ struct Condition {
   std::string recorded_at;                             ///< begin of the first frame, UTC, ISO 8601; empty: not stated
   Measured measured;
 
+  /// Where the value of a key is written; where the condition begins if it does not say it.
+  const config::Position& place(std::string_view key) const {
+    const auto found = places.find(key);
+    return found == places.end() ? at : found->second;
+  }
   bool has_board() const { return !std::isnan(board_distance); }
 };
 

@@ -84,7 +84,8 @@ TEST_F(Mistyped, TheMessageHasWhatWasWrittenAndWhatTheDataSay) {
     ADD_FAILURE() << "nothing was thrown";
   } catch (const config::ConfigurationError& error) {
     ASSERT_EQ(error.mistakes().size(), 1U);
-    EXPECT_EQ(error.mistakes()[0].at.line, at->at.line);
+    EXPECT_EQ(error.mistakes()[0].at.line, at->place("distance").line);
+    EXPECT_GT(at->place("distance").line, at->at.line) << "not where the condition begins";
     EXPECT_TRUE(error.mistakes()[0].hint.ends_with("--skip " + at->id)) << error.mistakes()[0].hint;
   }
 }

@@ -6,6 +6,8 @@
 #include "io/captures/capture.hpp"
 #include "tests/program.hpp"
 
+#include <cmath>
+
 namespace tofgraph::tests {
 namespace {
 
@@ -15,6 +17,22 @@ class Check : public testing::Test {
  protected:
   Outcome check(const std::string& file) const { return shell("$TOFGRAPH check " + file, folder_.path()); }
   void write(const std::string& name, const std::string& text) const { write_text(folder_.path() / name, text); }
+  /// A capture of one frame of distances.
+  void record(const std::string& name, const std::string& camera, double integration_time) const {
+    io::CaptureHeader header;
+    header.camera = camera;
+    header.width = header.height = 204;
+    io::CaptureWriter writer(folder_.path() / name, header,
+                             {{"distance", TOFGRAPH_TYPE_F32, {204, 204}, "m", "", "", ""}}, {0, true});
+    std::vector<float> values(204 * 204, 1);
+    const tofgraph_view view{
+        .type = TOFGRAPH_TYPE_F32, .rank = 2, .data = values.data(), .extent = {204, 204}, .stride = {816, 4}};
+    tofgraph_metadata metadata{};
+    metadata.integration_time = integration_time;
+    metadata.time_since_power_on = metadata.temperature = NAN;
+    writer.append(metadata, {&view, 1});
+    writer.finish();
+  }
 
   TemporaryFolder folder_;
 };
@@ -76,6 +94,84 @@ TEST_F(Check, OpensTheCapturesOfACampaign) {
   expect_said(outcome, 2, "campaign.yaml:4:22: error: 'capture': ");
   expect_said(outcome, 2, "campaign.yaml:5:22: error: 'capture': the capture is 176 x 132 px, the camera 'camcube2'");
   expect_said(outcome, 2, "'capture': the capture has 3 frames, counted from 0: frame 19 is not there");
+}
+
+std::size_t count(const std::string& text, const std::string& words) {
+  std::size_t times = 0;
+  for (std::size_t at = 0; (at = text.find(words, at)) != std::string::npos; ++at) ++times;
+  return times;
+}
+
+/// The campaign says 2 ms of each; a recorder that writes the same into all its files is not asked.
+TEST_F(Check, SaysWhereACaptureHasAnotherIntegrationTime) {
+  std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+  for (const std::string id : {"a", "b", "c"})
+    text += "  - id: " + id + "\n    capture: " + id + ".h5\n    board: {distance: 1 m}\n    integration_time: 2 ms\n";
+  write("campaign.yaml", text);
+  for (const std::string id : {"a", "c"}) record(id + ".h5", "camcube2", 2e-3);
+  record("b.h5", "camcube2", 2e-6);
+  const Outcome one = check("campaign.yaml");
+  expect_said(one, 0, "campaign.yaml:11:23: warning: 'integration_time' is 2 ms, the capture says 2 us");
+  EXPECT_EQ(count(one.err, "warning: "), 1U) << one.err;
+  for (const std::string id : {"a", "c"}) record(id + ".h5", "camcube2", 2e-6);
+  const Outcome all = check("campaign.yaml");
+  EXPECT_EQ(all.exit_code, 0);
+  EXPECT_EQ(count(all.err, "warning: "), 0U) << all.err;
+}
+
+TEST_F(Check, TellsOnceThatCapturesAreOfAnotherCamera) {
+  const auto campaign = [&](const std::string& capture) {
+    std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+    for (int i = 0; i < 3; ++i)
+      text += "  - {capture: " + capture + ", frames: [" + std::to_string(i) + ", " + std::to_string(i) +
+              "], board: {distance: 1 m}, integration_time: 2 ms, roi: {columns: [0, 9], rows: [" +
+              std::to_string(10 * i) + ", " + std::to_string(10 * i + 9) + "]}}\n";
+    write("campaign.yaml", text);
+    return check("campaign.yaml");
+  };
+  const Outcome sizes = campaign(TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5");
+  expect_said(sizes, 2,
+              "campaign.yaml:4:15: error: 'capture': the captures of 3 conditions, of which this is the first, are 176 "
+              "x 132 px, the camera 'camcube2' has 204 x 204");
+  EXPECT_EQ(count(sizes.err, "176 x 132"), 1U) << sizes.err;
+  std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+  for (const std::string id : {"a", "b", "c"}) {
+    record(id + ".h5", "camcube3", 2e-3);
+    text += "  - {id: " + id + ", capture: " + id + ".h5, board: {distance: 1 m}}\n";
+  }
+  write("campaign.yaml", text);
+  const Outcome cameras = check("campaign.yaml");
+  expect_said(cameras, 0,
+              "campaign.yaml:4:22: warning: diagnose cannot use 3 conditions, of which this is the first: their "
+              "captures are of the camera 'camcube3', the campaign's is 'camcube2'");
+  expect_said(cameras, 0, "         write in the campaign: camera: camcube3\n");
+  EXPECT_EQ(count(cameras.err, "warning: "), 1U) << cameras.err;
+}
+
+TEST_F(Check, PointsAtTheTimeThatRunsBackwards) {
+  std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+  for (const auto& [id, order] : {std::pair("a", 1), std::pair("b", 2)}) {
+    record(std::string(id) + ".h5", "camcube2", 2e-3);
+    text += "  - id: " + std::string(id) + "\n    capture: " + id + ".h5\n    board: {distance: 1 m}\n" +
+            "    session: one\n    order: " + std::to_string(order) +
+            "\n    time_since_power_on: " + std::to_string(100 - order) + " s\n";
+  }
+  write("campaign.yaml", text);
+  expect_said(check("campaign.yaml"), 0,
+              "campaign.yaml:15:26: warning: diagnose cannot use the condition: 'time_since_power_on' runs backwards");
+}
+
+TEST_F(Check, SaysWhichTargetIsPerhapsMisspelled) {
+  std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
+  for (const std::string id : {"a", "b", "c", "d"}) {
+    record(id + ".h5", "camcube2", 2e-3);
+    text += "  - {id: " + id + ", capture: " + id + ".h5, board: {distance: 1 m}, target: gr" +
+            (id == "c" ? "a" : "e") + "y}\n";
+  }
+  write("campaign.yaml", text);
+  const Outcome outcome = check("campaign.yaml");
+  expect_said(outcome, 0, "campaign.yaml:6:61: warning: target 'gray' has one condition only\n");
+  expect_said(outcome, 0, "         did you mean 'grey'?\n");
 }
 
 TEST_F(Check, SaysWhatOtherCommandsNeedOfAProfile) {

@@ -78,6 +78,7 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   const Outcome refused = diagnose();
   expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // and the millimetres of the wiggle
   expect_said(refused, "correct it, or go on without the condition: --skip ");
+  expect_said(refused, " |     board: {distance: 11 m");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
   expect_said(diagnose("--skip nothing"), "--skip: error: there is no condition 'nothing'\n");
   const std::size_t at = refused.err.rfind("--skip ") + 7;
@@ -85,6 +86,41 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_TRUE(notes("--skip says so"));
   EXPECT_EQ(report()["data"]["conditions"], 7);
+}
+
+TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
+  simulate("", "output: taps\ntarget: grey\n");
+  change(2, "target: grey", "target: gray");
+  write("the model.yaml", read_text(folder_.path() / "model.yaml"));
+  const std::string text = campaign();
+  const std::size_t id = text.rfind("- id: ") + 6;
+  const std::string last = text.substr(id, text.find('\n', id) - id);
+  const Outcome outcome = shell(
+      "$TOFGRAPH diagnose --model 'the model.yaml' --data data/campaign.yaml --out found --skip " + last + " --force",
+      folder_.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("warning: target 'gray' has one condition only"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(notes("The target 'gray' has one condition only: did you mean 'grey'?"));
+  const std::string page = read_text(folder_.path() / "found/report.html");
+  const std::size_t at = page.find("tofgraph diagnose --model");
+  ASSERT_NE(at, std::string::npos);
+  const std::string command = page.substr(at, page.find('<', at) - at);
+  EXPECT_EQ(command, "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --skip " + last);
+}
+
+/// A file that may have 2 KiB at most stands for a full disk: the report has more, the model has less.
+TEST_F(DiagnoseInput, WhatCannotBeWrittenLeavesTheResultBefore) {
+  simulate();
+  write("found/maps.h5", "maps of a search before");
+  write("found/model.yaml", "a model that names them");
+  const Outcome outcome = shell(
+      "trap '' XFSZ; ulimit -f 4; $TOFGRAPH diagnose --quiet --force --model model.yaml --data data/campaign.yaml "
+      "--out found",
+      folder_.path());
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("cannot be written"), std::string::npos) << outcome.err;
+  EXPECT_EQ(read_text(folder_.path() / "found/maps.h5"), "maps of a search before");
+  EXPECT_EQ(read_text(folder_.path() / "found/model.yaml"), "a model that names them");
 }
 
 TEST_F(DiagnoseInput, TheSameFramesInTwoConditionsAreRefused) {

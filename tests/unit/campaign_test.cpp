@@ -98,6 +98,9 @@ conditions:
   EXPECT_EQ(a.roi->last_column, 203U);
   EXPECT_EQ(a.order, 4U);
   EXPECT_EQ(a.at.line, 6U);
+  EXPECT_EQ(a.place("capture").line, 7U);
+  EXPECT_GT(a.place("distance").line, a.place("capture").line);
+  EXPECT_EQ(a.place("velocity").line, 6U) << "it is not written";
   EXPECT_TRUE(std::isnan(a.velocity));
   const Condition& b = campaign.conditions[1];
   EXPECT_FALSE(b.has_board());
@@ -108,6 +111,35 @@ conditions:
   EXPECT_DOUBLE_EQ(b.temperature, 298.15);
   EXPECT_EQ(b.reference + b.lens + b.rail, "lasercappedcovered");
   EXPECT_TRUE(std::isnan(b.integration_time)) << "the capture's";
+}
+
+TEST(Campaign, ATargetIsTakenForMisspelledWhereManyHaveNearlyItsLabel) {
+  const auto warned = [](const std::vector<std::string>& targets) {
+    Campaign campaign;
+    for (const std::string& target : targets) {
+      Condition condition;
+      condition.target = target;
+      campaign.conditions.push_back(std::move(condition));
+    }
+    config::Diagnostics diagnostics;
+    warn_of_targets(campaign, diagnostics);
+    EXPECT_TRUE(diagnostics.ok());
+    std::vector<std::string> said;
+    for (const config::Diagnostic& one : diagnostics.all()) said.push_back(one.message + ": " + one.hint);
+    return said;
+  };
+  using testing::ElementsAre;
+  const std::vector<std::string> nothing;
+  EXPECT_THAT(warned({"grey", "grey", "gray", "grey"}),
+              ElementsAre("target 'gray' has one condition only: did you mean 'grey'?"));
+  EXPECT_THAT(warned({"white", "white", "White", "white", "White", "white"}),
+              ElementsAre("target 'White' has two conditions only: did you mean 'white'?"));
+  EXPECT_EQ(warned({"grey", "gray", "grey"}), nothing) << "two of three tell nothing";
+  EXPECT_EQ(warned({"grey", "grey", "grey", "black"}), nothing);
+  EXPECT_EQ(warned({"board 1", "board 1", "board 1", "board 2"}), nothing) << "a number is no misspelling";
+  EXPECT_EQ(warned({"75", "75", "75", "25"}), nothing);
+  EXPECT_EQ(warned({"a", "a", "a", "b"}), nothing);
+  EXPECT_EQ(warned({"grey", "grey", "grey", ""}), nothing);
 }
 
 void expect_same(double a, double b) {

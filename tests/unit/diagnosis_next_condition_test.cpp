@@ -117,6 +117,37 @@ TEST_F(Next, TheListHasWhatTheCampaignHasAndMore) {
   EXPECT_EQ(list.size(), distances.size() * times.size() * since.size() * targets.size() * tilts.size());
 }
 
+/// Rail to 6.4 m: 1.3 times that is beyond the 7.49 m of 20 MHz, and so is a corner of a tilted board at 6.4 m.
+TEST_F(Next, NoConditionIsBeyondWhatTheCameraCanDo) {
+  for (io::Condition& c : conditions) {
+    c.board_distance *= 6.4 / (0.6 + 9 * 0.43);
+    c.integration_time = c.integration_time < 2e-3 ? 0.6e-3 : 40e-3;
+  }
+  measure();
+  const Problem problem = make_problem(*design, blank);
+  std::set<double> times;
+  double facing = 0, tilted = 0;
+  for (const io::Condition& c : candidate_conditions(problem, std::vector<double>(2, light))) {
+    times.insert(c.integration_time);
+    double& farthest = c.board_tilt_x == 0 && c.board_tilt_y == 0 ? facing : tilted;
+    farthest = std::max(farthest, c.board_distance);
+  }
+  EXPECT_EQ(times, (std::set<double>{0.5e-3, 0.6e-3, 40e-3, 50e-3})) << "the profile has 0.5 to 50 ms";
+  EXPECT_NEAR(facing, 6.4, 1e-9);
+  EXPECT_LT(tilted, 6.2) << "its corner is 1.24 times as far";
+}
+
+/// Who measures beyond the unambiguous range knows in which period boards stand: so far, and no farther.
+TEST_F(Next, ACampaignBeyondTheUnambiguousRangeGoesNoFarther) {
+  for (io::Condition& c : conditions) c.board_distance += 8;
+  measure();
+  std::set<double> distances;
+  for (const io::Condition& c : candidate_conditions(make_problem(*design, blank), std::vector<double>(2, light)))
+    distances.insert(c.board_distance);
+  EXPECT_GT(distances.size(), 4U);
+  EXPECT_NEAR(*distances.rbegin(), 8.6 + 9 * 0.43, 1e-9);
+}
+
 TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   const Problem problem = make_problem(*design, blank);
   const State one = state_with({{&effect("rail_scale"), {2e-3}}}),

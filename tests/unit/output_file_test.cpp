@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "io/output_file.hpp"
+#include "io/output_files.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/full_disk.hpp"
 
@@ -46,6 +46,35 @@ TEST(OutputFile, KeepsTheOldFileUntilTheNewIsWhole) {
   EXPECT_EQ(read_text(path), "old");
   io::write_file(path, "new");
   EXPECT_EQ(read_text(path), "new");
+}
+
+TEST(OutputFiles, ComeTogetherOrNotAtAll) {
+  const TemporaryFolder folder;
+  const fs::path maps = folder.path() / "maps.h5", model = folder.path() / "model.yaml";
+  write_text(maps, "old maps");
+  write_text(model, "old model");
+  {
+    io::OutputFiles files;
+    files.drop(maps);
+    files.add(model).write("new");
+    EXPECT_EQ(read_text(model), "old model");
+  }
+  EXPECT_EQ(read_text(maps) + read_text(model), "old mapsold model") << "without commit nothing changes";
+  EXPECT_EQ(listing(folder.path()), (std::vector<std::string>{"maps.h5", "model.yaml"}));
+  io::OutputFiles files;
+  files.drop(maps);
+  files.drop(folder.path() / "never there");
+  files.add(model).write("new model");
+  files.commit();
+  EXPECT_EQ(read_text(model), "new model");
+  EXPECT_EQ(listing(folder.path()), std::vector<std::string>{"model.yaml"});
+  // What cannot get its name leaves what is stale.
+  write_text(maps, "old maps");
+  fs::create_directories(folder.path() / "report.html" / "in the way");
+  files.drop(maps);
+  files.add(folder.path() / "report.html").write("new");
+  EXPECT_NE(thrown([&] { files.commit(); }), "");
+  EXPECT_EQ(read_text(maps), "old maps");
 }
 
 TEST(OutputFile, TwoWritersOfOneNameDoNotMix) {

@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
+#include "io/profile.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
 
@@ -18,73 +19,142 @@
 namespace tofgraph::io {
 namespace {
 
+/// What all captures are asked together.
+struct Opened {
+  std::string camera;     ///< another one than the campaign's; empty: the same, or not known
+  std::string size;       ///< what is wrong with it, or nothing
+  double time = unknown;  ///< s, integration time
+};
+
 class Check {
  public:
-  Check(const config::Value& document, const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics)
-      : document_(document), campaign_(campaign), purpose_(purpose), diagnostics_(diagnostics) {}
+  Check(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics)
+      : campaign_(campaign), purpose_(purpose), diagnostics_(diagnostics) {}
 
   void all() {
     std::vector<config::Diagnostics> found(campaign_.conditions.size());
+    std::vector<Opened> opened(found.size());
     tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
-      Check(document_, campaign_, purpose_, found[i]).capture_of(campaign_.conditions[i]);
+      opened[i] = Check(campaign_, purpose_, found[i]).capture_of(campaign_.conditions[i]);
     });
     for (const config::Diagnostics& mistakes : found) diagnostics_.add(mistakes.all());
+    sizes(opened);
+    cameras(opened);
+    if (purpose_ == CapturesFor::anything && !campaign_.pattern) integration_times(opened);
     same_frames();
     times();
   }
 
  private:
-  void capture_of(const Condition& condition) {
+  using Conditions = std::vector<const Condition*>;
+
+  Opened capture_of(const Condition& condition) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(condition.capture, error)) return;  // told already, or there is none
+    if (!std::filesystem::is_regular_file(condition.capture, error)) return {};  // told already, or there is none
     try {
-      one(condition, CaptureReader(condition.capture));
+      return one(condition, CaptureReader(condition.capture));
     } catch (const std::runtime_error& problem) {
       if (purpose_ == CapturesFor::anything) mistake(condition, problem.what());
+      return {};
     }
   }
 
-  /// Where the capture of a condition is written.
-  config::Position place_of(const Condition& condition) const {
-    const config::Entry* conditions = document_.find("conditions");
-    if (conditions == nullptr) return condition.at;
-    for (const config::Value& item : conditions->value.items) {
-      const config::Entry* capture = item.find("capture");
-      if (capture != nullptr && item.at.line == condition.at.line && item.at.column == condition.at.column)
-        return capture->value.at;
-    }
-    return condition.at;
-  }
   void mistake(const Condition& condition, const std::string& what) {
-    diagnostics_.error(place_of(condition), fmt::format("'capture': {}", what));
+    diagnostics_.error(condition.place("capture"), fmt::format("'capture': {}", what));
   }
-  /// What keeps a search from using a condition.
-  void obstacle(const Condition& condition, const std::string& what, const std::string& hint) {
-    const std::string text = fmt::format("diagnose cannot use the condition: {}", what);
+  /// What keeps a search from using a condition. @param key whose value is the reason
+  void obstacle(const Condition& condition, std::string_view key, const std::string& what, const std::string& hint) {
+    obstacle({&condition}, key, "the condition: " + what, hint);
+  }
+  void obstacle(const Conditions& conditions, std::string_view key, const std::string& what, const std::string& hint) {
+    const config::Position& at = conditions.front()->place(key);
+    const std::string text = "diagnose cannot use " + what;
     if (purpose_ == CapturesFor::search)
-      diagnostics_.error(place_of(condition), text, fmt::format("{}; or leave it out: --skip {}", hint, condition.id));
+      diagnostics_.error(at, text, hint + skipping(conditions));
     else if (!campaign_.pattern)  // which is for a lens, not for a search
-      diagnostics_.warning(place_of(condition), text, hint);
+      diagnostics_.warning(at, text, hint);
+  }
+  /// Where only a few are in the way.
+  std::string skipping(const Conditions& conditions) const {
+    constexpr std::size_t few = 8;
+    if (conditions.size() > few || (conditions.size() > 1 && conditions.size() == campaign_.conditions.size()))
+      return {};
+    std::string ids;
+    for (const Condition* condition : conditions) ids += (ids.empty() ? "" : ",") + condition->id;
+    return fmt::format("; or leave {} out: --skip {}", conditions.size() == 1 ? "it" : "them", ids);
   }
 
-  void one(const Condition& condition, const CaptureReader& capture) {
+  Opened one(const Condition& condition, const CaptureReader& capture) {
     const CaptureHeader& header = capture.header();
     const tofgraph_camera* camera = campaign_.camera ? &campaign_.camera->view() : nullptr;
+    Opened opened;
     if (camera != nullptr && (header.width != camera->width || header.height != camera->height))
-      mistake(condition, fmt::format("the capture is {} x {} px, the camera '{}' has {} x {}", header.width,
-                                     header.height, camera->name, camera->width, camera->height));
+      opened.size = fmt::format("{} x {} px, the camera '{}' has {} x {}", header.width, header.height, camera->name,
+                                camera->width, camera->height);
+    if (camera != nullptr && header.camera != camera->name) opened.camera = header.camera;
+    if (capture.frames() > 0) opened.time = capture.metadata(0).integration_time;
     if (condition.frames && (*condition.frames)[1] >= capture.frames())
       mistake(condition, fmt::format("the capture has {}, counted from 0: frame {} is not there",
                                      config::counted(capture.frames(), "frame"), (*condition.frames)[1]));
-    if (std::isnan(condition.integration_time) && capture.frames() > 0 &&
-        std::isnan(capture.metadata(0).integration_time))
-      obstacle(condition, "neither it nor its capture says the integration time", "example: integration_time: 1 ms");
-    if (camera != nullptr && !header.camera.empty() && header.camera != camera->name)
-      obstacle(condition,
-               fmt::format("its capture is of the camera '{}', the campaign's is '{}'", header.camera, camera->name),
-               "one search is of one camera: name its profile in the campaign; the profile of that very device has its "
-               "name");
+    if (std::isnan(condition.integration_time) && capture.frames() > 0 && std::isnan(opened.time))
+      obstacle(condition, "capture", "neither it nor its capture says the integration time",
+               "example: integration_time: 1 ms");
     exposures(condition, capture);
+    return opened;
+  }
+
+  /// Conditions with the same text, one message for all of them.
+  std::map<std::string, Conditions> alike(const std::vector<Opened>& opened, std::string Opened::*text) const {
+    std::map<std::string, Conditions> groups;
+    for (std::size_t i = 0; i < opened.size(); ++i) {
+      if (!(opened[i].*text).empty()) groups[opened[i].*text].push_back(&campaign_.conditions[i]);
+    }
+    return groups;
+  }
+
+  void sizes(const std::vector<Opened>& opened) {
+    for (const auto& [size, conditions] : alike(opened, &Opened::size))
+      mistake(*conditions.front(),
+              conditions.size() == 1 ? "the capture is " + size
+                                     : fmt::format("the captures of {} conditions, of which this is the first, are {}",
+                                                   conditions.size(), size));
+  }
+
+  void cameras(const std::vector<Opened>& opened) {
+    for (const auto& [camera, conditions] : alike(opened, &Opened::camera)) {
+      const bool all = conditions.size() == campaign_.conditions.size();
+      const std::string own = campaign_.camera->view().name;
+      const std::string hint =
+          !all ? "one search is of one camera"
+          : find_profile(camera, {}).empty()
+              ? fmt::format("write the path of the profile with the name '{}' as the campaign's camera", camera)
+              : fmt::format("write in the campaign: camera: {}", camera);
+      obstacle(
+          conditions, "capture",
+          conditions.size() == 1
+              ? fmt::format("the condition: its capture is of the camera '{}', the campaign's is '{}'", camera, own)
+              : fmt::format("{} conditions, of which this is the first: their captures are of the camera '{}', the "
+                            "campaign's is '{}'",
+                            conditions.size(), camera, own),
+          hint);
+    }
+  }
+
+  void integration_times(const std::vector<Opened>& opened) {
+    std::vector<double> written, recorded;
+    for (std::size_t i = 0; i < opened.size(); ++i) {
+      written.push_back(campaign_.conditions[i].integration_time);
+      recorded.push_back(opened[i].time);
+    }
+    const std::vector<bool> other = other_integration_times(written, recorded);
+    for (std::size_t i = 0; i < opened.size(); ++i) {
+      if (other[i])
+        diagnostics_.warning(
+            campaign_.conditions[i].place("integration_time"),
+            fmt::format("'integration_time' is {}, the capture says {}", config::format_quantity(written[i], "s"),
+                        config::format_quantity(recorded[i], "s")),
+            "diagnose refuses the condition unless its amplitudes agree with what is written here");
+    }
   }
 
   /// Decoded frames need not know their exposures.
@@ -95,9 +165,9 @@ class Check {
     const physics::Exposures& own = capture.header().exposures;
     const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
     if (!problem.empty())
-      obstacle(condition, "a search " + problem, "record it with four");
+      obstacle(condition, "capture", "a search " + problem, "record it with four");
     else if (samples->extent[0] != physics::four_exposures.size())
-      obstacle(condition,
+      obstacle(condition, "capture",
                fmt::format("its capture has {} exposures a frame, a search needs four exposures at 0, 90, 180 and 270 "
                            "deg of one frequency",
                            samples->extent[0]),
@@ -113,7 +183,7 @@ class Check {
       for (const Condition* other : others) {
         const auto mine = condition.frames.value_or(whole), its = other->frames.value_or(whole);
         if (mine[0] > its[1] || its[0] > mine[1] || !overlap(condition.roi, other->roi)) continue;
-        obstacle(condition,
+        obstacle(condition, "capture",
                  fmt::format("the frames of {} are those of the condition '{}', line {}, too",
                              condition.capture.filename().string(), other->id, other->at.line),
                  "write the capture that was recorded there");
@@ -141,7 +211,7 @@ class Check {
       for (std::size_t i = 1; i < conditions.size(); ++i) {
         const Condition &before = *conditions[i - 1], &now = *conditions[i];
         if (now.time_since_power_on >= before.time_since_power_on) continue;
-        obstacle(now,
+        obstacle(now, "time_since_power_on",
                  fmt::format("'time_since_power_on' runs backwards within the session '{}': {} after {} of '{}', which "
                              "was measured before",
                              name, config::format_quantity(now.time_since_power_on, "s"),
@@ -151,7 +221,6 @@ class Check {
     }
   }
 
-  const config::Value& document_;
   const Campaign& campaign_;
   CapturesFor purpose_;
   config::Diagnostics& diagnostics_;
@@ -159,9 +228,17 @@ class Check {
 
 }  // namespace
 
-void check_captures(const config::Value& document, const Campaign& campaign, CapturesFor purpose,
-                    config::Diagnostics& diagnostics) {
-  Check(document, campaign, purpose, diagnostics).all();
+void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics) {
+  Check(campaign, purpose, diagnostics).all();
+}
+
+bool is_other_integration_time(double a, double b) { return std::abs(a / b - 1) > 0.01; }
+
+std::vector<bool> other_integration_times(std::span<const double> written, std::span<const double> recorded) {
+  std::vector<bool> other;
+  for (std::size_t i = 0; i < written.size(); ++i) other.push_back(is_other_integration_time(recorded[i], written[i]));
+  if (2 * static_cast<std::size_t>(std::ranges::count(other, true)) >= other.size()) other.assign(other.size(), false);
+  return other;
 }
 
 }  // namespace tofgraph::io

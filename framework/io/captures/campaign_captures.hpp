@@ -5,6 +5,9 @@
 
 #include "io/campaign.hpp"
 
+#include <span>
+#include <vector>
+
 namespace tofgraph::io {
 
 /// What the captures are wanted for.
@@ -17,8 +20,15 @@ enum class CapturesFor {
 /// for a search, what it cannot use: no integration time, other exposures than the four, another camera, the same
 /// frames in two conditions. A capture that cannot be read is a mistake, unless it is for a search, which tells it when
 /// it reads it.
-/// @param document the campaign's file, for the places
-void check_captures(const config::Value& document, const Campaign& campaign, CapturesFor purpose,
-                    config::Diagnostics& diagnostics);
+/// That a capture says another integration time than its condition is a warning, and nothing for a search, which asks
+/// the data.
+void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics);
+
+/// By more than 1 %. @param a, b s; NaN: not known, and no other one
+bool is_other_integration_time(double a, double b);
+
+/// Which captures say another integration time than their conditions: none where most of them do, for that is what a
+/// recorder writes into all its files. @param written, recorded s, one a condition; NaN: not known
+std::vector<bool> other_integration_times(std::span<const double> written, std::span<const double> recorded);
 
 }  // namespace tofgraph::io

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/files/camera_needs.hpp"
 
+#include "config/paths.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -33,7 +35,10 @@ std::string keys_of(const std::vector<Need>& missing) {
 }
 
 std::string place_of_profile(const io::Camera& camera) {
-  return camera.file.empty() ? "its profile" : camera.file.string();
+  if (camera.file.empty()) return "its profile";
+  // One that came with the program lies where nobody looks: its name says which it is.
+  const bool ours = camera.file.parent_path() == config::profile_folder();
+  return ours ? fmt::format("the profile '{}'", camera.file.stem().string()) : camera.file.string();
 }
 
 std::string added_to_profile(const io::Camera& camera, const std::vector<Need>& missing) {

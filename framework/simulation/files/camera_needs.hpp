@@ -24,7 +24,7 @@ bool has_noise(const tofgraph_camera& camera);
 /// "gain, contrast and frame_rate"
 std::string keys_of(const std::vector<Need>& missing);
 
-/// The profile's file, or how it is called where it has none.
+/// The profile's file, or how it is called where it has none of the user's.
 std::string place_of_profile(const io::Camera& camera);
 
 /// The advice to write them into the profile, with an example of each.
