@@ -47,13 +47,7 @@ Camera this_camera(const CampaignOptions& options) {
 
 std::vector<io::Condition> conditions_for(const CampaignOptions& options) {
   std::vector<io::Condition> conditions = conditions_of(options.design, options.experiments);
-  for (io::Condition more : options.more) {
-    const auto known = std::ranges::find(conditions, more.target, &io::Condition::target);
-    if (known == conditions.end()) throw std::invalid_argument("the design has no target '" + more.target + "'");
-    more.reflectivity = known->reflectivity;
-    conditions.push_back(more);
-  }
-  name_conditions(conditions);
+  append(conditions, options.more);
   return options.like ? between(std::move(conditions), options.seed) : conditions;
 }
 

@@ -214,6 +214,16 @@ void name_conditions(std::vector<io::Condition>& all) {
     all[i].id = fmt::format("{:03}-{:04.0f}mm-{:.1f}ms", i, all[i].board_distance * 1e3, all[i].integration_time * 1e3);
 }
 
+void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more) {
+  for (io::Condition one : more) {
+    const auto known = std::ranges::find(conditions, one.target, &io::Condition::target);
+    if (known == conditions.end()) throw std::invalid_argument("the design has no target '" + one.target + "'");
+    one.reflectivity = known->reflectivity;
+    conditions.push_back(one);
+  }
+  name_conditions(conditions);
+}
+
 std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added) {
   Conditions all = named(designs(), design, "design").make();
   for (const std::string& name : added)

@@ -24,6 +24,10 @@ const std::vector<NamedConditions>& experiments();
 /// Gives all conditions unique ids that tell distance and integration time.
 void name_conditions(std::vector<io::Condition>& conditions);
 
+/// More conditions, with the reflectivities of targets that are among them already; all are named anew.
+/// @throws std::invalid_argument for another target
+void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more);
+
 /// The conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
 /// @throws std::invalid_argument for a name that is not there
 std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added);
