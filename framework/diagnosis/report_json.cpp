@@ -226,6 +226,16 @@ std::string refitted(const Diagnosis& d) {
 }
 
 /// What came out of the search, in a sentence.
+/// Where nothing was measured twice, what no effect explains may as well be noise: that is no agreement.
+std::string agreement(const Diagnosis& d) {
+  const Gap& gap = d.gaps[distance];
+  if (!std::isnan(gap.noise_floor)) return "The model agrees with these data as far as they can show.";
+  return fmt::format(
+      "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
+      "twice, so nobody knows.",
+      shown(gap.before, distance));
+}
+
 std::string outcome(const Diagnosis& d) {
   std::vector<std::string> names;
   std::vector<const EffectResult*> added;
@@ -248,9 +258,8 @@ std::string outcome(const Diagnosis& d) {
     case Verdict::unknown:
       return "Measurement and simulation differ, and no known effect explains how.";
     default:
-      return refitted(d).empty() ? "The model agrees with these data as far as they can show."
-                                 : fmt::format("No effect is missing, but the model's own values are off: {}; {}.",
-                                               refitted(d), shrink);
+      if (refitted(d).empty()) return agreement(d);
+      return fmt::format("No effect is missing, but the model's own values are off: {}; {}.", refitted(d), shrink);
   }
 }
 
