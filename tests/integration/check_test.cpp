@@ -170,7 +170,7 @@ TEST_F(Check, SaysWhichTargetIsPerhapsMisspelled) {
   }
   write("campaign.yaml", text);
   const Outcome outcome = check("campaign.yaml");
-  expect_said(outcome, 0, "campaign.yaml:6:61: warning: target 'gray' has one condition only\n");
+  expect_said(outcome, 0, "campaign.yaml:6:60: warning: target 'gray' has one condition only\n");
   expect_said(outcome, 0, "         did you mean 'grey'?\n");
 }
 
