@@ -6,23 +6,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace tofgraph::diagnosis {
+namespace {
 
-/// Where shapes of boards explain most of what is left over the images they come first: sets of effects would make up
-/// for them. An effect that has a part in it takes that back when the shapes are found anew beside it.
-/// @returns whether there are any that were not known before
-bool Selection::allow_boards() {
-  if (left() < explained) return false;
+constexpr double at_least = 0.8;  ///< of what the shape of a board explains: what sets must promise in its place
+
+}  // namespace
+
+/// An effect that has a part in the shapes of boards takes that back when they are found anew beside it.
+/// @returns whether there are any then
+bool Selection::allow_boards(std::shared_ptr<const Boards> boards) {
   Allowances more = problem_.allowed;
-  more.boards = boards_beside(best_.fit.state);
-  return more.boards && allow(std::move(more)) && problem_.allowed.boards;
+  more.boards = std::move(boards);
+  return allow(std::move(more)) && problem_.allowed.boards;
 }
 
 /// Nothing where they are known already, or are not worth it.
-std::shared_ptr<const Boards> Selection::boards_beside(const State& state) {
-  if (problem_.allowed.boards || problem_.design.superpixels() < 2) return nullptr;
+BoardTrial Selection::boards_beside(const State& state) {
+  if (problem_.allowed.boards || problem_.design.superpixels() < 2) return {};
   if (!shapes_) shapes_ = std::make_unique<const BoardShapes>(problem_);
   return shapes_->trial(problem_, state);
 }
@@ -56,6 +60,7 @@ bool Selection::allow(Allowances more) {
              {"loosest_board", more.looseness.empty() ? 1 : std::ranges::max(more.looseness)}},
             "effects are looked for again beside it"};
   problem_.allowed = std::move(more);
+  if (problem_.allowed.residue) problem_.allowed.runs = runs_of(problem_, best_.fit.state, *problem_.allowed.residue);
   bool could = true;
   try {
     refine(best_.fit.state);
@@ -73,8 +78,24 @@ bool Selection::allow(Allowances more) {
 /// Shapes of boards are found with the model: anew for another one. @returns whether there were any
 bool Selection::reshape_boards() {
   if (!problem_.allowed.boards) return false;
-  problem_.allowed.boards = shapes_->trial(problem_, best_.fit.state);
+  BoardTrial boards = shapes_->trial(problem_, best_.fit.state);
+  problem_.allowed.boards = boards.sure || any_boards_ ? std::move(boards.boards) : nullptr;
   return true;
+}
+
+/// The search begun with shapes of boards that may be the camera's: of one target alone, or beside effects, which would
+/// make up for them otherwise. That has to lead to where nothing is left, and no effects may lead there alone.
+void Selection::grow_from_boards() {
+  const BoardTrial boards = left() < explained ? BoardTrial{} : boards_beside(best_.fit.state);
+  if (!boards.boards || boards.sure) return;
+  if (const std::optional<Fit> next = leap(at_least * boards.gain);
+      next && left_of(problem_, *next, own_columns(problem_, next->state, expected(problem_, next->state))) < explained)
+    return;
+  Kept before = kept();
+  any_boards_ = true;
+  if (allow_boards(boards.boards)) add_all();
+  any_boards_ = problem_.allowed.boards && left() < explained;
+  if (!any_boards_) restore(std::move(before));
 }
 
 }  // namespace tofgraph::diagnosis

@@ -18,7 +18,7 @@ namespace {
 constexpr int most_half_waves = 14;                        ///< over what is seen of a board, in all directions
 constexpr double bend = 3;                                 ///< half waves from which on shapes are weaker
 constexpr double least = 5e-5, most = 1e-2, factor = 1.6;  ///< standard deviations that are tried, m
-constexpr double least_share = 0.5;                        ///< of the excess of chi-square
+constexpr double least_share = 0.25, sure_share = 0.5;     ///< of the excess of chi-square
 constexpr double alike = 0.95;                             ///< of the gain, that one shape for all has at most
 constexpr double most_bent = 2e-3;                         ///< m, standard deviation: what boards are not flat by
 constexpr double worth = 20;                               ///< fall of the deviance
@@ -46,16 +46,17 @@ std::vector<Place> places_on_board(const Design& design, std::size_t condition) 
   return places;
 }
 
-/// Columns of a condition that stand for a board's place and its light, over the noise.
-Eigen::MatrixXd place_and_light(const Problem& problem, std::size_t i) {
+/// Columns of a condition over the noise: a board's place, its light, and a camera that wanders. Shapes must not stand
+/// for what of a place is none.
+Eigen::MatrixXd own_directions(const Problem& problem, std::size_t i) {
   const std::size_t n = problem.design.superpixels();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.design.rows()), 2);
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.design.rows()), 3);
   for (std::size_t row = 0; row < problem.design.rows(); ++row) {
     const double variance = problem.data[i].variance[row];
     if (std::isinf(variance)) continue;
     const bool light = row / n == amplitude || row / n == intensity;
     columns.row(static_cast<Eigen::Index>(row)) << problem.design.shift(i)[row] / std::sqrt(variance),
-        light ? 1 / std::sqrt(variance) : 0;
+        light ? 1 / std::sqrt(variance) : 0, problem.uniform_response(row) / std::sqrt(variance);
   }
   return columns;
 }
@@ -64,6 +65,25 @@ Eigen::MatrixXd place_and_light(const Problem& problem, std::size_t i) {
 Eigen::MatrixXd less(const Eigen::MatrixXd& first, const Eigen::MatrixXd& others) {
   const Eigen::MatrixXd gram = first.transpose() * first + 1e-9 * Eigen::MatrixXd::Identity(first.cols(), first.cols());
   return others - first * gram.ldlt().solve(first.transpose() * others);
+}
+
+struct Wave {
+  int x = 0, y = 0;  ///< half waves
+  double sd = 0;     ///< squares of all sum to 1
+};
+
+std::vector<Wave> waves_of_boards() {
+  std::vector<Wave> waves;
+  double sum = 0;
+  for (int x = 0; x <= most_half_waves; ++x) {
+    for (int y = 0; y <= most_half_waves; ++y) {
+      if (x + y == 0 || std::hypot(x, y) > most_half_waves) continue;
+      waves.push_back({x, y, 1 / (1 + (x * x + y * y) / (bend * bend))});
+      sum += waves.back().sd * waves.back().sd;
+    }
+  }
+  for (Wave& wave : waves) wave.sd /= std::sqrt(sum);
+  return waves;
 }
 
 struct Fall {
@@ -99,37 +119,30 @@ BoardShapes::BoardShapes(const Problem& problem) {
     double& half = half_width[design.conditions()[i].target];
     half = std::max(half, seen[i]);
   }
-  std::vector<std::pair<int, int>> waves;
-  std::vector<double> sd;  // of each, squares summing to 1
-  double sum = 0;
-  for (int x = 0; x <= most_half_waves; ++x) {
-    for (int y = 0; y <= most_half_waves; ++y) {
-      if (x + y == 0 || std::hypot(x, y) > most_half_waves) continue;
-      waves.emplace_back(x, y);
-      sd.push_back(1 / (1 + (x * x + y * y) / (bend * bend)));
-      sum += sd.back() * sd.back();
-    }
-  }
+  const std::vector<Wave> waves = waves_of_boards();
   const auto n = static_cast<Eigen::Index>(design.superpixels()), count = static_cast<Eigen::Index>(waves.size());
   heights_.resize(design.size());
   std::vector<Eigen::MatrixXd> grams(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    const double half = half_width.at(design.conditions()[i].target);
+    // Heights stand on the board, its place is told along the axis.
+    const io::Condition& condition = design.conditions()[i];
+    const simulation::BoardPose pose = pose_of(condition);
+    const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
+    const double half = half_width.at(condition.target);
     const double width = 2 * seen[i] / (std::sqrt(static_cast<double>(n)) - 1);
     heights_[i] = Eigen::MatrixXd::Zero(n, count);
     for (Eigen::Index c = 0; c < count; ++c) {
-      const auto wave = static_cast<std::size_t>(c);
-      const double x = waves[wave].first * std::numbers::pi / (2 * half),
-                   y = waves[wave].second * std::numbers::pi / (2 * half);
+      const Wave& wave = waves[static_cast<std::size_t>(c)];
+      const double x = wave.x * std::numbers::pi / (2 * half), y = wave.y * std::numbers::pi / (2 * half);
       // Superpixels see means of the waves.
-      const double size = 2 * sd[wave] / std::sqrt(sum) * mean_of_wave(x * width) * mean_of_wave(y * width);
+      const double size = 2 * wave.sd * mean_of_wave(x * width) * mean_of_wave(y * width) / along_axis;
       for (Eigen::Index s = 0; s < n; ++s) {
         const Place& place = places[i][static_cast<std::size_t>(s)];
         if (std::isfinite(place.x))
           heights_[i](s, c) = size * std::cos(x * (place.x + half)) * std::cos(y * (place.y + half));
       }
     }
-    const Eigen::MatrixXd taken = place_and_light(problem, i);
+    const Eigen::MatrixXd taken = own_directions(problem, i);
     const Eigen::MatrixXd columns = less(taken, taken.col(0).asDiagonal() * heights_[i].replicate(observables, 1));
     grams[i] = Eigen::MatrixXd::Zero(count, count);
     grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
@@ -141,7 +154,7 @@ BoardShapes::BoardShapes(const Problem& problem) {
   }
 }
 
-std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const State& state) const {
+BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const {
   const Design& design = problem.design;
   Problem flat = problem;
   flat.allowed.boards = nullptr;
@@ -157,7 +170,7 @@ std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const S
       left(static_cast<Eigen::Index>(row)) = (data.value[row] - rows[i][row]) / std::sqrt(data.variance[row]);
       excess -= 1;
     }
-    const Eigen::MatrixXd taken = place_and_light(problem, i);
+    const Eigen::MatrixXd taken = own_directions(problem, i);
     left = less(taken, left);
     excess += left.squaredNorm();
     const Eigen::VectorXd along = taken.col(0).cwiseProduct(left.col(0));
@@ -179,12 +192,13 @@ std::shared_ptr<const Boards> BoardShapes::trial(const Problem& problem, const S
     }
     if (sum.deviance > most_fall.deviance) most_fall = sum, best = sd;
   }
-  // What telling the boards apart explains is more than what stays: else it is a pattern of the camera.
-  const double apart = most_fall.deviance - one_for_all;
-  if (best == 0 || most_fall.square < least_share * excess || one_for_all > alike * most_fall.deviance ||
-      apart < excess - most_fall.square)
-    return nullptr;
-  return shaped(design, scores, best);
+  const bool several = scores.size() > 1;
+  if (best == 0 || most_fall.square < least_share * excess || (several && one_for_all > alike * most_fall.deviance))
+    return {};
+  // What telling the boards apart explains is more than what stays: else it may be a pattern of the camera.
+  const bool sure = several && most_fall.square >= sure_share * excess &&
+                    most_fall.deviance - one_for_all >= excess - most_fall.square;
+  return {shaped(design, scores, best), most_fall.deviance, sure};
 }
 
 std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,

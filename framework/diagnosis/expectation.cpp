@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -80,6 +81,17 @@ std::vector<double> first_light(const Problem& problem) {
   }
   for (std::size_t t = 0; t < sum.size(); ++t) sum[t] = count[t] > 0 ? sum[t] / count[t] : 0;
   return sum;
+}
+
+std::vector<Eigen::Index> Problem::runs() const {
+  if (!allowed.runs.empty()) return allowed.runs;
+  std::vector<Eigen::Index> single(data.size());
+  std::iota(single.begin(), single.end(), 0);
+  return single;
+}
+
+double Problem::run_length() const {
+  return static_cast<double>(data.size()) / static_cast<double>(1 + std::ranges::max(runs()));
 }
 
 bool Problem::light_seen() const {

@@ -23,7 +23,10 @@ struct Boards {
 struct Allowances {
   std::vector<double> looseness = {};  ///< how many times the usual jitter each board's place may be off; empty: 1
   std::shared_ptr<const Residue> residue = nullptr;  ///< part of the noise of the superpixels, or nothing
-  std::shared_ptr<const Boards> boards = nullptr;    ///< or nothing: flat
+  /// Of each condition, which run of conditions it belongs to over which the residue stays nearly the same. Empty: each
+  /// has its own.
+  std::vector<Eigen::Index> runs = {};
+  std::shared_ptr<const Boards> boards = nullptr;  ///< or nothing: flat
 };
 
 /// What is to be explained.
@@ -39,6 +42,11 @@ struct Problem {
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
   Allowances allowed = {};
+
+  /// Of each condition, which ones chance changes the signs of together: each its own, or the runs of a residue.
+  std::vector<Eigen::Index> runs() const;
+  /// Conditions of a run: a residue that stays over it counts once, not as often.
+  double run_length() const;
 
   /// Whether amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
   /// first target, which is unknown_reflectivity.

@@ -3,12 +3,14 @@
 #include "diagnosis/residue.hpp"
 
 #include "diagnosis/fit.hpp"
+#include "diagnosis/structure.hpp"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -16,6 +18,7 @@ namespace {
 constexpr int most_half_waves = 6;                         ///< over the image, in all directions
 constexpr double worth = 20;                               ///< fall of the deviance
 constexpr double least = 2e-5, most = 2e-2, factor = 1.5;  ///< standard deviations that are tried, m
+constexpr double alike = 0.2;                              ///< correlation of conditions that belong to one run
 
 /// Cosines over the superpixels, constant excluded, whose squares sum to 1 on average: the spectrum falls with the
 /// fourth power of the number of half waves from two on.
@@ -128,6 +131,41 @@ ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
   }
   if (best == 0 || best == now) return {};
   return {std::make_shared<const Residue>(fields, best), exactly(now) - exactly(best)};
+}
+
+std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, const Residue& residue) {
+  const std::size_t count = problem.data.size();
+  if (!problem.design.tells_order()) return {};
+  Problem plain = problem;
+  plain.allowed.residue = nullptr;
+  const Eigen::MatrixXd left = whitened_residuals(plain, state)[distance];
+  Eigen::MatrixXd smooth(left.rows(), left.cols());  // m, what of it is residue
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::MatrixXd& along = residue.modes(i);
+    smooth.row(row) =
+        (along * residue.taken(i).asDiagonal() * (along.transpose() * left.row(row).transpose())).transpose();
+    for (Eigen::Index s = 0; s < left.cols(); ++s) {
+      const double variance =
+          problem.data[i].variance[distance * static_cast<std::size_t>(left.cols()) + static_cast<std::size_t>(s)];
+      smooth(row, s) *= std::isinf(variance) ? 0 : std::sqrt(variance);
+    }
+  }
+  std::vector<std::size_t> measured(count);
+  std::iota(measured.begin(), measured.end(), 0);
+  std::ranges::sort(measured, {}, [&](std::size_t i) { return *problem.design.conditions()[i].order; });
+  const double square = smooth.squaredNorm() / static_cast<double>(count);
+  std::size_t length = 1;
+  for (; length < count; ++length) {
+    double product = 0;
+    for (std::size_t k = length; k < count; ++k)
+      product += smooth.row(static_cast<Eigen::Index>(measured[k]))
+                     .dot(smooth.row(static_cast<Eigen::Index>(measured[k - length])));
+    if (product < alike * square * static_cast<double>(count - length)) break;
+  }
+  std::vector<Eigen::Index> runs(count);
+  for (std::size_t k = 0; k < count; ++k) runs[measured[k]] = static_cast<Eigen::Index>(k / length);
+  return runs;
 }
 
 }  // namespace tofgraph::diagnosis

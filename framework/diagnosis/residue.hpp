@@ -43,6 +43,7 @@ class Residue {
 
 struct Problem;
 struct Fit;
+struct State;
 /// A residue, and how much the deviance is less with it than with what the problem has.
 struct ResidueTrial {
   std::shared_ptr<const Residue> residue;  ///< nothing where the problem's is as good
@@ -50,5 +51,9 @@ struct ResidueTrial {
 };
 /// The residue with the least deviance beside a fit.
 ResidueTrial residue_of(const Problem& problem, const Fit& fit);
+
+/// Runs of conditions, in the order measured, that are as long as a residue stays nearly the same: chance may change
+/// the signs of these, not of single conditions. @returns of each condition its run, or nothing where no order is told
+std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, const Residue& residue);
 
 }  // namespace tofgraph::diagnosis

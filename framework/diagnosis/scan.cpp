@@ -55,6 +55,14 @@ struct Projected {
   Eigen::MatrixXd information;  ///< columns x columns
 };
 
+/// Of conditions, and then of what they share at random.
+std::vector<Eigen::Index> units_of(const Problem& problem) {
+  std::vector<Eigen::Index> units = problem.runs();
+  const Eigen::Index first = 1 + std::ranges::max(units);
+  for (std::size_t s = 0; s < problem.nuisances.sd.size(); ++s) units.push_back(first + static_cast<Eigen::Index>(s));
+  return units;
+}
+
 Projected project(const std::vector<Share>& shares, const Held& held, std::size_t group) {
   const Eigen::Index columns = shares.front().tried[group].columns(), unknowns = held.fitted.size();
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
@@ -130,11 +138,14 @@ Whitened whiten(const Projected& projected, Score& score) {
   return result;
 }
 
-std::vector<Eigen::VectorXd> random_signs(Eigen::Index conditions, std::size_t draws, std::uint64_t seed) {
+std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units, std::size_t draws,
+                                          std::uint64_t seed) {
   std::mt19937_64 generator(seed);
-  std::vector<Eigen::VectorXd> signs(draws, Eigen::VectorXd(conditions));
+  Eigen::VectorXd of_units(1 + std::ranges::max(units));
+  std::vector<Eigen::VectorXd> signs(draws);
   for (Eigen::VectorXd& s : signs) {
-    for (double& sign : s) sign = (generator() & 1U) != 0 ? 1 : -1;
+    for (double& sign : of_units) sign = (generator() & 1U) != 0 ? 1 : -1;
+    s = of_units(units);
   }
   return signs;
 }
@@ -142,7 +153,7 @@ std::vector<Eigen::VectorXd> random_signs(Eigen::Index conditions, std::size_t d
 void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::size_t draws, std::uint64_t seed) {
   const std::size_t n = groups.size();
   std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
-  const std::vector<Eigen::VectorXd> signs = random_signs(groups.front().scores.rows(), draws, seed);
+  const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, draws, seed);
   // Groups of different size are compared by how far they are beyond what noise gives.
   const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
@@ -179,7 +190,7 @@ double chance_of(const Score& one, const Score& score, std::span<const std::vect
     all.push_back({std::move(whitened), scored.dimension});
   }
   const double seen = std::sqrt(one.gain) - std::sqrt(one.dimension);
-  const std::vector<Eigen::VectorXd> signs = random_signs(score.shares.rows(), flips, seed);
+  const std::vector<Eigen::VectorXd> signs = random_signs(score.units, flips, seed);
   std::vector<std::uint8_t> as_much(flips, 0);
   tbb::parallel_for(std::size_t{0}, flips, [&](std::size_t d) {
     as_much[d] = std::ranges::any_of(all, [&](const Flipped& group) {
@@ -213,6 +224,7 @@ Scan Scanner::scan(const Variances& variances, double dimension, std::size_t fli
   result.freedom -= dimension + static_cast<double>(problem_.targets.size());
   result.scores.resize(groups_);
   std::vector<Whitened> whitened(groups_);
+  for (Score& score : result.scores) score.units = units_of(problem_);
   tbb::parallel_for(std::size_t{0}, groups_,
                     [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
   if (flips > 0 && groups_ > 0) flip(whitened, result.scores, flips, seed);

@@ -34,6 +34,7 @@ struct Score {
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out
   Eigen::MatrixXd shares;  ///< of the residual in them, likewise: of each condition, then of what they share at random
+  std::vector<Eigen::Index> units;  ///< of each row of the shares, which ones change their signs together
   Eigen::VectorXd score() const { return shares.colwise().sum(); }
 };
 

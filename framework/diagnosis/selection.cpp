@@ -96,6 +96,7 @@ void Selection::settle() {
 }
 
 void Selection::grow() {
+  grow_from_boards();
   add_all();
   grow_from_maps();
   drop_needless();
@@ -112,12 +113,14 @@ bool Selection::grow_beside_conditions() {
 }
 
 /// What explains most for its parameters: the best set of effects, or where none is worth its own maps; or, where a
-/// residue is allowed, another size of it: that has one parameter, but pays for being any shape. @returns whether there
-/// is anything
+/// residue is allowed, another size of it: that has one parameter, but pays for being any shape. Shapes of several
+/// boards come first: sets of effects would make up for them. @returns whether there is anything
 bool Selection::add_best() {
-  if (allow_boards()) return true;
+  const bool lacking = left() >= explained;
+  const BoardTrial boards = lacking ? boards_beside(best_.fit.state) : BoardTrial{};
+  if (boards.sure && allow_boards(boards.boards)) return true;
   ResidueTrial residue;
-  if (problem_.allowed.residue && left() >= explained) residue = residue_of(problem_, best_.fit);
+  if (problem_.allowed.residue && lacking) residue = residue_of(problem_, best_.fit);
   std::optional<Fit> next = leap();
   const auto beaten = [&] { return !next || bic(best_.fit) - bic(*next) < residue.gain; };
   // A residue that is the same each time would look like maps: none are looked for beside one.
@@ -153,8 +156,9 @@ void Selection::add_all() {
 }
 
 /// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
-/// noise that the best of these leaves, until no other comes out. @returns whether there is one
-std::optional<Fit> Selection::leap() {
+/// noise that the best of these leaves, until no other comes out. @param least what a set must promise
+/// @returns whether there is one
+std::optional<Fit> Selection::leap(double least) {
   if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
   const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_);
@@ -171,7 +175,8 @@ std::optional<Fit> Selection::leap() {
   for (std::size_t round = 0; round < most_leaps; ++round) {
     const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
     const double before = bic(best);
-    const std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
+    std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
+    std::erase_if(sets, [&](const Subset& set) { return set.gain < least; });
     const double needed = needed_of(sets);
     if (round == 0) note_ranks(all, score, options);
     std::size_t size = 1;
@@ -183,7 +188,7 @@ std::optional<Fit> Selection::leap() {
       if (larger && reference.deviance - best.deviance >= needed) break;
       // Nor where boards that are not flat explain what is left beside one, or maps more than any set promises.
       if (larger && size == 1 && bic(best) < bic(best_.fit) - worth) {
-        if (boards_beside(best.state)) return best;
+        if (boards_beside(best.state).sure) return best;
         if (terms().size() == model_.size()) {
           const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
           std::optional<Fit> maps = maps_instead(best, own);

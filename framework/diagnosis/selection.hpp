@@ -81,7 +81,7 @@ class Selection {
   Kept kept() const;
   void restore(Kept before);
   void take(Fit fit);
-  std::optional<Fit> leap();
+  std::optional<Fit> leap(double least = 0);
   bool add_best();
   std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
   std::optional<MapTrial> maps_on(const Base& base);
@@ -95,8 +95,9 @@ class Selection {
   void refine(State state);
   std::string try_refine(State state);
   bool look_at_conditions();
-  bool allow_boards();
-  std::shared_ptr<const Boards> boards_beside(const State& state);
+  bool allow_boards(std::shared_ptr<const Boards> boards);
+  BoardTrial boards_beside(const State& state);
+  void grow_from_boards();
   bool allow(Allowances more);
   bool reshape_boards();
   void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
@@ -112,6 +113,7 @@ class Selection {
   std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay
   Alternatives alternatives_;
   std::unique_ptr<const BoardShapes> shapes_;  ///< when they are asked for
+  bool any_boards_ = false;                    ///< whether their shapes need not be sure
   std::vector<Step> trace_;
 };
 

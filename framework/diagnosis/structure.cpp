@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int draws = 20;
+constexpr int draws = 100;
 constexpr double far = 6;  ///< standard deviations of the largest component under chance
 
 /// Squared singular values, largest first.
@@ -17,6 +18,23 @@ Eigen::VectorXd spectrum(const Eigen::MatrixXd& matrix) {
   const Eigen::MatrixXd small = matrix.rows() < matrix.cols() ? Eigen::MatrixXd(matrix * matrix.transpose())
                                                               : Eigen::MatrixXd(matrix.transpose() * matrix);
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small, Eigen::EigenvaluesOnly).eigenvalues().reverse();
+}
+
+/// Cosines over square images of so many superpixels: orthonormal, one a column.
+Eigen::MatrixXd waves(std::size_t superpixels) {
+  const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(static_cast<double>(superpixels))));
+  Eigen::MatrixXd along(side, side);
+  for (Eigen::Index at = 0; at < side; ++at) {
+    for (Eigen::Index wave = 0; wave < side; ++wave)
+      along(at, wave) = std::sqrt((wave == 0 ? 1.0 : 2.0) / static_cast<double>(side)) *
+                        std::cos(std::numbers::pi * static_cast<double>(wave) * (static_cast<double>(at) + 0.5) /
+                                 static_cast<double>(side));
+  }
+  Eigen::MatrixXd all(side * side, side * side);
+  for (Eigen::Index y = 0; y < side; ++y) {
+    for (Eigen::Index v = 0; v < side; ++v) all.block(y * side, v * side, side, side) = along(y, v) * along;
+  }
+  return all;
 }
 
 }  // namespace
@@ -91,7 +109,11 @@ std::array<std::size_t, observables> structure_rank(const Problem& problem, cons
   std::array<std::size_t, observables> rank{};
   if (problem.design.superpixels() < 2) return rank;  // there is nothing across a condition
   std::mt19937_64 generator(seed);
-  const std::vector<Eigen::MatrixXd> all = whitened_residuals(problem, state);
+  const std::vector<Eigen::Index> runs = problem.runs();
+  Eigen::VectorXd signs(1 + std::ranges::max(runs));
+  std::vector<Eigen::MatrixXd> all = whitened_residuals(problem, state);
+  // What is smooth by chance stays so when the signs of its waves change, not when those of superpixels do.
+  if (problem.allowed.residue) all[distance] *= waves(problem.design.superpixels());
   for (std::size_t o = 0; o < observables; ++o) {
     const Eigen::MatrixXd& matrix = all[o];
     if (matrix.isZero()) continue;
@@ -99,7 +121,10 @@ std::array<std::size_t, observables> structure_rank(const Problem& problem, cons
     double sum = 0, squares = 0;
     for (int d = 0; d < draws; ++d) {
       Eigen::MatrixXd drawn = matrix;
-      for (double& value : drawn.reshaped()) value = (generator() & 1U) != 0 ? value : -value;
+      for (auto column : drawn.colwise()) {
+        for (double& sign : signs) sign = (generator() & 1U) != 0 ? 1 : -1;
+        column.array() *= signs(runs).array();
+      }
       const double largest = spectrum(drawn)(0);
       sum += largest;
       squares += largest * largest;

@@ -17,7 +17,8 @@ class Clutter : public Rail {
   /// Few candidates do here.
   void keep_few() {
     const std::set<std::string> kept = {"wiggling",        "crosstalk",   "source_position",
-                                        "lens_distortion", "zero_offset", "integration_time_offset"};
+                                        "lens_distortion", "zero_offset", "integration_time_offset",
+                                        "principal_point"};
     std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
   }
   void SetUp() override {
@@ -120,6 +121,91 @@ TEST_F(BentBoards, OneShapeForAllIsNone) {
       searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
   EXPECT_FALSE(result.allowed.boards);
   EXPECT_TRUE(result.something_left() || !result.found.empty());
+}
+
+/// One target, seen from many distances: what goes with the board grows in the image as it comes near.
+class OneBentBoard : public BentBoards {
+ protected:
+  void SetUp() override {
+    BentBoards::SetUp();
+    for (io::Condition& c : conditions) c.target = "white";
+    measure();
+    keep_few();
+  }
+};
+
+TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
+  const SearchResult result = searched(bent(data_with({}, 44), own_shape));
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  EXPECT_FALSE(result.something_left());
+  ASSERT_TRUE(result.allowed.boards);
+  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  EXPECT_LT(result.after.state.variances.jitter, 8e-4) << "0.5 mm";
+  expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
+}
+
+/// What goes with the camera is none of the board's, however smooth.
+TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
+  for (const char* hidden : {"source_position", "principal_point"}) {
+    const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));
+    EXPECT_EQ(names(result), std::vector<std::string>{hidden});
+    EXPECT_FALSE(result.allowed.boards);
+  }
+}
+
+/// Boards that lean: their shapes stand out along their own normal, and no amplitude lacks anything.
+TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].board_tilt_y = i % 4 == 1 ? 0.5 : 0;
+  measure();
+  keep_few();
+  std::vector<Observations> data = data_with({}, 47);
+  const std::size_t n = design->superpixels();
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const simulation::BoardPose pose = pose_of(design->conditions()[i]);
+    const std::vector<simulation::Vector3>& rays = design->pixels().rays;
+    std::vector<simulation::Hit> hits(n);
+    simulation::board_tracer(design->camera().focal_length, pose)({}, rays, hits);
+    const double lean = std::cos(pose.tilt_y);
+    for (std::size_t s = 0; s < n; ++s) {
+      // Along the board, which turns about y; a height along its normal is so much more along the axis.
+      const double x = hits[s].point.x / lean, height = own_shape("white", x, hits[s].point.y) / lean;
+      for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
+    }
+  }
+  const SearchResult result = searched(data);
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  EXPECT_FALSE(result.something_left());
+  EXPECT_LT(result.lack_of_fit, 1.03);
+}
+
+/// A residue that stays for some conditions, as air and reflections do, has few chances to look like a pattern.
+TEST_F(Clutter, AResidueThatStaysForAWhileIsNoEffect) {
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = (7 * i) % conditions.size();
+  measure();
+  keep_few();
+  std::mt19937_64 generator(48);
+  std::normal_distribution<double> normal;
+  struct Wave {
+    double x, y, phase, turn;
+  };
+  std::vector<Wave> waves(30);
+  for (Wave& w : waves)
+    w = {2 * normal(generator), 2 * normal(generator), 6 * normal(generator), normal(generator) / 3};
+  const auto residue = [&](std::size_t i, std::size_t s) {
+    double sum = 0;
+    for (const Wave& w : waves) {
+      const auto x = static_cast<double>(s % 12) / 6, y = static_cast<double>(s / 12) / 6;
+      sum += std::cos(w.x * x + w.y * y + w.phase + w.turn * static_cast<double>(*conditions[i].order));
+    }
+    return 0.5e-3 * sum * std::sqrt(2.0 / 30);
+  };
+  const SearchResult result = searched(shifted(data_with({}, 49), residue));
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  EXPECT_FALSE(result.something_left());
+  ASSERT_TRUE(result.allowed.residue);
+  const std::set<Eigen::Index> runs(result.allowed.runs.begin(), result.allowed.runs.end());
+  EXPECT_GE(runs.size(), 4U);
+  EXPECT_LE(runs.size(), 10U) << "of 20 conditions, correlated over some 3";
 }
 
 /// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.
