@@ -17,11 +17,12 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double tie_limit = 10;      ///< of deviance or BIC
-constexpr double promising = 0.3;     ///< of the best linear gain: what bending could still make of a candidate
-constexpr double rival_share = 0.5;   ///< likewise, to take the place of one that is in the model
-constexpr double hardly = 0.01;       ///< of the gain of the best generic pattern: less is not near
-constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
+constexpr double tie_limit = 10;       ///< of deviance or BIC
+constexpr double promising = 0.3;      ///< of the best linear gain: what bending could still make of a candidate
+constexpr double rival_share = 0.5;    ///< likewise, to take the place of one that is in the model
+constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
+constexpr double hardly = 0.01;        ///< of the gain of the best generic pattern: less is not near
+constexpr double untold_beyond = 10;   ///< typical values of a shape that its interval spans
 
 class Search : private Selection {
  public:
@@ -44,8 +45,6 @@ class Search : private Selection {
     result_.where = patterns_of(best());
     grow();
     establish();
-    // What was dropped may have stood for something that conditions have of their own.
-    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) establish();
     put_aside();
     bool dropped = false;
     for (; prove(); dropped = true) establish();
@@ -120,8 +119,16 @@ class Search : private Selection {
     return true;
   }
 
-  /// Until all that is left passes beside the others, and says something: what goes may have held up the rest.
+  /// Until all that is left passes beside the others, and says something; where nothing is left that does, once more
+  /// beside what conditions have of their own, for which it may have stood.
   void establish() {
+    confirm_all();
+    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) confirm_all();
+    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+  }
+
+  /// What goes may have held up the rest.
+  void confirm_all() {
     do {
       result_.found.clear();
       result_.refinements.clear();
@@ -129,7 +136,6 @@ class Search : private Selection {
       }
       settle();
     } while (require_told());
-    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
   }
 
   /// Why the values of a term say nothing, or nothing. @param all intervals of all parameters
@@ -241,10 +247,12 @@ class Search : private Selection {
     const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);
     for (const Trial& trial : trials_.best(less, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
-      Rival rival{trial.candidate, trial.fit.deviance - best().fit.deviance, bic(trial.fit) - bic(best().fit), false,
-                  trial.fit.state};
+      const double behind = trial.fit.deviance - best().fit.deviance;
+      const bool close = behind > tie_limit && behind < close_behind * (less.fit.deviance - best().fit.deviance);
+      const Fit fit = close ? settled(trial.fit.state) : trial.fit;
+      Rival rival{trial.candidate, fit.deviance - best().fit.deviance, bic(fit) - bic(best().fit), false, fit.state};
       rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
-                   hardly_differ(problem(), best().fit.state, trial.fit.state, tie_limit);
+                   hardly_differ(problem(), best().fit.state, fit.state, tie_limit);
       found.rivals.push_back(rival);
     }
   }

@@ -95,6 +95,12 @@ void Selection::settle() {
   take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
 }
 
+Fit Selection::settled(const State& state) const {
+  Problem there = problem_;
+  correct(there, state, true);
+  return fit_with_maps(there, with_positive_sizes(there, state), weight_);
+}
+
 void Selection::grow() {
   grow_from_boards();
   add_all();

@@ -49,6 +49,8 @@ class Selection {
   void drop(const Piece& piece);
   /// Fits exactly, by every pixel.
   void settle();
+  /// Another model, likewise. @throws simulation::EffectError
+  Fit settled(const State& state) const;
 
   const Problem& problem() const { return problem_; }
   const Base& original() const { return original_; }  ///< the model as it is
