@@ -12,7 +12,34 @@
 namespace tofgraph::diagnosis {
 namespace {
 
+constexpr int most_turns = 12;    ///< of boards and effects, two rounds each and one that goes on as they went
+constexpr double hardly = 1;      ///< fall of the deviance
+constexpr Eigen::Index fewest_runs = 4;  ///< over which a residue stays: fewer tell nothing of chance
 constexpr double at_least = 0.8;  ///< of what the shape of a board explains: what sets must promise in its place
+
+/// Calls f(parameter, value) for what goes on as it went: neither maps nor angles, which have no end to go to.
+template <class F> void for_each_steady(State& state, F f) {
+  for (Term& term : state.terms) {
+    for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
+      if (!term.candidate->free()[k].is_angle()) f(term.candidate->free()[k], term.values[k]);
+    }
+  }
+}
+
+/// In typical sizes.
+Eigen::VectorXd values_of(State state) {
+  std::vector<double> values;
+  for_each_steady(state, [&](const FreeParameter& p, double value) { values.push_back(value / std::abs(p.typical)); });
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+State with_values(State state, const Eigen::VectorXd& values) {
+  Eigen::Index at = 0;
+  for_each_steady(state, [&](const FreeParameter& p, double& value) {
+    value = std::clamp(values(at++) * std::abs(p.typical), p.minimum, p.maximum);
+  });
+  return state;
+}
 
 }  // namespace
 
@@ -44,9 +71,17 @@ bool Selection::look_at_conditions() {
                                             (problem_.allowed.looseness.empty() ? 1 : problem_.allowed.looseness[i]))));
   ResidueTrial residue;
   if (problem_.allowed.residue || (pieces().empty() && left() >= explained)) residue = residue_of(problem_, best_.fit);
-  if (most < as_before && !residue.residue) return false;
-  if (residue.residue) more.residue = std::move(residue.residue);
-  return allow(std::move(more));
+  const bool more_residue = residue.residue && add_residue(more, std::move(residue.residue));
+  return (most >= as_before || more_residue) && allow(std::move(more));
+}
+
+/// @returns whether it is one: what stays for nearly all of a campaign may as well be the camera's
+bool Selection::add_residue(Allowances& to, std::shared_ptr<const Residue> residue) const {
+  std::vector<Eigen::Index> runs = runs_of(problem_, best_.fit.state, *residue);
+  if (!runs.empty() && std::ranges::max(runs) + 1 < fewest_runs) return false;
+  to.runs = std::move(runs);
+  to.residue = std::move(residue);
+  return true;
 }
 
 /// @returns whether that could be: an effect may give no number where the fit goes then, and all stays as it was
@@ -60,7 +95,6 @@ bool Selection::allow(Allowances more) {
              {"loosest_board", more.looseness.empty() ? 1 : std::ranges::max(more.looseness)}},
             "effects are looked for again beside it"};
   problem_.allowed = std::move(more);
-  if (problem_.allowed.residue) problem_.allowed.runs = runs_of(problem_, best_.fit.state, *problem_.allowed.residue);
   bool could = true;
   try {
     refine(best_.fit.state);
@@ -83,14 +117,54 @@ bool Selection::reshape_boards() {
   return true;
 }
 
+/// What a model and its boards explain together: shapes cost the deviance what being any shape is worth.
+double Selection::deviance_beside_boards() const {
+  return best_.fit.deviance + (problem_.allowed.boards ? problem_.allowed.boards->cost : 0);
+}
+
+/// One round of boards and effects. @returns whether there are boards, and both together fit better
+bool Selection::fit_beside_boards() {
+  const double before = deviance_beside_boards();
+  if (!reshape_boards()) return false;
+  take(fit_with_maps(problem_, best_.fit.state, weight_));
+  return before - deviance_beside_boards() >= hardly;
+}
+
+/// Boards and effects that look alike would take from each other in small steps for ever: after two of these the values
+/// go on as the two differ (SQUAREM, R. Varadhan and C. Roland, Scandinavian Journal of Statistics 35, 2008, scheme
+/// S3), and come back where they went too far.
+/// @throws simulation::EffectError, but where the values went too far
+void Selection::settle_boards() {
+  for (int turn = 0; turn < most_turns; ++turn) {
+    const Eigen::VectorXd start = values_of(best_.fit.state);
+    if (!fit_beside_boards()) return;
+    const Eigen::VectorXd first = values_of(best_.fit.state);
+    if (!fit_beside_boards()) return;
+    const Eigen::VectorXd second = values_of(best_.fit.state), step = first - start, bend = second - first - step;
+    if (!(bend.norm() > 0) || !(step.norm() > bend.norm())) continue;  // it comes to an end by itself
+    const double length = step.norm() / bend.norm();
+    Kept before = kept();
+    const double reached = deviance_beside_boards();
+    try {
+      best_.fit.state = with_values(before.best.fit.state, start + 2 * length * step + length * length * bend);
+      fit_beside_boards();
+      if (deviance_beside_boards() > reached) restore(std::move(before));
+    } catch (const simulation::EffectError&) {
+      restore(std::move(before));
+    }
+  }
+}
+
 /// The search begun with shapes of boards that may be the camera's: of one target alone, or beside effects, which would
-/// make up for them otherwise. That has to lead to where nothing is left, and no effects may lead there alone.
+/// make up for them otherwise. That has to lead to where nothing is left, and no effects, nor maps, may lead there
+/// alone.
 void Selection::grow_from_boards() {
   const BoardTrial boards = left() < explained ? BoardTrial{} : boards_beside(best_.fit.state);
   if (!boards.boards || boards.sure) return;
   if (const std::optional<Fit> next = leap(at_least * boards.gain);
       next && left_of(problem_, *next, own_columns(problem_, next->state, expected(problem_, next->state))) < explained)
     return;
+  if (const std::optional<MapTrial> maps = maps_alone(); maps && maps->left < explained) return;
   Kept before = kept();
   any_boards_ = true;
   if (allow_boards(boards.boards)) add_all();

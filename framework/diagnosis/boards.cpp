@@ -198,7 +198,9 @@ BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const 
   // What telling the boards apart explains is more than what stays: else it may be a pattern of the camera.
   const bool sure = several && most_fall.square >= sure_share * excess &&
                     most_fall.deviance - one_for_all >= excess - most_fall.square;
-  return {shaped(design, scores, best), most_fall.deviance, sure};
+  std::shared_ptr<const Boards> boards = shaped(design, scores, best);
+  if (!boards) return {};
+  return {std::move(boards), most_fall.deviance, sure};
 }
 
 std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
@@ -209,7 +211,9 @@ std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
   for (const auto& [name, score] : scores) {
     Eigen::MatrixXd inner = information_.at(name);
     inner.diagonal().array() += 1 / (sd * sd);
-    values[name] = inner.ldlt().solve(score);
+    const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
+    values[name] = factors.solve(score);
+    result.cost += values[name].squaredNorm() / (sd * sd) + (sd * sd * factors.vectorD().array()).log().sum();
   }
   for (std::size_t i = 0; i < design.size(); ++i) {
     const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);

@@ -18,6 +18,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
+constexpr std::size_t fewest_clusters = 5;  ///< of which draws tell an interval
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
@@ -192,17 +193,18 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   return result;
 }
 
-/// Two sums of each condition, over all the folds that put it aside: it is one and the same measurement in each.
-using ByCondition = std::map<std::size_t, std::array<double, 2>>;
+/// Two sums of each condition, over all the folds that put it aside: it is one and the same measurement in each. Or of
+/// each cluster of conditions.
+using Sums = std::map<std::size_t, std::array<double, 2>>;
 
 void add(std::array<double, 2>& sums, const std::array<double, 2>& more) {
   for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += more[s];
 }
 
 /// Ends of the 95 % interval of what a function makes of sums over conditions, which are drawn with replacement.
-template <class F> std::pair<double, double> drawn(const ByCondition& of_each, std::uint64_t seed, const F& of) {
+template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uint64_t seed, const F& of) {
   std::vector<std::array<double, 2>> conditions;
-  for (const auto& [condition, sums] : of_each) conditions.push_back(sums);
+  for (const auto& [one, sums] : of_each) conditions.push_back(sums);
   std::mt19937_64 generator(seed);
   std::vector<double> values;
   for (int d = 0; d < draws; ++d) {
@@ -212,6 +214,18 @@ template <class F> std::pair<double, double> drawn(const ByCondition& of_each, s
   }
   std::ranges::sort(values);
   return {values[draws / 40], values[draws - 1 - draws / 40]};
+}
+
+double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
+
+std::vector<std::size_t> clusters_of(const Design& design) {
+  std::map<std::pair<double, std::string>, std::size_t> known;
+  std::vector<std::size_t> together, single;
+  for (const io::Condition& c : design.conditions()) {
+    together.push_back(known.try_emplace({c.board_distance, c.session}, known.size()).first->second);
+    single.push_back(single.size());
+  }
+  return known.size() < fewest_clusters ? single : together;
 }
 
 }  // namespace
@@ -224,6 +238,7 @@ CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, 
   constexpr std::size_t at_once = 4, first = 2, enough = 3;
   const std::vector<Fold> folds = folds_of(design);
   CrossFit result;
+  result.clusters = clusters_of(design);
   result.folds.resize(folds.size());
   SearchOptions quiet = options;
   quiet.progress = {};
@@ -257,6 +272,12 @@ bool FoldResult::chose(const std::vector<std::string>& names) const {
   return std::ranges::any_of(chosen, [&](const auto& name) { return std::ranges::find(names, name) != names.end(); });
 }
 
+FoldResult::Gap FoldResult::gap(std::size_t o) const {
+  double before = 0, after = 0, count = 0;
+  for (const OutOfFold& c : conditions) before += c.before[o], after += c.after[o], count += c.count[o];
+  return {root_mean(before, count), root_mean(after, count)};
+}
+
 double CrossFit::share_of(const std::vector<std::string>& names) const {
   if (folds.empty()) return 0;
   const auto chosen = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.chose(names); });
@@ -264,20 +285,19 @@ double CrossFit::share_of(const std::vector<std::string>& names) const {
 }
 
 CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
-  ByCondition conditions;  // squares, and their number
+  Sums of_clusters;  // squares, and their number
   double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
     if (!setting.empty() && fold.fold.setting != setting) continue;
     for (const OutOfFold& c : fold.conditions) {
-      add(conditions[c.condition], {c.after[o], c.count[o]});
+      add(of_clusters[clusters[c.condition]], {c.after[o], c.count[o]});
       before += c.before[o], after += c.after[o], count += c.count[o];
     }
   }
-  const auto root = [](double sum, double number) { return number > 0 ? std::sqrt(sum / number) : NAN; };
   if (!(count > 0)) return {NAN, NAN, NAN, NAN};
   const auto [low, high] =
-      drawn(conditions, seed, [&](const std::array<double, 2>& sums) { return root(sums[0], sums[1]); });
-  return {root(before, count), root(after, count), low, high};
+      drawn(of_clusters, seed, [&](const std::array<double, 2>& sums) { return root_mean(sums[0], sums[1]); });
+  return {root_mean(before, count), root_mean(after, count), low, high};
 }
 
 CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) const {
@@ -297,7 +317,7 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
 }
 
 Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed) {
-  ByCondition conditions;  // without, with
+  Sums conditions;  // without, with
   Fall fall;
   double depth_without = 0, depth_with = 0, count = 0;
   for (const FoldResult& fold : cross_fit.folds) {

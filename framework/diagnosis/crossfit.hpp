@@ -38,6 +38,10 @@ struct FoldResult {
 
   /// Whether one of these was chosen.
   bool chose(const std::vector<std::string>& names) const;
+  struct Gap {
+    double before = 0, after = 0;  ///< root mean square over superpixels, SI; NaN where nothing is known
+  };
+  Gap gap(std::size_t observable) const;
 };
 
 /// Share of the folds that must choose an effect that is named.
@@ -50,12 +54,15 @@ constexpr bool is_ruined(double before, double after) { return after > 1.05 * be
 struct CrossFit {
   std::vector<FoldResult> folds;
   bool complete = true;  ///< whether these are all
+  /// Of each condition of the design, which ones stand together: at one distance in one session, which may share what
+  /// no model has. Where there are few of these each condition is for itself.
+  std::vector<std::size_t> clusters;
 
   bool empty() const { return folds.empty(); }
   /// Share of the folds that chose an effect, or one that it stands for: one that gave no number did not.
   /// @param names all of these
   double share_of(const std::vector<std::string>& names) const;
-  /// Root mean square over superpixels, SI; with the ends of its 95 % interval by conditions.
+  /// Root mean square over superpixels, SI; with the ends of its 95 % interval by clusters.
   struct Gap {
     double before = 0, after = 0, low = 0, high = 0;
   };

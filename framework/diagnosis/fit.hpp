@@ -17,6 +17,7 @@ namespace tofgraph::diagnosis {
 struct Boards {
   double sd = 0;                          ///< m, of their heights where superpixels see them
   std::vector<std::vector<double>> rows;  ///< what that changes, one a condition
+  double cost = 0;  ///< of the deviance, for being any shape: that of their prior, and of what it leaves of them
 };
 
 /// What conditions are allowed to have of their own, beside a model: found with it.

@@ -55,11 +55,10 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
                              names[static_cast<std::size_t>(j)], matrix(i, j));
     }
   }
-  page.paragraph(
-      pairs.empty() ? fmt::format("No two values are correlated by more than {}: each is known on its own.", correlated)
-                    : fmt::format("Correlated by more than {}, so that one is known only together with the "
-                                  "other: {}.",
-                                  correlated, pairs));
+  page.paragraph(pairs.empty() ? fmt::format("No two values are correlated by more than {}.", correlated)
+                               : fmt::format("Correlated by more than {}, so that one is known only together with the "
+                                             "other: {}.",
+                                             correlated, pairs));
   if (names.size() > max_correlated) return;
   report::FieldMap map{.title = "correlations of the values", .rows = names.size(), .columns = names.size()};
   map.x_names = map.y_names = names;
@@ -179,8 +178,9 @@ void add_rivals(report::Page& page, const ReportData& data) {
   if (rows.empty()) return;
   page.heading("Other effects in its place");
   page.paragraph(
-      "How much deviance is lost when another effect stands in the place of the one that was found. Below 10 the two "
-      "are tied.");
+      "How much deviance is lost when another effect stands in the place of the one that was found. The two are tied "
+      "where that, or what is left of it after the price of more parameters (BIC), is below 10, or where conditions "
+      "differ by more from one to the next than the two models do.");
   const Row header = {"found", "in its place", "deviance lost", ""};
   page.table(header, rows);
   if (!pictures.empty())

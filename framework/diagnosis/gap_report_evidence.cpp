@@ -8,6 +8,7 @@
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -138,6 +139,24 @@ void add_click(report::Page& page, const ReportData& data) {
       options, data.design.pixels().columns, palette, list, condition_script));
 }
 
+void add_folds(report::Page& page, const ReportData& data) {
+  std::vector<Row> rows;
+  for (const FoldResult& result : data.d.search.cross_fit.folds) {
+    const FoldResult::Gap gap = result.gap(distance);
+    rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
+                    result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
+                    std::to_string(result.fold.held.size()), shown(gap.before, distance), shown(gap.after, distance),
+                    !result.failed.empty()   ? result.failed
+                    : result.chosen.empty() ? "nothing"
+                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
+  }
+  if (rows.empty()) return;
+  page.fold("What was put aside, and how it was predicted");
+  const Row header = {"put aside", "where that lies", "conditions", "simulated", "extended", "chosen without it"};
+  page.table(header, rows);
+  page.unfold();
+}
+
 void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
   const Evidence& e = data.evidence.at(o);
   std::vector<double> sizes, ratios;
@@ -196,6 +215,7 @@ void add_conditions(report::Page& page, const ReportData& data) {
         "Root mean square over the condition's image. Held out: each condition is predicted by models that were "
         "chosen and fitted without its level.");
   }
+  add_folds(page, data);
   if (data.design.superpixels() > 1) add_click(page, data);
 }
 

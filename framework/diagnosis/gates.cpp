@@ -69,7 +69,7 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
   found.capture = explained(less, left, score_of(problem_, less.fit, less.columns, group, 0, 0).gain);
   if (!(found.gain > 0)) {
     found.refutation = "without it the data are explained as well";
-  } else if (found.gain < Selection::worth * problem_.run_length()) {
+  } else if (problem_.run_length() > 1 && found.gain < Selection::worth * problem_.run_length()) {
     found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", problem_.run_length());
   } else if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);

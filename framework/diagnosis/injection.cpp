@@ -13,17 +13,31 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::normal_distribution<double> normal;
   Problem whole = problem;
   correct(whole, state);  // as captures are reduced: all over the superpixels
-  const auto rows = expected(whole, state);
+  const auto rows = expected(whole, state);  // on the boards as they are
   std::vector<Observations> result = problem.data;
+  Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions
+  for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u)
+    shared(static_cast<Eigen::Index>(u)) = state.variances.*problem.nuisances.sd[u] * normal(generator);
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Variances& sd = state.variances;
-    const double jitter = sd.jitter * normal(generator), offset = sd.offset * normal(generator),
-                 light = sd.light * normal(generator);
+    const double jitter = sd.jitter * normal(generator);
+    const double offset = sd.offset * normal(generator);
+    double light = sd.light * normal(generator), uniform = 0;
+    for (const Shared& one : problem.nuisances.of_condition[i])
+      (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(result[i].variance[row])) continue;
       result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] +
                              offset * problem.offset_response(i, row) + light * whole.light_response(i, row) +
+                             uniform * problem.uniform_response(row) +
                              std::sqrt(result[i].variance[row]) * normal(generator);
+    }
+    if (!problem.allowed.residue) continue;
+    const Eigen::VectorXd residue = problem.allowed.residue->drawn(i, generator);
+    for (std::size_t s = 0; s < problem.design.superpixels(); ++s) {
+      const std::size_t row = distance * problem.design.superpixels() + s;
+      if (std::isfinite(result[i].variance[row]))
+        result[i].value[row] += std::sqrt(result[i].variance[row]) * residue(static_cast<Eigen::Index>(s));
     }
   }
   return result;

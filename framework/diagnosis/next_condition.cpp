@@ -143,7 +143,10 @@ void keep_best(const Problem& problem, const Question& question, NextCondition& 
       const Design alone = problem.design.part(only);
       const std::vector<Observations> data = {problem.data[i]};
       try {
-        ask({alone, data, problem.targets, {problem.target[i]}, nuisances_of(alone)}, i);
+        Problem one{alone, data, problem.targets, {problem.target[i]}, nuisances_of(alone)};
+        if (const Residue* residue = problem.allowed.residue.get(); residue != nullptr)
+          one.allowed.residue = std::make_shared<const Residue>(Residue(data), residue->sd());
+        ask(one, i);
       } catch (const simulation::EffectError&) {
         continue;
       }

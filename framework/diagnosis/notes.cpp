@@ -94,7 +94,8 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
   if (problem.allowed.boards)
     notes.push_back(fmt::format(
         "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
-        "wherever it stands: a nuisance, no effect.",
+        "wherever it stands: a nuisance, no effect. What of an effect looks like such shapes (a lens, a tilt) may "
+        "be off by more than its interval says.",
         1e3 * problem.allowed.boards->sd));
   if (problem.allowed.residue && !search.something_left())
     notes.push_back(

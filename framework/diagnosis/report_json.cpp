@@ -87,16 +87,14 @@ json folds_of(const Diagnosis& d) {
   json all = json::array();
   for (const FoldResult& result : d.search.cross_fit.folds) {
     const Fold& fold = result.fold;
-    double before = 0, after = 0, count = 0;
-    for (const OutOfFold& c : result.conditions)
-      before += c.before[distance], after += c.after[distance], count += c.count[distance];
+    const FoldResult::Gap gap = result.gap(distance);
     all.push_back({{"setting", fold.setting},
                    {"levels", fold.levels},
                    {"conditions", fold.held.size()},
                    {"extrapolates", fold.extrapolates},
                    {"chosen", result.chosen},
-                   {"gap_before", number(std::sqrt(before / count))},
-                   {"gap_after", number(std::sqrt(after / count))}});
+                   {"gap_before", number(gap.before)},
+                   {"gap_after", number(gap.after)}});
   }
   return all;
 }

@@ -73,6 +73,13 @@ Eigen::VectorXd Residue::taken(std::size_t condition) const {
   return variance / (1 + variance);
 }
 
+Eigen::VectorXd Residue::drawn(std::size_t condition, std::mt19937_64& generator) const {
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd heights = sd_ * (*fields_)[condition].variance.cwiseSqrt();
+  for (double& height : heights) height *= normal(generator);
+  return modes(condition) * heights;
+}
+
 double Residue::log_determinant(std::size_t condition) const {
   return (1 + sd_ * sd_ * (*fields_)[condition].variance.array()).log().sum();
 }

@@ -10,6 +10,7 @@
 #include <Eigen/Dense>
 
 #include <memory>
+#include <random>
 #include <vector>
 
 namespace tofgraph::diagnosis {
@@ -29,6 +30,8 @@ class Residue {
   const Eigen::MatrixXd& modes(std::size_t condition) const { return (*fields_)[condition].modes; }
   /// What the inverse of their covariance lacks of the unit matrix along each mode.
   Eigen::VectorXd taken(std::size_t condition) const;
+  /// A residue as chance makes it, over the standard deviations of the superpixels.
+  Eigen::VectorXd drawn(std::size_t condition, std::mt19937_64& generator) const;
   /// ln of the determinant of their covariance.
   double log_determinant(std::size_t condition) const;
 

@@ -132,9 +132,12 @@ Whitened whiten(const Projected& projected, Score& score) {
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
   score.values = root * total;
-  // What each condition adds along the direction that was found.
-  const Eigen::ArrayXd shares = (result.scores * total).array() / std::max(score.gain, 1e-300);
-  score.carriers = 1 / std::max(shares.square().sum(), 1e-300);
+  // What each condition adds along the direction that was found, or all that change their signs together.
+  const Eigen::VectorXd shares = result.scores * total / std::max(score.gain, 1e-300);
+  Eigen::VectorXd of_units = Eigen::VectorXd::Zero(score.units.empty() ? 0 : 1 + std::ranges::max(score.units));
+  for (std::size_t row = 0; row < score.units.size(); ++row)
+    of_units(score.units[row]) += shares(static_cast<Eigen::Index>(row));
+  score.carriers = 1 / std::max(of_units.squaredNorm(), 1e-300);
   return result;
 }
 

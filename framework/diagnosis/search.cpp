@@ -47,9 +47,16 @@ class Search : private Selection {
     establish();
     put_aside();
     bool dropped = false;
-    for (; prove(); dropped = true) establish();
+    for (; prove(); dropped = true) {
+      // What was added has to be asked in all folds: these were searched whatever was found in all conditions.
+      if (establish() && !pieces().empty() && !result_.cross_fit.complete) put_aside();
+    }
     if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
     look_at_rest();
+    std::erase_if(result_.dropped, [&](const Found& tried) {  // what came back is not what was dropped
+      const auto is = [&](const Found& one) { return one.name == tried.name; };
+      return std::ranges::any_of(result_.found, is) || std::ranges::any_of(result_.refinements, is);
+    });
     result_.refused = trials_.refused();
     for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
     result_.after = best().fit;
@@ -121,10 +128,16 @@ class Search : private Selection {
 
   /// Until all that is left passes beside the others, and says something; where nothing is left that does, once more
   /// beside what conditions have of their own, for which it may have stood.
-  void establish() {
+  /// @returns whether effects were looked for again; that is so twice at most, as what comes may go each time
+  bool establish() {
     confirm_all();
-    if (pieces().empty() && !result_.dropped.empty() && grow_beside_conditions()) confirm_all();
+    const bool again = pieces().empty() && !result_.dropped.empty() && regrown_ < 2 && grow_beside_conditions();
+    if (again) {
+      ++regrown_;
+      confirm_all();
+    }
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+    return again;
   }
 
   /// What goes may have held up the rest.
@@ -201,7 +214,8 @@ class Search : private Selection {
   /// Drops the last one that has values that say nothing: without it those of another one may say more.
   /// @returns whether there was such a one
   bool require_told() {
-    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2);
+    const double rest = left_of(problem(), best().fit, best().columns);
+    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2, rest);
     bool dropped = false;
     return drop_refuted([&](const Found& found, std::size_t t) {
       std::string why = dropped ? "" : untold(t, all);
@@ -237,6 +251,25 @@ class Search : private Selection {
            changed;
   }
 
+  /// By every pixel, or as it is where the effect cannot do its images.
+  Fit settled_where_possible(const Fit& fit) const {
+    try {
+      return settled(fit.state);
+    } catch (const simulation::EffectError&) {
+      return fit;
+    }
+  }
+
+  /// Names of the effects that are confused with one, as its author or theirs say.
+  std::vector<std::string> confused(const Candidate& one) const {
+    std::vector<std::string> names = graph::split_words(one.border().confused_with);
+    for (const auto& other : candidates_) {
+      const std::vector<std::string> theirs = graph::split_words(other->border().confused_with);
+      if (std::ranges::find(theirs, one.name()) != theirs.end()) names.push_back(other->name());
+    }
+    return names;
+  }
+
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
@@ -244,12 +277,12 @@ class Search : private Selection {
     const Base& less = without({t, std::nullopt});
     const InLightOf there(mutable_problem(), less);
     found.where = patterns_of(less);
-    const std::vector<std::string> alike = graph::split_words(found.candidate->border().confused_with);
+    const std::vector<std::string> alike = confused(*found.candidate);
     for (const Trial& trial : trials_.best(less, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
       const double behind = trial.fit.deviance - best().fit.deviance;
       const bool close = behind > tie_limit && behind < close_behind * (less.fit.deviance - best().fit.deviance);
-      const Fit fit = close ? settled(trial.fit.state) : trial.fit;
+      const Fit fit = close ? settled_where_possible(trial.fit) : trial.fit;
       Rival rival{trial.candidate, fit.deviance - best().fit.deviance, bic(fit) - bic(best().fit), false, fit.state};
       rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
                    hardly_differ(problem(), best().fit.state, fit.state, tie_limit);
@@ -288,6 +321,7 @@ class Search : private Selection {
   PatternFinder finder_;
   Gates gates_;
   Trials trials_;
+  int regrown_ = 0;
   SearchResult result_;
 };
 

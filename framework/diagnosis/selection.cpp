@@ -17,7 +17,6 @@ constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the no
 constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
-constexpr int most_reshapes = 6;       ///< of boards and effects in turn
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
@@ -137,8 +136,7 @@ bool Selection::add_best() {
   if (!beaten()) return try_refine(std::move(next->state)).empty();
   if (!residue.residue) return false;
   Allowances more = problem_.allowed;
-  more.residue = std::move(residue.residue);
-  return allow(std::move(more));
+  return add_residue(more, std::move(residue.residue)) && allow(std::move(more));
 }
 
 void Selection::add_all() {
@@ -291,11 +289,7 @@ void Selection::drop_needless() {
 void Selection::refine(State state) {
   correct(problem_, state);
   take(fit_with_maps(problem_, std::move(state), weight_));
-  for (int round = 0; round < most_reshapes && reshape_boards(); ++round) {
-    const double before = best_.fit.deviance;
-    take(fit_with_maps(problem_, best_.fit.state, weight_));
-    if (before - best_.fit.deviance < worth) break;
-  }
+  settle_boards();
 }
 
 /// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
@@ -310,10 +304,13 @@ std::string Selection::try_refine(State state) {
   }
 }
 
-Selection::Kept Selection::kept() const { return {best_, problem_.correction, problem_.brightening, problem_.allowed}; }
+Selection::Kept Selection::kept() const {
+  return {original_, best_, problem_.correction, problem_.brightening, problem_.allowed};
+}
 
 void Selection::restore(Kept before) {
   without_.clear();
+  original_ = std::move(before.original);
   best_ = std::move(before.best);
   problem_.correction = std::move(before.correction);
   problem_.brightening = std::move(before.brightening);

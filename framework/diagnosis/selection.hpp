@@ -75,7 +75,7 @@ class Selection {
  private:
   /// What a step may have to be undone to.
   struct Kept {
-    Base best;
+    Base original, best;
     std::vector<std::vector<double>> correction, brightening;
     Allowances allowed;
   };
@@ -100,8 +100,12 @@ class Selection {
   bool allow_boards(std::shared_ptr<const Boards> boards);
   BoardTrial boards_beside(const State& state);
   void grow_from_boards();
+  bool add_residue(Allowances& to, std::shared_ptr<const Residue> residue) const;
   bool allow(Allowances more);
   bool reshape_boards();
+  double deviance_beside_boards() const;
+  bool fit_beside_boards();
+  void settle_boards();
   void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
   double left() const { return left_of(problem_, best_.fit, best_.columns); }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 namespace tofgraph::diagnosis {
@@ -109,8 +110,9 @@ std::array<std::size_t, observables> structure_rank(const Problem& problem, cons
   std::array<std::size_t, observables> rank{};
   if (problem.design.superpixels() < 2) return rank;  // there is nothing across a condition
   std::mt19937_64 generator(seed);
-  const std::vector<Eigen::Index> runs = problem.runs();
-  Eigen::VectorXd signs(1 + std::ranges::max(runs));
+  std::vector<Eigen::Index> single(problem.data.size());
+  std::iota(single.begin(), single.end(), 0);
+  const std::vector<Eigen::Index> runs = problem.runs();  // a residue is one of the distances
   std::vector<Eigen::MatrixXd> all = whitened_residuals(problem, state);
   // What is smooth by chance stays so when the signs of its waves change, not when those of superpixels do.
   if (problem.allowed.residue) all[distance] *= waves(problem.design.superpixels());
@@ -118,12 +120,14 @@ std::array<std::size_t, observables> structure_rank(const Problem& problem, cons
     const Eigen::MatrixXd& matrix = all[o];
     if (matrix.isZero()) continue;
     const Eigen::VectorXd seen = spectrum(matrix);
+    const std::vector<Eigen::Index>& units = o == distance ? runs : single;
+    Eigen::VectorXd signs(1 + std::ranges::max(units));
     double sum = 0, squares = 0;
     for (int d = 0; d < draws; ++d) {
       Eigen::MatrixXd drawn = matrix;
       for (auto column : drawn.colwise()) {
         for (double& sign : signs) sign = (generator() & 1U) != 0 ? 1 : -1;
-        column.array() *= signs(runs).array();
+        column.array() *= signs(units).array();
       }
       const double largest = spectrum(drawn)(0);
       sum += largest;

@@ -3,6 +3,7 @@
 #include "tests/hidden_effects/score_run.hpp"
 
 #include "tests/hidden_effects/effects.hpp"
+#include "tests/hidden_effects/like.hpp"
 #include "tests/hidden_effects/patterns.hpp"
 
 #include <fmt/format.h>
@@ -35,6 +36,24 @@ nlohmann::json searched(const std::filesystem::path& campaign, const Bench& benc
   return nlohmann::json::parse(file);
 }
 
+namespace {
+
+/// Depth gap of the extended model, as it is, on a new campaign of the same camera, m.
+double gap_again(const std::filesystem::path& campaign, std::uint64_t seed, const Bench& bench) {
+  CampaignOptions options = like(campaign / "truth.yaml", seed);
+  options.folder = campaign / "again";
+  make_campaign(options);
+  // With the maps that the model names.
+  for (const auto& file : std::filesystem::directory_iterator(campaign / "gap")) {
+    if (file.path().filename() == "model.yaml" || file.path().extension() == ".h5")
+      std::filesystem::copy_file(file.path(), options.folder / file.path().filename(),
+                                 std::filesystem::copy_options::overwrite_existing);
+  }
+  return searched(options.folder, bench, " --max-effects 0")["gap"]["before"];
+}
+
+}  // namespace
+
 Score run(const Case& what, const Bench& bench) {
   CampaignOptions options = campaign_of(what);
   options.folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
@@ -45,7 +64,8 @@ Score run(const Case& what, const Bench& bench) {
       searched(options.folder, bench,
                fmt::format(" --seed {}{}", what.seed, what.without.empty() ? "" : " --without " + what.without));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const Score score = judge(what, report, options.effects, seconds);
+  Score score = judge(what, report, options.effects, seconds);
+  if (bench.again) score.again = gap_again(options.folder, what.seed + 1'000'000, bench);
   if (!bench.keep) std::filesystem::remove_all(options.folder);
   return score;
 }

@@ -13,7 +13,8 @@ namespace tofgraph::hidden {
 struct Bench {
   std::string program = TOFGRAPH_PROGRAM;
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
-  bool keep = false;  ///< the campaign and the report
+  bool keep = false;   ///< the campaign and the report
+  bool again = false;  ///< whether the model that was found has to predict another campaign of the same camera
 };
 
 /// What the case asks of a campaign; its folder is left open.

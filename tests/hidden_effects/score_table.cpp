@@ -40,6 +40,19 @@ std::string row(const std::string& group, const std::string& asked, const std::s
   return fmt::format("| {} | {} | {} |\n", group, asked, seen);
 }
 
+/// How much larger the gap is on another campaign than out of fold.
+std::string again_row(const std::vector<Score>& scores) {
+  std::vector<double> ratios;
+  for (const Score& score : scores) {
+    if (score.again) ratios.push_back(*score.again / score.after);
+  }
+  if (ratios.empty()) return "";
+  std::ranges::sort(ratios);
+  return row("gap on another campaign of the same camera over the held-out one", "0.9 to 1.1",
+             fmt::format("{:.2f} (median of {}), {:.2f} to {:.2f}", median(ratios), ratios.size(), ratios.front(),
+                         ratios.back()));
+}
+
 std::vector<Score> of_suite(const std::vector<Score>& scores, const std::string& suite) {
   std::vector<Score> result;
   std::ranges::copy_if(scores, std::back_inserter(result), [&](const Score& s) { return s.what.suite == suite; });
@@ -122,7 +135,7 @@ std::string table(const std::vector<Score>& scores) {
         row("ties resolved by their experiment", "all",
             percent(count(resolved, [](const Score& s) { return is_right(s) && s.tied.empty(); }), resolved.size()));
   }
-  text += gap_rows(scores);
+  text += gap_rows(scores) + again_row(scores);
   return text;
 }
 

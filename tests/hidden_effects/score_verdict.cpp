@@ -89,6 +89,7 @@ Score parse_score(const std::map<std::string, std::string>& c) {
   s.floor = std::stod(c.at("floor_mm")) / 1e3;
   if (c.contains("interval_list")) s.intervals = parse_intervals(c.at("interval_list"));
   s.seconds = std::stod(c.at("seconds"));
+  if (c.contains("again_mm") && c.at("again_mm") != "-") s.again = std::stod(c.at("again_mm")) / 1e3;
   return s;
 }
 
@@ -96,9 +97,10 @@ Score parse_score(const std::map<std::string, std::string>& c) {
 
 std::string Score::line() const {
   const auto held = std::ranges::count(intervals, true, &HeldInterval::holds);
-  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f}", what.key(), verdict,
+  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f},{}", what.key(), verdict,
                      fmt::join(names, "+"), fmt::join(tied, "+"), blind ? 1 : 0, found, wrong, 1e3 * before,
-                     1e3 * after, 1e3 * floor, intervals.size(), held, interval_list(intervals), seconds);
+                     1e3 * after, 1e3 * floor, intervals.size(), held, interval_list(intervals), seconds,
+                     again ? fmt::format("{:.4f}", 1e3 * *again) : "-");
 }
 
 std::vector<Score> read_scores(std::istream& in) {

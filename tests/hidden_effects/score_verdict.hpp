@@ -28,6 +28,7 @@ struct Score {
   std::size_t found = 0;                    ///< hidden effects that are among names or tied
   std::size_t wrong = 0;                    ///< names that are not hidden, nor tied with what is
   double before = 0, after = 0, floor = 0;  ///< held-out depth gap, m
+  std::optional<double> again;              ///< depth gap of the extended model on another campaign, m
   std::vector<HeldInterval> intervals;      ///< of hidden effects that were named, beside whatever else
   double seconds = 0;
 
@@ -37,7 +38,7 @@ struct Score {
 inline constexpr const char* score_header =
     "suite,design,experiments,effects,size,drawn,pattern,without,noise,clutter,output,seed,verdict,names,tied,blind,"
     "found,"
-    "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds";
+    "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds,again_mm";
 
 /// The lines of a scores.csv; columns that earlier files did not have may be missing.
 /// @throws std::invalid_argument for a line that is none

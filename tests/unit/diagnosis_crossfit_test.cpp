@@ -129,6 +129,23 @@ TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(110.0 / 3) * 1e-3, 1e-12);
 }
 
+/// Conditions of one distance may share what no model has: an interval of the gap draws them together.
+TEST(GapOutOfFold, IsDrawnByClusters) {
+  CrossFit result;
+  FoldResult& fold = result.folds.emplace_back();
+  for (std::size_t i = 0; i < 80; ++i) {
+    OutOfFold& one = fold.conditions.emplace_back();
+    one.condition = i;
+    one.after[distance] = 1e-6 * static_cast<double>(1 + i % 8), one.count[distance] = 1;
+    result.clusters.push_back(i % 8);
+  }
+  const CrossFit::Gap together = result.gap(distance, "", 1);
+  for (std::size_t i = 0; i < 80; ++i) result.clusters[i] = i;
+  const CrossFit::Gap single = result.gap(distance, "", 1);
+  EXPECT_EQ(together.after, single.after);
+  EXPECT_NEAR((together.high - together.low) / (single.high - single.low), std::sqrt(10), 0.3);
+}
+
 /// Reflectivities of a target that was put aside come from its amplitudes: boards that are somewhere else do not change
 /// them.
 TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {

@@ -2,55 +2,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
-#include "tests/unit/rail.hpp"
+#include "tests/unit/clutter.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <set>
 
 namespace tofgraph::diagnosis {
 namespace {
-
-class Clutter : public Rail {
- protected:
-  /// Few candidates do here.
-  void keep_few() {
-    const std::set<std::string> kept = {"wiggling",        "crosstalk",   "source_position",
-                                        "lens_distortion", "zero_offset", "integration_time_offset",
-                                        "principal_point"};
-    std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
-  }
-  void SetUp() override {
-    Rail::SetUp();
-    keep_few();
-  }
-
-  /// Data in which every pixel of a condition shows more distance. @param more by condition and superpixel, m
-  template <class F> std::vector<Observations> shifted(std::vector<Observations> data, F more) const {
-    const std::size_t n = design->superpixels();
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      for (std::size_t s = 0; s < n; ++s) data[i].value[distance * n + s] += more(i, s);
-    }
-    return data;
-  }
-
-  SearchResult searched(const std::vector<Observations>& data) const {
-    return search(make_problem(*design, data), {}, candidates, {});
-  }
-
-  /// A wiggle, and what the clutter makes of the search for it.
-  void expect_wiggling_alone(const SearchResult& result, const std::vector<double>& truth) const {
-    ASSERT_EQ(names(result), std::vector<std::string>{"wiggling"});
-    EXPECT_TRUE(result.rest.empty()) << name_of(result.rest.front());
-    EXPECT_EQ(result.patterns_without_axis(), 0U);
-    EXPECT_NEAR(result.after.state.terms[0].values[0], truth[0], 4e-4);
-    EXPECT_NEAR(result.after.state.terms[0].values[1], truth[1], 0.1);
-  }
-
-  static constexpr std::array<double, 2> wiggle = {5e-3, 0.4};
-  std::vector<Term> wiggling() const { return {{&effect("wiggling"), {wiggle.begin(), wiggle.end()}}}; }
-};
 
 TEST_F(Clutter, SessionsAreNoEffect) {
   constexpr std::array<double, 3> offset = {-3e-3, 1e-3, 4e-3};
@@ -83,129 +45,79 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
 
-/// Each target a shape of its own, 1 mm in waves of 0.9 to 1.3 m: heights in the places where pixels meet the board.
-class BentBoards : public Clutter {
- protected:
-  /// @param of shape of a target
-  template <class F> std::vector<Observations> bent(std::vector<Observations> data, F of) const {
-    const std::size_t n = design->superpixels();
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      const io::Condition& c = design->conditions()[i];
-      for (std::size_t s = 0; s < n; ++s) {
-        const simulation::Vector3& ray = design->pixels().rays[s];
-        const double height = of(c.target, c.board_distance * ray.x / ray.z, c.board_distance * ray.y / ray.z);
-        for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
-      }
-    }
-    return data;
-  }
-  static double own_shape(const std::string& target, double x, double y) {
-    const auto k = static_cast<double>(target.size() % 5);
-    return 1e-3 * (std::sin(2 * std::numbers::pi * x / (0.9 + 0.1 * k) + k) +
-                   std::cos(2 * std::numbers::pi * y / 1.2 - 2 * k));
-  }
-};
-
-TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
-  const SearchResult result = searched(bent(data_with({}, 41), own_shape));
-  EXPECT_EQ(names(result), std::vector<std::string>{});
-  ASSERT_TRUE(result.allowed.boards);
-  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
-  const SearchResult beside = searched(bent(data_with(wiggling(), 42), own_shape));
-  expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
-}
-
-/// What all targets have alike is the camera's, or the room's.
-TEST_F(BentBoards, OneShapeForAllIsNone) {
-  const SearchResult result =
-      searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
-  EXPECT_FALSE(result.allowed.boards);
-  EXPECT_TRUE(result.something_left() || !result.found.empty());
-}
-
-/// One target, seen from many distances: what goes with the board grows in the image as it comes near.
-class OneBentBoard : public BentBoards {
+/// A residue that stays for some conditions, as air and reflections do.
+class LastingResidue : public Clutter {
  protected:
   void SetUp() override {
-    BentBoards::SetUp();
-    for (io::Condition& c : conditions) c.target = "white";
+    Clutter::SetUp();
+    for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = (7 * i) % conditions.size();
     measure();
     keep_few();
   }
+  /// Waves over the image. @param turns radians from one condition to the next, standard deviation
+  std::vector<Observations> with_waves(std::vector<Observations> data, double turns) const {
+    std::mt19937_64 generator(48);
+    std::normal_distribution<double> normal;
+    struct Wave {
+      double x, y, phase, turn;
+    };
+    std::vector<Wave> waves(30);
+    for (Wave& w : waves)
+      w = {2 * normal(generator), 2 * normal(generator), 6 * normal(generator), turns * normal(generator)};
+    return shifted(std::move(data), [&](std::size_t i, std::size_t s) {
+      double sum = 0;
+      for (const Wave& w : waves) {
+        const auto x = static_cast<double>(s % 12) / 6, y = static_cast<double>(s / 12) / 6;
+        sum += std::cos(w.x * x + w.y * y + w.phase + w.turn * static_cast<double>(*conditions[i].order));
+      }
+      return 0.5e-3 * sum * std::sqrt(2.0 / 30);
+    });
+  }
 };
 
-TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
-  const SearchResult result = searched(bent(data_with({}, 44), own_shape));
-  EXPECT_EQ(names(result), std::vector<std::string>{});
-  EXPECT_FALSE(result.something_left());
-  ASSERT_TRUE(result.allowed.boards);
-  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
-  EXPECT_LT(result.after.state.variances.jitter, 8e-4) << "0.5 mm";
-  expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
-}
-
-/// What goes with the camera is none of the board's, however smooth.
-TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
-  for (const char* hidden : {"source_position", "principal_point"}) {
-    const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));
-    EXPECT_EQ(names(result), std::vector<std::string>{hidden});
-    EXPECT_FALSE(result.allowed.boards);
-  }
-}
-
-/// Boards that lean: their shapes stand out along their own normal, and no amplitude lacks anything.
-TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
-  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].board_tilt_y = i % 4 == 1 ? 0.5 : 0;
-  measure();
-  keep_few();
-  std::vector<Observations> data = data_with({}, 47);
-  const std::size_t n = design->superpixels();
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    const simulation::BoardPose pose = pose_of(design->conditions()[i]);
-    const std::vector<simulation::Vector3>& rays = design->pixels().rays;
-    std::vector<simulation::Hit> hits(n);
-    simulation::board_tracer(design->camera().focal_length, pose)({}, rays, hits);
-    const double lean = std::cos(pose.tilt_y);
-    for (std::size_t s = 0; s < n; ++s) {
-      // Along the board, which turns about y; a height along its normal is so much more along the axis.
-      const double x = hits[s].point.x / lean, height = own_shape("white", x, hits[s].point.y) / lean;
-      for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
-    }
-  }
-  const SearchResult result = searched(data);
-  EXPECT_EQ(names(result), std::vector<std::string>{});
-  EXPECT_FALSE(result.something_left());
-  EXPECT_LT(result.lack_of_fit, 1.03);
-}
-
-/// A residue that stays for some conditions, as air and reflections do, has few chances to look like a pattern.
-TEST_F(Clutter, AResidueThatStaysForAWhileIsNoEffect) {
-  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = (7 * i) % conditions.size();
-  measure();
-  keep_few();
-  std::mt19937_64 generator(48);
-  std::normal_distribution<double> normal;
-  struct Wave {
-    double x, y, phase, turn;
-  };
-  std::vector<Wave> waves(30);
-  for (Wave& w : waves)
-    w = {2 * normal(generator), 2 * normal(generator), 6 * normal(generator), normal(generator) / 3};
-  const auto residue = [&](std::size_t i, std::size_t s) {
-    double sum = 0;
-    for (const Wave& w : waves) {
-      const auto x = static_cast<double>(s % 12) / 6, y = static_cast<double>(s / 12) / 6;
-      sum += std::cos(w.x * x + w.y * y + w.phase + w.turn * static_cast<double>(*conditions[i].order));
-    }
-    return 0.5e-3 * sum * std::sqrt(2.0 / 30);
-  };
-  const SearchResult result = searched(shifted(data_with({}, 49), residue));
+/// It has few chances to look like a pattern.
+TEST_F(LastingResidue, IsNoEffect) {
+  const SearchResult result = searched(with_waves(data_with({}, 49), 1.0 / 3));
   EXPECT_EQ(names(result), std::vector<std::string>{});
   EXPECT_FALSE(result.something_left());
   ASSERT_TRUE(result.allowed.residue);
   const std::set<Eigen::Index> runs(result.allowed.runs.begin(), result.allowed.runs.end());
   EXPECT_GE(runs.size(), 4U);
   EXPECT_LE(runs.size(), 10U) << "of 20 conditions, correlated over some 3";
+}
+
+TEST_F(LastingResidue, KeepsNoEffectFromItsName) {
+  const SearchResult result = searched(with_waves(data_with(wiggling(), 51), 1.0 / 3));
+  EXPECT_EQ(names(result), std::vector<std::string>{"wiggling"});
+}
+
+/// What stays for all of a campaign may be the camera's, and no flip of signs would tell.
+TEST_F(LastingResidue, IsNoneWhereItNeverChanges) {
+  const SearchResult result = searched(with_waves(data_with({}, 52), 0));
+  EXPECT_FALSE(result.allowed.residue);
+  EXPECT_TRUE(result.something_left()) << fmt::format("{}", fmt::join(names(result), ", "));
+}
+
+/// So many conditions carry a gain as change their signs together.
+TEST_F(LastingResidue, IsCarriedByRuns) {
+  const std::vector<Observations> data = data_with({}, 53);
+  Problem problem = make_problem(*design, data);
+  Group group{"even", {Column(design->size(), std::vector<double>(design->rows(), 0))}};
+  for (std::size_t i = 0; i < design->size(); ++i)
+    std::fill_n(group.columns[0][i].begin(), design->superpixels(), 1e-3 * (i % 2 == 0 ? 1 : -1));
+  std::vector<Observations> even = data;
+  for (std::size_t i = 0; i < even.size(); ++i) {
+    for (std::size_t row = 0; row < design->rows(); ++row)
+      even[i].value[row] = blank[i].value[row] + group.columns[0][i][row], even[i].variance[row] = 1e-8;
+  }
+  const Problem same = with_data(problem, even);
+  Problem in_runs = same;
+  for (std::size_t i = 0; i < design->size(); ++i) in_runs.allowed.runs.push_back(static_cast<Eigen::Index>(i / 5));
+  Fit fit;
+  fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1e-6, .offset = 0, .light = 1e-6}};
+  const double all = static_cast<double>(design->size());
+  EXPECT_GT(score_of(same, fit, {}, group, 0, 0).carriers, 0.8 * all);
+  EXPECT_NEAR(score_of(in_runs, fit, {}, group, 0, 0).carriers, all / 5, 0.5);
 }
 
 /// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.

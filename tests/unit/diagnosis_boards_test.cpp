@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
+#include "diagnosis/boards.hpp"
+#include "tests/unit/clutter.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Each target a shape of its own, 1 mm in waves of 0.9 to 1.3 m: heights in the places where pixels meet the board.
+class BentBoards : public Clutter {
+ protected:
+  /// @param of shape of a target
+  template <class F> std::vector<Observations> bent(std::vector<Observations> data, F of) const {
+    const std::size_t n = design->superpixels();
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      const io::Condition& c = design->conditions()[i];
+      for (std::size_t s = 0; s < n; ++s) {
+        const simulation::Vector3& ray = design->pixels().rays[s];
+        const double height = of(c.target, c.board_distance * ray.x / ray.z, c.board_distance * ray.y / ray.z);
+        for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
+      }
+    }
+    return data;
+  }
+  static double own_shape(const std::string& target, double x, double y) {
+    const auto k = static_cast<double>(target.size() % 5);
+    return 1e-3 * (std::sin(2 * std::numbers::pi * x / (0.9 + 0.1 * k) + k) +
+                   std::cos(2 * std::numbers::pi * y / 1.2 - 2 * k));
+  }
+};
+
+TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
+  const SearchResult result = searched(bent(data_with({}, 41), own_shape));
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  ASSERT_TRUE(result.allowed.boards);
+  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  const SearchResult beside = searched(bent(data_with(wiggling(), 42), own_shape));
+  expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
+}
+
+/// What shapes promise is what they are worth: the deviance with them, and what they cost it, where a board may stand
+/// anywhere and have any light.
+TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
+  const std::vector<Observations> data = bent(data_with({}, 50), own_shape);
+  Problem problem = make_problem(*design, data);
+  const State state{{}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 1, .offset = 0, .light = 0.1}};
+  const double flat = deviance_of(problem, state);
+  const BoardTrial trial = BoardShapes(problem).trial(problem, state);
+  ASSERT_TRUE(trial.boards);
+  problem.allowed.boards = trial.boards;
+  EXPECT_GT(trial.boards->cost, 100);
+  EXPECT_NEAR(flat - deviance_of(problem, state) - trial.boards->cost, trial.gain, 0.02 * trial.gain);
+}
+
+/// What all targets have alike is the camera's, or the room's.
+TEST_F(BentBoards, OneShapeForAllIsNone) {
+  const SearchResult result =
+      searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
+  EXPECT_FALSE(result.allowed.boards);
+  EXPECT_TRUE(result.something_left() || !result.found.empty());
+}
+
+/// One target, seen from many distances: what goes with the board grows in the image as it comes near.
+class OneBentBoard : public BentBoards {
+ protected:
+  void SetUp() override {
+    BentBoards::SetUp();
+    for (io::Condition& c : conditions) c.target = "white";
+    measure();
+    keep_few();
+  }
+};
+
+TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
+  const SearchResult result = searched(bent(data_with({}, 44), own_shape));
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  EXPECT_FALSE(result.something_left());
+  ASSERT_TRUE(result.allowed.boards);
+  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  EXPECT_LT(result.after.state.variances.jitter, 8e-4) << "0.5 mm";
+  expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
+}
+
+/// What goes with the camera is none of the board's, however smooth.
+TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
+  for (const char* hidden : {"source_position", "principal_point"}) {
+    const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));
+    EXPECT_EQ(names(result), std::vector<std::string>{hidden});
+    EXPECT_FALSE(result.allowed.boards);
+  }
+}
+
+/// Boards that lean: their shapes stand out along their own normal, and no amplitude lacks anything.
+TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
+  for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].board_tilt_y = i % 4 == 1 ? 0.5 : 0;
+  measure();
+  keep_few();
+  std::vector<Observations> data = data_with({}, 47);
+  const std::size_t n = design->superpixels();
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const simulation::BoardPose pose = pose_of(design->conditions()[i]);
+    const std::vector<simulation::Vector3>& rays = design->pixels().rays;
+    std::vector<simulation::Hit> hits(n);
+    simulation::board_tracer(design->camera().focal_length, pose)({}, rays, hits);
+    const double lean = std::cos(pose.tilt_y);
+    for (std::size_t s = 0; s < n; ++s) {
+      // Along the board, which turns about y; a height along its normal is so much more along the axis.
+      const double x = hits[s].point.x / lean, height = own_shape("white", x, hits[s].point.y) / lean;
+      for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
+    }
+  }
+  const SearchResult result = searched(data);
+  EXPECT_EQ(names(result), std::vector<std::string>{});
+  EXPECT_FALSE(result.something_left());
+  EXPECT_LT(result.lack_of_fit, 1.03);
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
