@@ -16,8 +16,10 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   const auto rows = expected(whole, state);  // on the boards as they are
   std::vector<Observations> result = problem.data;
   Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions
-  for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u)
-    shared(static_cast<Eigen::Index>(u)) = state.variances.*problem.nuisances.sd[u] * normal(generator);
+  for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u) {
+    const double sd = state.variances.*problem.nuisances.sd[u];
+    shared(static_cast<Eigen::Index>(u)) = sd > 0 ? sd * normal(generator) : 0;
+  }
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Variances& sd = state.variances;
     const double jitter = sd.jitter * normal(generator);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
+#include "diagnosis/search.hpp"
 #include "tests/unit/clutter.hpp"
 
 #include <fmt/format.h>

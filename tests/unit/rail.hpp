@@ -62,8 +62,16 @@ class Rail : public testing::Test {
   /// Data with these effects in them.
   std::vector<Observations> data_with(const std::vector<Term>& terms, std::uint64_t seed) const {
     const Problem problem = make_problem(*design, blank);
-    const State state{
-        terms, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
+    const State state{terms,
+                      std::vector<double>(problem.targets.size(), 0.1),
+                      {.jitter = 5e-4,
+                       .offset = 0,
+                       .light = 2e-3,
+                       .drift = 0,
+                       .drift_light = 0,
+                       .mean = 0,
+                       .session = 0,
+                       .session_light = 0}};
     return injected(problem, state, seed);
   }
 
