@@ -12,10 +12,10 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int most_turns = 12;    ///< of boards and effects, two rounds each and one that goes on as they went
-constexpr double hardly = 1;      ///< fall of the deviance
+constexpr int most_turns = 12;           ///< of boards and effects, two rounds each and one that goes on as they went
+constexpr double hardly = 1;             ///< fall of the deviance
 constexpr Eigen::Index fewest_runs = 3;  ///< over which a residue stays: fewer are nearly all of a campaign
-constexpr double at_least = 0.8;  ///< of what the shape of a board explains: what sets must promise in its place
+constexpr double at_least = 0.8;         ///< of what the shape of a board explains: what sets must promise in its place
 
 /// Calls f(parameter, value) for what goes on as it went: neither maps nor angles, which have no end to go to.
 template <class F> void for_each_steady(State& state, F f) {

@@ -146,9 +146,9 @@ void add_folds(report::Page& page, const ReportData& data) {
     rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
                     result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
                     std::to_string(result.fold.held.size()), shown(gap.before, distance), shown(gap.after, distance),
-                    !result.failed.empty()   ? result.failed
+                    !result.failed.empty()  ? result.failed
                     : result.chosen.empty() ? "nothing"
-                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
+                                            : fmt::format("{}", fmt::join(result.chosen, ", "))});
   }
   if (rows.empty()) return;
   page.fold("What was put aside, and how it was predicted");

@@ -12,7 +12,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   Problem whole = problem;
-  correct(whole, state);  // as captures are reduced: all over the superpixels
+  correct(whole, state);                     // as captures are reduced: all over the superpixels
   const auto rows = expected(whole, state);  // on the boards as they are
   std::vector<Observations> result = problem.data;
   Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions

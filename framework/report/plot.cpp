@@ -40,7 +40,8 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
     if (texts.size() > 16 && i % (texts.size() / 8) != 0) continue;
     std::string text;  // gnuplot takes the names of tics for formats
     for (const char c : texts[i]) text += c == '%' ? "%%" : std::string(1, c);
-    result += fmt::format("{}{} {}", result.empty() ? "" : ", ", report::quoted(text), from_top ? texts.size() - 1 - i : i);
+    result +=
+        fmt::format("{}{} {}", result.empty() ? "" : ", ", report::quoted(text), from_top ? texts.size() - 1 - i : i);
   }
   return texts.empty() ? "" : fmt::format("set {}tics ({}) {}\n", axis, result, *axis == 'x' ? "rotate by -40" : "");
 }

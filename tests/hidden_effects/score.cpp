@@ -77,8 +77,9 @@ void declare(CLI::App& app, Asked& asked) {
       ->capture_default_str();
   app.add_option("--join", asked.joined, "scores.csv of earlier runs: makes their common table, runs nothing")
       ->check(CLI::ExistingFile);
-  app.add_flag("--again", asked.bench.again,
-               "has what was found predict another campaign of the same camera, too, between the distances of the first");
+  app.add_flag(
+      "--again", asked.bench.again,
+      "has what was found predict another campaign of the same camera, too, between the distances of the first");
   app.add_flag("--keep", asked.bench.keep, "keeps the campaigns and reports");
   app.footer("Suites:" + known);
 }

@@ -253,6 +253,27 @@ TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   EXPECT_EQ(fails(), "bad\n");  // what has failed is tried again
 }
 
+/// Of many files those that pass need no trial any more, and those that do not keep their reason.
+TEST(Trial, OfManyFilesIsMadeAhead) {
+  const TemporaryFolder folder;
+  std::vector<fs::path> files;
+  for (int i = 0; i < 40; ++i) {
+    files.push_back(folder.path() / std::to_string(i));
+    if (i % 7 == 3)
+      write_text(files.back(), "damaged");
+    else
+      fs::copy_file(recording, files.back());
+  }
+  files.push_back(folder.path() / "none");
+  io::try_ahead(files);
+  const auto again = [&](const fs::path& file) {
+    return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo tried"}); });
+  };
+  for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(again(files[i]), i % 7 == 3 ? "tried\n" : "") << i;
+  EXPECT_EQ(again(files.back()), "tried\n");
+  EXPECT_NE(thrown([&] { CaptureReader reader(files[3]); }).find("is not an HDF5 file"), std::string::npos);
+}
+
 TEST(Trial, ManyAtOnceInAProcessOfManyThreads) {
   std::vector<std::thread> threads;
   std::atomic<int> wrong{0};

@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
+#include "io/captures/capture_guard.hpp"
 #include "io/profile.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
@@ -34,6 +35,9 @@ class Check {
   void all() {
     std::vector<config::Diagnostics> found(campaign_.conditions.size());
     std::vector<Opened> opened(found.size());
+    std::vector<std::filesystem::path> files;
+    for (const Condition& condition : campaign_.conditions) files.push_back(condition.capture);
+    try_ahead(files);
     tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
       opened[i] = Check(campaign_, purpose_, found[i]).capture_of(campaign_.conditions[i]);
     });

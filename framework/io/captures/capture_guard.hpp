@@ -29,4 +29,8 @@ void run_trial(std::vector<std::string> command);
 /// @param command which reads the file, and is the same for it each time
 void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command);
 
+/// Tries many captures with few programs: for those that pass run_trial_once() has nothing left to do. Of the others it
+/// is for the one who reads them to say what is wrong.
+void try_ahead(const std::vector<std::filesystem::path>& files);
+
 }  // namespace tofgraph::io
