@@ -12,14 +12,14 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int most_turns = 12;           ///< of boards and effects, two rounds each and one that goes on as they went
-constexpr double hardly = 1;             ///< fall of the deviance
-constexpr Eigen::Index fewest_runs = 3;  ///< over which a residue stays: fewer are nearly all of a campaign
-constexpr double at_least = 0.8;         ///< of what the shape of a board explains: what sets must promise in its place
+constexpr int most_turns = 12;    ///< of boards and effects, two rounds each and one that goes on as they went
+constexpr double hardly = 1;      ///< fall of the deviance
+constexpr double at_least = 0.8;  ///< of what the shape of a board explains: what sets must promise in its place
 
 /// Calls f(parameter, value) for what goes on as it went: neither maps nor angles, which have no end to go to.
-template <class F> void for_each_steady(State& state, F f) {
-  for (Term& term : state.terms) {
+/// @param state const or not, as the values then are
+template <class S, class F> void for_each_steady(S& state, F f) {
+  for (auto& term : state.terms) {
     for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
       if (!term.candidate->free()[k].is_angle()) f(term.candidate->free()[k], term.values[k]);
     }
@@ -27,7 +27,7 @@ template <class F> void for_each_steady(State& state, F f) {
 }
 
 /// In typical sizes.
-Eigen::VectorXd values_of(State state) {
+Eigen::VectorXd values_of(const State& state) {
   std::vector<double> values;
   for_each_steady(state, [&](const FreeParameter& p, double value) { values.push_back(value / std::abs(p.typical)); });
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -71,17 +71,9 @@ bool Selection::look_at_conditions() {
                                             (problem_.allowed.looseness.empty() ? 1 : problem_.allowed.looseness[i]))));
   ResidueTrial residue;
   if (problem_.allowed.residue || (pieces().empty() && left() >= explained)) residue = residue_of(problem_, best_.fit);
-  const bool more_residue = residue.residue && add_residue(more, std::move(residue.residue));
-  return (most >= as_before || more_residue) && allow(std::move(more));
-}
-
-/// @returns whether it is one: what stays for nearly all of a campaign may as well be the camera's
-bool Selection::add_residue(Allowances& to, std::shared_ptr<const Residue> residue) const {
-  std::vector<Eigen::Index> runs = runs_of(problem_, best_.fit.state, *residue);
-  if (!runs.empty() && std::ranges::max(runs) + 1 < fewest_runs) return false;
-  to.runs = std::move(runs);
-  to.residue = std::move(residue);
-  return true;
+  if (most < as_before && !residue.residue) return false;
+  if (residue.residue) more.residue = std::move(residue.residue), more.runs = std::move(residue.runs);
+  return allow(std::move(more));
 }
 
 /// @returns whether that could be: an effect may give no number where the fit goes then, and all stays as it was

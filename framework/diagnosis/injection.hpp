@@ -11,7 +11,8 @@ namespace tofgraph::diagnosis {
 
 /// Observations of the problem's own conditions and masks under another state: its effects, reflectivities, and
 /// normal noise of the data's variances; jitter of board, camera and light, a wander, sessions and a residue of the
-/// state's standard deviations; the boards as they are. @throws simulation::EffectError
+/// state's standard deviations; the boards as they are. A residue is new in each condition, whatever the data's
+/// stays for. @throws simulation::EffectError
 std::vector<Observations> injected(const Problem& problem, const State& state, std::uint64_t seed);
 
 /// A term with each size at a factor of its typical value, of random sign where both are allowed, and shapes about

@@ -18,6 +18,7 @@ namespace {
 constexpr int most_half_waves = 6;                         ///< over the image, in all directions
 constexpr double worth = 20;                               ///< fall of the deviance
 constexpr double least = 2e-5, most = 2e-2, factor = 1.5;  ///< standard deviations that are tried, m
+constexpr Eigen::Index fewest_runs = 3;                    ///< over each of which a residue stays
 constexpr double alike = 0.2;                              ///< correlation of conditions that belong to one run
 
 /// Cosines over the superpixels, constant excluded, whose squares sum to 1 on average: the spectrum falls with the
@@ -137,7 +138,10 @@ ResidueTrial residue_of(const Problem& problem, const Fit& fit) {
     if (here < lowest) lowest = here, best = sd;
   }
   if (best == 0 || best == now) return {};
-  return {std::make_shared<const Residue>(fields, best), exactly(now) - exactly(best)};
+  auto residue = std::make_shared<const Residue>(fields, best);
+  std::vector<Eigen::Index> runs = runs_of(problem, fit.state, *residue);
+  if (!runs.empty() && std::ranges::max(runs) + 1 < fewest_runs) return {};
+  return {std::move(residue), std::move(runs), exactly(now) - exactly(best)};
 }
 
 std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, const Residue& residue) {

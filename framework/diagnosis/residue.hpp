@@ -50,9 +50,11 @@ struct State;
 /// A residue, and how much the deviance is less with it than with what the problem has.
 struct ResidueTrial {
   std::shared_ptr<const Residue> residue;  ///< nothing where the problem's is as good
+  std::vector<Eigen::Index> runs = {};     ///< see runs_of()
   double gain = 0;
 };
-/// The residue with the least deviance beside a fit.
+/// The residue with the least deviance beside a fit. Nothing where it stays for nearly half of the campaign or more:
+/// that may as well be the camera's.
 ResidueTrial residue_of(const Problem& problem, const Fit& fit);
 
 /// Runs of conditions, in the order measured, that are as long as a residue stays nearly the same: chance may change

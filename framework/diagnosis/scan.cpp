@@ -177,7 +177,7 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 }  // namespace
 
 bool significant(const Score& score) {
-  return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain);
+  return score.p_value < significance || (score.carriers < few && score.gain - score.dimension > certain * score.stays);
 }
 
 double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
@@ -227,7 +227,7 @@ Scan Scanner::scan(const Variances& variances, double dimension, std::size_t fli
   result.freedom -= dimension + static_cast<double>(problem_.targets.size());
   result.scores.resize(groups_);
   std::vector<Whitened> whitened(groups_);
-  for (Score& score : result.scores) score.units = units_of(problem_);
+  for (Score& score : result.scores) score.units = units_of(problem_), score.stays = problem_.run_length();
   tbb::parallel_for(std::size_t{0}, groups_,
                     [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
   if (flips > 0 && groups_ > 0) flip(whitened, result.scores, flips, seed);

@@ -30,6 +30,7 @@ struct Score {
   double dimension = 0;         ///< columns that the data determine
   double p_value = 1;           ///< of the largest score of all groups under sign flips of whole conditions
   double own_p_value = 1;       ///< of this group alone, for tables with control of false discoveries
+  double stays = 1;             ///< conditions that change their signs together: what they have alike counts once
   double carriers = 0;          ///< how many units carry the gain; where they are few, flips can prove nothing
   Eigen::VectorXd values;       ///< of the columns
   Eigen::MatrixXd information;  ///< of the columns, nuisances taken out

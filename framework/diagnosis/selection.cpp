@@ -136,7 +136,8 @@ bool Selection::add_best() {
   if (!beaten()) return try_refine(std::move(next->state)).empty();
   if (!residue.residue) return false;
   Allowances more = problem_.allowed;
-  return add_residue(more, std::move(residue.residue)) && allow(std::move(more));
+  more.residue = std::move(residue.residue), more.runs = std::move(residue.runs);
+  return allow(std::move(more));
 }
 
 void Selection::add_all() {
@@ -202,7 +203,7 @@ std::optional<Fit> Selection::leap(double least) {
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
-      std::optional<Fit> next = fitted_set(all, subset);
+      std::optional<Fit> next = fitted_set(all, subset, score.information);
       const bool better = next && bic(*next) < bic(best) - 1;
       note({"fitted",
             names_of(all, subset),
@@ -232,21 +233,40 @@ void Selection::note_ranks(const Alternatives& all, const Score& score, const Su
           subset.merit < worth ? "not worth its parameters" : "may be"});
 }
 
-/// Nothing where an effect gives no number.
-std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& subset) const {
-  State state = best_.fit.state;
+/// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
+/// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
+/// no number. @param information of all columns
+std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& subset,
+                                         const Eigen::MatrixXd& information) const {
+  constexpr double silent = 1;  // of chi-square, for a whole step
+  State plain = best_.fit.state, shown = plain;
+  bool differ = false;
   Eigen::Index at = 0;
   for (const std::size_t c : subset.choices) {
-    const auto count = static_cast<Eigen::Index>(all.choices[c].columns.size());
-    const Eigen::VectorXd values = subset.values.segment(at, count);
-    state = all.list[c].placed(std::move(state), {values.data(), static_cast<std::size_t>(count)});
+    const std::vector<Eigen::Index>& columns = all.choices[c].columns;
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    Eigen::VectorXd values = subset.values.segment(at, count);
+    const auto placed = [&](State state) {
+      return all.list[c].placed(std::move(state), {values.data(), columns.size()});
+    };
+    plain = placed(std::move(plain));
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (information(columns[k], columns[k]) < silent) values(static_cast<Eigen::Index>(k)) = 0.5, differ = true;
+    }
+    shown = placed(std::move(shown));
     at += count;
   }
-  try {
-    return fit_roughly(problem_, std::move(state), weight_);
-  } catch (const simulation::EffectError&) {
-    return std::nullopt;
-  }
+  std::optional<Fit> best;
+  const auto try_from = [&](State state) {
+    try {
+      Fit next = fit_roughly(problem_, std::move(state), weight_);
+      if (!best || next.deviance < best->deviance) best = std::move(next);
+    } catch (const simulation::EffectError&) {  // nothing from there
+    }
+  };
+  try_from(std::move(plain));
+  if (differ) try_from(std::move(shown));
+  return best;
 }
 
 std::vector<Piece> Selection::pieces() const {

@@ -85,7 +85,8 @@ class Selection {
   void take(Fit fit);
   std::optional<Fit> leap(double least = 0);
   bool add_best();
-  std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset) const;
+  std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset,
+                                const Eigen::MatrixXd& information) const;
   std::optional<MapTrial> maps_on(const Base& base);
   bool residue_does_more(const Base& base, const Fit& maps) const;
   std::optional<MapTrial> maps_alone();
@@ -100,7 +101,6 @@ class Selection {
   bool allow_boards(std::shared_ptr<const Boards> boards);
   BoardTrial boards_beside(const State& state);
   void grow_from_boards();
-  bool add_residue(Allowances& to, std::shared_ptr<const Residue> residue) const;
   bool allow(Allowances more);
   bool reshape_boards();
   double deviance_beside_boards() const;

@@ -22,8 +22,7 @@ Eigen::Vector<double, random_directions> take_out_jitter(const Problem& problem,
 std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable);
 
 /// How many principal components of each observable are larger than chance (parallel analysis: signs of all elements
-/// are drawn anew; beside a residue, those of whole runs, and of waves in place of the distances of superpixels; of one
-/// run: none).
+/// are drawn anew; beside a residue, for the distances: those of its waves in each run).
 std::array<std::size_t, observables> structure_rank(const Problem& problem, const State& state, std::uint64_t seed);
 
 }  // namespace tofgraph::diagnosis

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What happens to files in real life: recorders that are killed, files cut short, bits that flip.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <hdf5.h>
 #include <sys/resource.h>
@@ -265,6 +266,8 @@ TEST(Trial, OfManyFilesIsMadeAhead) {
       fs::copy_file(recording, files.back());
   }
   files.push_back(folder.path() / "none");
+  files.push_back(folder.path() / "pipe");  // to read it would be to wait for ever
+  ASSERT_EQ(mkfifo(files.back().c_str(), 0600), 0);
   io::try_ahead(files);
   const auto again = [&](const fs::path& file) {
     return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo tried"}); });

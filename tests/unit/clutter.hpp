@@ -5,6 +5,7 @@
 
 #include "tests/unit/rail.hpp"
 
+#include <array>
 #include <set>
 
 namespace tofgraph::diagnosis {

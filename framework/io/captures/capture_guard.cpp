@@ -13,11 +13,13 @@
 #include <csignal>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "config/child_process.hpp"
@@ -107,14 +109,20 @@ void run_trial_once(const std::filesystem::path& file, std::vector<std::string> 
 }
 
 void try_ahead(const std::vector<std::filesystem::path>& files) {
-  constexpr std::size_t at_once = 32;  // so that several programs share a campaign
-  tbb::parallel_for(std::size_t{0}, (files.size() + at_once - 1) / at_once, [&](std::size_t part) {
+  std::map<Version, std::filesystem::path> untried;  // each once, under whichever name
+  for (const std::filesystem::path& file : files) {
+    std::error_code error;
+    const std::optional<Version> version = version_of(file);
+    if (version && std::filesystem::is_regular_file(file, error) && !passed().has(*version))
+      untried.emplace(*version, file);
+  }
+  const std::vector<std::pair<Version, std::filesystem::path>> all(untried.begin(), untried.end());
+  // Some programs for each core, that none waits for the last one; few, as each has to load its libraries.
+  const std::size_t programs =
+      std::min<std::size_t>(all.size(), 2UL * std::max(1U, std::thread::hardware_concurrency()));
+  tbb::parallel_for(std::size_t{0}, programs, [&](std::size_t program) {
     std::vector<std::string> command = {config::trial_program(), "captures"};
-    std::vector<std::optional<Version>> before;
-    for (std::size_t i = part * at_once; i < std::min(files.size(), (part + 1) * at_once); ++i) {
-      command.push_back(files[i].string());
-      before.push_back(version_of(files[i]));
-    }
+    for (std::size_t i = program; i < all.size(); i += programs) command.push_back(all[i].second.string());
     config::ChildResult result;
     try {
       result = config::run_child(std::move(command), {.keep_errors = true});
@@ -122,8 +130,9 @@ void try_ahead(const std::vector<std::filesystem::path>& files) {
       return;  // who reads them is told
     }
     std::istringstream numbers(result.output);
-    for (std::size_t i = 0; numbers >> i && i < before.size();) {
-      if (before[i] && before[i] == version_of(files[part * at_once + i])) passed().add(*before[i]);
+    for (std::size_t k = 0; numbers >> k;) {
+      const std::size_t i = program + k * programs;
+      if (i < all.size() && version_of(all[i].second) == all[i].first) passed().add(all[i].first);
     }
   });
 }
