@@ -265,7 +265,18 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
     }
   };
   try_from(std::move(plain));
-  if (differ) try_from(std::move(shown));
+  // Where it has left its place by itself, it had a slope.
+  const auto stays = [&](const State& state) {
+    for (std::size_t t = best_.fit.state.terms.size(); t < state.terms.size(); ++t) {
+      const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
+      for (std::size_t k = 0; k < free.size(); ++k) {
+        if (!free[k].shape && shown.terms[t].values[k] != free[k].off && state.terms[t].values[k] == free[k].off)
+          return true;
+      }
+    }
+    return false;
+  };
+  if (differ && (!best || stays(best->state))) try_from(shown);
   return best;
 }
 
