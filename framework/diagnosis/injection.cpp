@@ -27,19 +27,15 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
     double light = sd.light * normal(generator), uniform = 0;
     for (const Shared& one : problem.nuisances.of_condition[i])
       (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
+    Eigen::VectorXd residue;  // of the distances, which come first
+    if (problem.allowed.residue) residue = problem.allowed.residue->drawn(i, generator);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(result[i].variance[row])) continue;
-      result[i].value[row] = rows[i][row] + jitter * problem.design.shift(i)[row] +
-                             offset * problem.offset_response(i, row) + light * whole.light_response(i, row) +
-                             uniform * problem.uniform_response(row) +
-                             std::sqrt(result[i].variance[row]) * normal(generator);
-    }
-    if (!problem.allowed.residue) continue;
-    const Eigen::VectorXd residue = problem.allowed.residue->drawn(i, generator);
-    for (std::size_t s = 0; s < problem.design.superpixels(); ++s) {
-      const std::size_t row = distance * problem.design.superpixels() + s;
-      if (std::isfinite(result[i].variance[row]))
-        result[i].value[row] += std::sqrt(result[i].variance[row]) * residue(static_cast<Eigen::Index>(s));
+      const auto at = static_cast<Eigen::Index>(row);
+      result[i].value[row] =
+          rows[i][row] + jitter * problem.design.shift(i)[row] + offset * problem.offset_response(i, row) +
+          light * whole.light_response(i, row) + uniform * problem.uniform_response(row) +
+          std::sqrt(result[i].variance[row]) * (normal(generator) + (at < residue.size() ? residue(at) : 0));
     }
   }
   return result;
