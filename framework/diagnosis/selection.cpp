@@ -265,13 +265,12 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
     }
   };
   try_from(std::move(plain));
-  // Where it has left its place by itself, it had a slope.
-  const auto stays = [&](const State& state) {
+  const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
     for (std::size_t t = best_.fit.state.terms.size(); t < state.terms.size(); ++t) {
       const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k) {
-        if (!free[k].shape && shown.terms[t].values[k] != free[k].off && state.terms[t].values[k] == free[k].off)
-          return true;
+        const auto is_off = [&](const State& one) { return one.terms[t].values[k] == free[k].off; };
+        if (!free[k].shape && is_off(state) && !is_off(shown)) return true;
       }
     }
     return false;
