@@ -31,16 +31,19 @@ double Gates::capture(const Base& less, const Group& group) const {
 }
 
 /// Gain of an effect over that of the best generic pattern that it lowers: whatever else is left, in its observables or
-/// in others, says nothing of it. NaN where it lowers none.
+/// in others, says nothing of it. Where nothing is left, the share of that pattern that is gone with the effect, if
+/// that is more: then the pattern has gained by what is fitted anew beside the effect. NaN where it lowers none.
 /// @param less the model without it @param left the patterns of the model with it
 double Gates::explained(const Base& less, const PatternScan& left, double gain) const {
   const PatternScan before = finder_.find(problem_, less.fit, less.columns, 0, 0);
-  double most = 0;
+  double most = 0, gone = 0;
   for (std::size_t p = 0; p < before.gains.size(); ++p) {
-    if (before.gains[p] - std::max(left.gains[p], 0.0) > lowered * before.gains[p])
-      most = std::max(most, before.gains[p]);
+    const double fall = before.gains[p] - std::max(left.gains[p], 0.0);
+    if (fall > lowered * before.gains[p] && before.gains[p] > most) most = before.gains[p], gone = fall;
   }
-  return most > 0 ? gain / most : std::numeric_limits<double>::quiet_NaN();
+  if (!(most > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const bool nothing_left = left.square <= diagnosis::explained * left.freedom;
+  return (nothing_left ? std::max(gain, gone) : gain) / most;
 }
 
 /// Of any candidate to gain as much as one direction does in a model without it. Chance is what the best model leaves:

@@ -5,6 +5,7 @@
 #include "diagnosis/contribution.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/structure.hpp"
+#include "diagnosis/told.hpp"
 #include "diagnosis/validation.hpp"
 #include "graph/stream.hpp"
 
@@ -22,7 +23,6 @@ constexpr double promising = 0.3;      ///< of the best linear gain: what bendin
 constexpr double rival_share = 0.5;    ///< likewise, to take the place of one that is in the model
 constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
 constexpr double hardly = 0.01;        ///< of the gain of the best generic pattern: less is not near
-constexpr double untold_beyond = 10;   ///< typical values of a shape that its interval spans
 
 class Search : private Selection {
  public:
@@ -151,24 +151,6 @@ class Search : private Selection {
     } while (require_told());
   }
 
-  /// Why the values of a term say nothing, or nothing. @param all intervals of all parameters
-  std::string untold(std::size_t t, const std::vector<Interval>& all) const {
-    const Term& term = terms()[t];
-    if (term.maps) return "";
-    std::size_t at = 0;
-    for (std::size_t earlier = 0; earlier < t; ++earlier) at += terms()[earlier].values.size();
-    bool off = true;
-    for (std::size_t k = 0; k < term.values.size(); ++k) {
-      const FreeParameter& p = term.candidate->free()[k];
-      const Interval& interval = all[at + k];
-      if (!p.shape)
-        off = off && interval.low <= p.off && p.off <= interval.high;
-      else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical))
-        return fmt::format("these conditions do not tell its {}", p.name);
-    }
-    return off ? "all of its sizes may as well be off" : "";
-  }
-
   /// Why the distances refute what was found, or nothing. @param without, with gap out of fold, m @param what is taken
   /// out
   static std::string ruined(double without, double with, const char* what) {
@@ -215,10 +197,11 @@ class Search : private Selection {
   /// @returns whether there was such a one
   bool require_told() {
     const double rest = left_of(problem(), best().fit, best().columns);
-    const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2, rest);
+    const std::vector<Interval> all =
+        intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
     bool dropped = false;
     return drop_refuted([&](const Found& found, std::size_t t) {
-      std::string why = dropped ? "" : untold(t, all);
+      std::string why = dropped ? "" : untold(best().fit, t, all, rest);
       if (!why.empty()) note({"valued", {found.name}, {}, why});
       dropped = dropped || !why.empty();
       return why;

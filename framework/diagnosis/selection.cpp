@@ -5,57 +5,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the noise that the best fit before has left
-constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
-constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
-constexpr double worthwhile = 0.1;     ///< of the excess of chi-square: what an addition beside others must take away
-
-/// Gain that is nearly all of what the best set promises.
-double needed_of(const std::vector<Subset>& sets) {
-  double most = 0;
-  for (const Subset& set : sets) most = std::max(most, set.merit >= Selection::worth ? set.gain : 0);
-  return nearly_all * most - by_chance;
-}
-
-/// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
-/// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
-/// that misses is found from where its fit leads to.
-/// @param singles whether single effects are fitted whatever they promise
-std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed, bool singles) {
-  std::size_t size = std::numeric_limits<std::size_t>::max();
-  for (const Subset& set : sets) {
-    if (set.merit >= Selection::worth && set.gain >= needed) size = std::min(size, set.choices.size());
-  }
-  std::vector<Subset> chosen;
-  bool larger = false;
-  for (const Subset& set : sets) {
-    const std::size_t count = set.choices.size();
-    if (set.merit < Selection::worth && !(singles && count == 1)) continue;
-    if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
-  }
-  std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
-  return chosen;
-}
+constexpr double worthwhile = 0.1;  ///< of the excess of chi-square: what an addition beside others must take away
 
 /// What tells models apart: effects, and which of their parameters are free.
 std::vector<const Candidate*> forms_of(const std::vector<Term>& terms) {
   std::vector<const Candidate*> forms;
   for (const Term& term : terms) forms.push_back(term.candidate);
   return forms;
-}
-
-std::vector<std::string> names_of(const Alternatives& all, const Subset& subset) {
-  std::vector<std::string> names;
-  for (const std::size_t c : subset.choices) names.push_back(all.list[c].name());
-  return names;
 }
 
 }  // namespace
@@ -158,125 +120,6 @@ void Selection::add_all() {
     // it.
     if (const double now = left(); !first && now >= explained && before - now < worthwhile * (before - 1)) break;
   }
-}
-
-/// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
-/// noise that the best of these leaves, until no other comes out. @param least what a set must promise
-/// @returns whether there is one
-std::optional<Fit> Selection::leap(double least) {
-  if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
-  say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
-  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_);
-  if (all.list.empty()) return std::nullopt;
-  SubsetOptions options;
-  options.price = std::log(static_cast<double>(problem_.data.size()));
-  options.prior = 1 / (prior_width * prior_width);
-  options.share_of_all = nearly_all, options.less_than_all = by_chance;
-  options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
-  Fit reference = best_.fit, best = best_.fit;
-  std::vector<std::vector<std::size_t>> fitted;
-  const Group* const group = &all.group;
-  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1));
-  for (std::size_t round = 0; round < most_leaps; ++round) {
-    const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
-    const double before = bic(best);
-    std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
-    std::erase_if(sets, [&](const Subset& set) { return set.gain < least; });
-    const double needed = needed_of(sets);
-    if (round == 0) note_ranks(all, score, options);
-    std::size_t size = 1;
-    // Of one number a condition, what no effect explains is scatter: only a fit tells how much less there may be.
-    const bool singles = problem_.design.superpixels() == 1;
-    for (const Subset& subset : worth_fitting(sets, needed, singles)) {
-      // Where one effect alone does, once it is fitted, what sets promise, these need not be.
-      const bool larger = subset.choices.size() > size;
-      if (larger && reference.deviance - best.deviance >= needed) break;
-      // Nor where boards that are not flat explain what is left beside one, or maps more than any set promises.
-      if (larger && size == 1 && bic(best) < bic(best_.fit) - worth) {
-        if (boards_beside(best.state).sure) return best;
-        if (terms().size() == model_.size()) {
-          const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
-          std::optional<Fit> maps = maps_instead(best, own);
-          if (maps && bic(best_.fit) - bic(*maps) >= sets.front().merit) return maps;  // the best comes first
-        }
-      }
-      size = subset.choices.size();
-      if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
-      fitted.push_back(subset.choices);
-      std::optional<Fit> next = fitted_set(all, subset, score.information);
-      const bool better = next && bic(*next) < bic(best) - 1;
-      note({"fitted",
-            names_of(all, subset),
-            {{"promised", subset.gain},
-             {"gain", next ? reference.deviance - next->deviance : NAN},
-             {"bic_fall", next ? before - bic(*next) : NAN}},
-            !next    ? "gives no number"
-            : better ? "the best so far"
-                     : "not better than the best so far"});
-      if (better) best = std::move(*next);
-    }
-    if (bic(best) == before) break;
-    reference.state.variances = best.state.variances;
-  }
-  return bic(best_.fit) - bic(best) >= worth ? std::optional(std::move(best)) : std::nullopt;
-}
-
-/// What each effect promises alone, in its best form.
-void Selection::note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options) {
-  SubsetOptions alone = options;
-  alone.most_effects = 1;
-  alone.kept = all.choices.size();
-  for (const Subset& subset : best_subsets(score.information, score.score(), all.choices, alone))
-    note({"ranked",
-          names_of(all, subset),
-          {{"promised", subset.gain}, {"promised_less_price", subset.merit}},
-          subset.merit < worth ? "not worth its parameters" : "may be"});
-}
-
-/// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
-/// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
-/// no number. @param information of all columns
-std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& subset,
-                                         const Eigen::MatrixXd& information) const {
-  constexpr double silent = 1;  // of chi-square, for a whole step
-  State plain = best_.fit.state, shown = plain;
-  bool differ = false;
-  Eigen::Index at = 0;
-  for (const std::size_t c : subset.choices) {
-    const std::vector<Eigen::Index>& columns = all.choices[c].columns;
-    const auto count = static_cast<Eigen::Index>(columns.size());
-    Eigen::VectorXd values = subset.values.segment(at, count);
-    const auto placed = [&](State state) {
-      return all.list[c].placed(std::move(state), {values.data(), columns.size()});
-    };
-    plain = placed(std::move(plain));
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      if (information(columns[k], columns[k]) < silent) values(static_cast<Eigen::Index>(k)) = 0.5, differ = true;
-    }
-    shown = placed(std::move(shown));
-    at += count;
-  }
-  std::optional<Fit> best;
-  const auto try_from = [&](State state) {
-    try {
-      Fit next = fit_roughly(problem_, std::move(state), weight_);
-      if (!best || next.deviance < best->deviance) best = std::move(next);
-    } catch (const simulation::EffectError&) {  // nothing from there
-    }
-  };
-  try_from(std::move(plain));
-  const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
-    for (std::size_t t = best_.fit.state.terms.size(); t < state.terms.size(); ++t) {
-      const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
-      for (std::size_t k = 0; k < free.size(); ++k) {
-        const auto is_off = [&](const State& one) { return one.terms[t].values[k] == free[k].off; };
-        if (!free[k].shape && is_off(state) && !is_off(shown)) return true;
-      }
-    }
-    return false;
-  };
-  if (differ && (!best || stays(best->state))) try_from(shown);
-  return best;
 }
 
 std::vector<Piece> Selection::pieces() const {

@@ -133,22 +133,55 @@ double noise_and_scatter(const Problem& problem, const State& state, bool frames
   return std::sqrt(measured(problem, frames, observable).frames + scatter_variance(problem, state, observable));
 }
 
-std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit) {
+namespace {
+
+/// Changes by the sizes of the refinements that terms do not have, each for a typical value.
+/// @param rows expected(problem, state)
+std::vector<Column> unseen_columns(const Problem& problem, const State& state,
+                                   const std::vector<std::vector<double>>& rows) {
+  std::vector<Column> columns;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const Candidate& candidate = *state.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      std::vector<double> off;
+      for (const FreeParameter& p : candidate.refinements()[r].parameters) off.push_back(p.off);
+      State open = state;
+      open.terms[t] = refined(open.terms[t], r, off);
+      columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit,
+                                Refinements refinements) {
   const auto rows = expected(problem, fit.state);
-  const std::vector<Column> columns = own_columns(problem, fit.state, rows);
+  std::vector<Column> columns = own_columns(problem, fit.state, rows);
+  const std::size_t own = columns.size();
+  if (refinements == Refinements::may_be_there)
+    std::ranges::move(unseen_columns(problem, fit.state, rows), std::back_inserter(columns));
   const Unknowns unknowns = problem.unknowns(columns.size());
   std::vector<Gram> grams = grams_of(problem, rows, columns);
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
+  const auto solved = [&](const std::vector<double>& weight) {
+    NormalEquations equations = assemble(grams, determinants, unknowns, weight);
+    for (auto unseen = static_cast<Eigen::Index>(own); unseen < unknowns.effects; ++unseen)
+      equations.information(unseen, unseen) += 1;  // their prior
+    return solve(equations, unknowns, fit.state.variances);
+  };
   std::vector<double> weight(grams.size(), 1.0);
-  const Solution whole = solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
+  const Solution whole = solved(weight);
   std::mt19937_64 generator(seed);
-  std::vector<std::vector<double>> drawn(columns.size());
+  std::vector<std::vector<double>> drawn(own);
   for (int d = 0; d < draws; ++d) {
     std::ranges::fill(weight, 0.0);
     for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
-    const Solution one = solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
-    for (std::size_t c = 0; c < columns.size(); ++c) {
+    const Solution one = solved(weight);
+    for (std::size_t c = 0; c < own; ++c) {
       const auto j = static_cast<Eigen::Index>(c);
       drawn[c].push_back(one.values(j) - whole.values(j));
     }
@@ -158,10 +191,12 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
   for (const Term& term : fit.state.terms) {
     for (std::size_t k = 0; k < term.values.size(); ++k, ++c) {
       std::ranges::sort(drawn[c]);
-      const double likely =
-          1.96 * std::sqrt(whole.covariance(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c)));
-      const double below = std::min(drawn[c][draws / 40], -likely),
-                   above = std::max(drawn[c][draws - 1 - draws / 40], likely);
+      const auto j = static_cast<Eigen::Index>(c);
+      const double likely = 1.96 * std::sqrt(whole.covariance(j, j));
+      // Where unseen refinements would move a value, the interval is about both.
+      const double moved = own < columns.size() ? whole.values(j) : 0;
+      const double below = std::min(drawn[c][draws / 40], -likely) + std::min(moved, 0.0),
+                   above = std::max(drawn[c][draws - 1 - draws / 40], likely) + std::max(moved, 0.0);
       const double unit = std::abs(term.candidate->free()[k].typical) * std::sqrt(std::max(lack_of_fit, 1.0));
       result.push_back({term.values[k] + unit * below, term.values[k] + unit * above});
     }

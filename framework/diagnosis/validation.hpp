@@ -26,12 +26,19 @@ double scatter_left(const Problem& problem, const State& state, bool frames, std
 /// it. Few repeated conditions may say more or less than that. In units of gap().
 double noise_and_scatter(const Problem& problem, const State& state, bool frames, std::size_t observable);
 
+/// What intervals suppose of the refinements that the data did not demand.
+enum class Refinements {
+  as_they_are,   ///< their sizes are off
+  may_be_there,  ///< normal about off, a typical value their standard deviation: too small to be seen is not zero
+};
 struct Interval {
   double low = 0, high = 0;
 };
 /// 95 % intervals of the free parameters of all terms, in SI: conditions are drawn with replacement, each draw is one
 /// step of least squares. Never narrower than the covariance of the fit says.
 /// @param lack_of_fit chi-square over its expectation: where more than 1, intervals are its root times as wide
-std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit = 1);
+/// @param refinements what of those that a term does not have
+std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uint64_t seed, double lack_of_fit = 1,
+                                Refinements refinements = Refinements::may_be_there);
 
 }  // namespace tofgraph::diagnosis

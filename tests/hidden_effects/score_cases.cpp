@@ -208,6 +208,24 @@ bool is_hidden_from_boards(const std::string& effect) {
   return std::ranges::find(names, effect) != names.end();
 }
 
+namespace {
+
+/// Effects that do the same to each condition where one setting is the same in all of them: a camera that is warm has
+/// an offset, and so has one with a single integration time.
+bool are_alike_in(const Case& what, const std::string& a, const std::string& b) {
+  std::vector<std::string> offsets = {"zero_offset"};
+  const bool warms_up = what.design == "C" || std::ranges::find(what.experiments, "warm_up") != what.experiments.end();
+  if (!warms_up) offsets.emplace_back("warm_up");
+  if (what.design == "A" && what.experiments.empty()) offsets.emplace_back("integration_time_offset");
+  return a != b && std::ranges::find(offsets, a) != offsets.end() && std::ranges::find(offsets, b) != offsets.end();
+}
+
+}  // namespace
+
+bool are_alike(const Case& what, const std::string& a, const std::string& b) {
+  return are_alike(a, b) || are_alike_in(what, a, b);
+}
+
 bool are_alike(const std::string& a, const std::string& b) {
   constexpr std::array<std::array<const char*, 2>, 8> ties = {{{"modulation_frequency", "rail_scale"},
                                                                {"crosstalk", "static_reflection"},

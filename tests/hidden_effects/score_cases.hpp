@@ -46,5 +46,8 @@ bool is_hidden_from_boards(const std::string& effect);
 
 /// Effects that stay alike in ordinary designs (the reference's table of ties): the verdict `tie` is the right one.
 bool are_alike(const std::string& a, const std::string& b);
+/// Likewise in the design of a case: where nothing but a warm camera was measured, or a single integration time, what
+/// these change is an offset.
+bool are_alike(const Case& what, const std::string& a, const std::string& b);
 
 }  // namespace tofgraph::hidden

@@ -21,7 +21,7 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
 std::size_t Cell::*outcome_of_effect(const Score& score, const std::string& effect) {
   const bool alone = score.what.effects.size() == 1;
   const bool tied = std::ranges::any_of(
-      score.tied, [&](const std::string& other) { return other == effect || are_alike(other, effect); });
+      score.tied, [&](const std::string& other) { return other == effect || are_alike(score.what, other, effect); });
   if (alone && (score.wrong > 0 || has_loose_tie(score))) return &Cell::wrong;
   if (has(score.names, effect)) return tied ? &Cell::tie : &Cell::right;
   if (has(score.tied, effect)) return &Cell::tie;

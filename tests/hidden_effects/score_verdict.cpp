@@ -149,8 +149,9 @@ Score judge(const Case& what, const json& report, const Effects& hidden, double 
 
 bool has_loose_tie(const Score& score) {
   return std::ranges::any_of(score.tied, [&](const std::string& tied) {
-    return std::ranges::none_of(score.what.effects,
-                                [&](const std::string& hidden) { return tied == hidden || are_alike(tied, hidden); });
+    return std::ranges::none_of(score.what.effects, [&](const std::string& hidden) {
+      return tied == hidden || are_alike(score.what, tied, hidden);
+    });
   });
 }
 

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/told.hpp"
+
+#include <fmt/format.h>
+#include <boost/math/distributions/chi_squared.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
+constexpr double certainty = 0.95;    ///< of the region in which sizes are together, as of their intervals
+
+/// Whether the region in which some parameters are, whatever the others are, holds the values at which they are off.
+/// The conditions may tell their differences alone, as those of the gains of four samples where light is not known:
+/// then each for itself may be anything.
+/// @param from where they are off, in units of their typical values @param at their places in the covariance
+bool holds_off(const Fit& fit, const std::vector<double>& from, const std::vector<Eigen::Index>& at,
+               double lack_of_fit) {
+  const auto n = static_cast<Eigen::Index>(at.size());
+  const Eigen::MatrixXd covariance = fit.covariance(at, at);
+  const Eigen::VectorXd distance = Eigen::Map<const Eigen::VectorXd>(from.data(), n);
+  const double square = distance.dot(covariance.ldlt().solve(distance)) / std::max(lack_of_fit, 1.0);
+  return square < boost::math::quantile(boost::math::chi_squared(static_cast<double>(n)), certainty);
+}
+
+}  // namespace
+
+std::string untold(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit) {
+  const Term& one = fit.state.terms[term];
+  if (one.maps) return "";
+  std::size_t first = 0;
+  for (std::size_t earlier = 0; earlier < term; ++earlier) first += fit.state.terms[earlier].values.size();
+  bool off = true;
+  std::vector<double> from;
+  std::vector<Eigen::Index> at;
+  for (std::size_t k = 0; k < one.values.size(); ++k) {
+    const FreeParameter& p = one.candidate->free()[k];
+    const Interval& interval = all[first + k];
+    if (!p.shape) {
+      off = off && interval.low <= p.off && p.off <= interval.high;
+      from.push_back((one.values[k] - p.off) / p.typical);
+      at.push_back(static_cast<Eigen::Index>(first + k));
+    } else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical)) {
+      return fmt::format("these conditions do not tell its {}", p.name);
+    }
+  }
+  return off && holds_off(fit, from, at, lack_of_fit) ? "all of its sizes may as well be off" : "";
+}
+
+}  // namespace tofgraph::diagnosis
