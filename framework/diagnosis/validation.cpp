@@ -197,8 +197,9 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
       const double moved = own < columns.size() ? whole.values(j) : 0;
       const double below = std::min(drawn[c][draws / 40], -likely) + std::min(moved, 0.0),
                    above = std::max(drawn[c][draws - 1 - draws / 40], likely) + std::max(moved, 0.0);
-      const double unit = std::abs(term.candidate->free()[k].typical) * std::sqrt(std::max(lack_of_fit, 1.0));
-      result.push_back({term.values[k] + unit * below, term.values[k] + unit * above});
+      const double unit = term.candidate->free()[k].typical * std::sqrt(std::max(lack_of_fit, 1.0));
+      const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
+      result.push_back({term.values[k] + low, term.values[k] + high});
     }
   }
   return result;

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What values say: regions of several sizes, and intervals beside what is too small to be seen.
+#include "diagnosis/told.hpp"
+#include "tests/unit/rail.hpp"
+
+#include <random>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Three sizes of which the differences are known to 0.1 of a typical value and what is common to all of them is not.
+Fit differences_alone(const Candidate& candidate, const std::vector<double>& values) {
+  Fit fit;
+  fit.state.terms = {{&candidate, values}};
+  fit.covariance = Eigen::Matrix3d::Identity() * 0.01 + Eigen::Matrix3d::Constant(1e4);
+  return fit;
+}
+
+std::vector<Interval> each_alone(const Fit& fit) {
+  std::vector<Interval> all;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double half = 1.96 * 100 * fit.state.terms[0].candidate->free()[k].typical;
+    all.push_back({fit.state.terms[0].values[k] - half, fit.state.terms[0].values[k] + half});
+  }
+  return all;
+}
+
+TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
+  const Candidate& gains = effect("phase_gain");
+  const double step = gains.free()[0].typical;
+  const Fit differ = differences_alone(gains, {20 * step, 21 * step, 20 * step});
+  EXPECT_EQ(untold(differ, 0, each_alone(differ), 1), "");
+  const Fit alike = differences_alone(gains, {20 * step, 20 * step, 20 * step});
+  EXPECT_EQ(untold(alike, 0, each_alone(alike), 1), "all of its sizes may as well be off");
+  // The square is 0.67 / 0.01, and 7.81 are 95 % of three sizes: where the data scatter ten times as much it says
+  // nothing.
+  EXPECT_EQ(untold(differ, 0, each_alone(differ), 8), "");
+  EXPECT_EQ(untold(differ, 0, each_alone(differ), 9), "all of its sizes may as well be off");
+}
+
+/// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
+TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
+  const Candidate& plain = effect("lens_distortion");
+  const auto size = std::ranges::find(plain.refinements(), "k2", &Refinement::name);
+  ASSERT_NE(size, plain.refinements().end());
+  const auto k2 = static_cast<std::size_t>(size - plain.refinements().begin());
+  constexpr double share = 1;  // of the typical value: the standard deviation of what is drawn
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> normal;
+  int held_open = 0, held_shut = 0;
+  constexpr int campaigns = 40;
+  for (int i = 0; i < campaigns; ++i) {
+    const double k1 = -0.1;
+    const double hidden = share * size->parameters.front().typical * normal(generator);
+    const Term truth = refined({&plain, {k1}}, k2, std::vector<double>{hidden});
+    const std::vector<Observations> data = data_with({truth}, 900 + static_cast<std::uint64_t>(i));
+    Problem problem = make_problem(*design, data);
+    const std::vector<double> all(data.size(), 1);
+    State start{{{&plain, {k1}}}, first_light(problem), {}};
+    start.variances.offset = 0;
+    correct(problem, fit(problem, start, all).state);  // as data are reduced: all over the superpixels
+    const Fit best = fit(problem, start, all);
+    const Interval open = intervals(problem, best, 1)[0],
+                   shut = intervals(problem, best, 1, 1, Refinements::as_they_are)[0];
+    EXPECT_LE(open.low, shut.low);
+    EXPECT_GE(open.high, shut.high);
+    held_open += open.low <= k1 && k1 <= open.high ? 1 : 0;
+    held_shut += shut.low <= k1 && k1 <= shut.high ? 1 : 0;
+  }
+  EXPECT_GE(held_open, 36) << "of 40, where 38 are expected and 35 or less come once in a hundred";
+  EXPECT_LT(held_shut, 20) << "k2 moves k1 by more than noise does";
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
