@@ -26,6 +26,7 @@ simulation::BoardPose brightened(simulation::BoardPose pose, double light) {
 
 Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels)
     : camera_(std::move(camera)),
+      demodulation_(physics::exposures_of(camera_->view())),
       physical_(physical),
       grid_(superpixels),
       conditions_(std::move(conditions)),
@@ -87,7 +88,8 @@ std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const
   if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
   std::vector<Signal> result;
   result.reserve(pixels.size());
-  for (std::size_t s = 0; s < pixels.size(); ++s) result.push_back(signal_of(&expectation.taps[s], pixels.size()));
+  for (std::size_t s = 0; s < pixels.size(); ++s)
+    result.push_back(demodulation_.of_taps(&expectation.taps[s], pixels.size()));
   return result;
 }
 

@@ -3,7 +3,7 @@
 /// @file The conditions of a campaign on a coarse grid: what any model expects of them, as differences to the ideal.
 #pragma once
 
-#include "diagnosis/observables.hpp"
+#include "diagnosis/demodulation.hpp"
 #include "io/campaign.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
@@ -38,6 +38,7 @@ class Design {
  public:
   /// @param conditions each with a board that fills the view and an integration time
   /// @param superpixels in a row and in a column
+  /// @throws std::invalid_argument as Demodulation
   Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
 
   /// Of some of its conditions: nothing in it has seen the others. @param chosen conditions, ascending
@@ -96,6 +97,7 @@ class Design {
                                const simulation::BoardPose& pose) const;
 
   io::CameraPtr camera_;
+  Demodulation demodulation_;
   bool physical_;
   std::size_t grid_;
   std::vector<io::Condition> conditions_;

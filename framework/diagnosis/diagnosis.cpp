@@ -9,7 +9,6 @@
 #include "io/captures/campaign_captures.hpp"
 
 #include <fmt/format.h>
-#include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -121,9 +120,6 @@ class Run {
                         "give the model that was made for this camera, or change its camera: if it is meant for it");
     io::check_captures(campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    if (const auto problem = physics::not_the_four(physics::exposures_of(campaign.camera->view())); !problem.empty())
-      throw std::invalid_argument(
-          fmt::format("the camera '{}' cannot be used: a search {}", campaign.camera_name, problem));
     warn_of_targets(campaign);
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;

@@ -4,6 +4,7 @@
 
 #include "diagnosis/board_window.hpp"
 #include "diagnosis/superpixels.hpp"
+#include "io/captures/campaign_captures.hpp"
 #include "io/captures/recording.hpp"
 #include "simulation/simulation.hpp"
 
@@ -11,6 +12,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <array>
@@ -35,7 +37,8 @@ FrameSums sums_of(const io::Recording& recording, const io::Condition& condition
   const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
                     last = condition.frames ? (*condition.frames)[1] : frames - 1;
   if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
-  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height);
+  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
+                 Demodulation(physics::exposures_of(camera)));
   for (std::size_t f = first; f <= last; ++f) {
     if (recording.kind() == Kind::taps)
       sums.add_taps(recording.taps(f), camera.full_well);
@@ -59,21 +62,6 @@ void complete(io::Condition& condition, const io::CaptureReader& capture) {
     throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
 }
 
-/// Captures of decoded frames need not know their exposures.
-void check_exposures(const io::CaptureReader& capture) {
-  for (const io::CaptureChannel& channel : capture.channels()) {
-    if (channel.name != "taps" && channel.name != "phases") continue;
-    if (channel.extent[0] != physics::four_exposures.size())
-      throw std::runtime_error(
-          fmt::format("has {} exposures a frame: a search needs four steps of 90 deg of one "
-                      "frequency",
-                      channel.extent[0]));
-  }
-  const physics::Exposures& own = capture.header().exposures;
-  const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
-  if (!problem.empty()) throw std::runtime_error("cannot be used: a search " + problem);
-}
-
 /// One condition read, or why not.
 struct Read {
   io::Condition condition;
@@ -89,6 +77,7 @@ class Reader {
   Reader(const io::Campaign& campaign, const IngestOptions& options)
       : camera_(campaign.camera->view()),
         ideal_(camera_, options.physical, {}),
+        demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)) {}
 
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
@@ -104,7 +93,8 @@ class Reader {
       throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
                                            capture.header().height, camera_.name, camera_.width, camera_.height));
     if (capture.frames() == 0) throw std::runtime_error("has no frames");
-    check_exposures(capture);
+    if (const std::string problem = io::other_exposures(capture, camera_); !problem.empty())
+      throw std::runtime_error(problem);
     complete(condition, capture);
     result.recorded_time = capture.metadata(0).integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
@@ -141,7 +131,7 @@ class Reader {
     std::vector<Signal> signals;
     signals.reserve(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      signals.push_back(signal_of(&taps[i], pixels_.size()));
+      signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       if (std::isnan(signals.back().intensity)) signals.back() = {};
     }
     if (condition.board_size) {
@@ -155,6 +145,7 @@ class Reader {
 
   const tofgraph_camera& camera_;
   simulation::ForwardModel ideal_;
+  Demodulation demodulation_;
   simulation::Pixels pixels_;
 };
 
@@ -196,6 +187,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
   if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
 
   std::vector<io::Condition> used;
+  std::vector<double> noise;  // of conditions, by the profile's
   std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (missing[i] != 0 && !options.skip_missing)
@@ -212,12 +204,17 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     result.frames += r.frames;
     pixels += r.counts.pixels;
     bad += r.counts.bad;
+    if (r.counts.compared > 0) noise.push_back(std::sqrt(r.counts.noise / static_cast<double>(r.counts.compared)));
     saturated += r.saturated;
     single += r.frames < 2 ? 1U : 0U;
     result.taps |= r.kind == FrameSums::Kind::taps;
     result.phases |= r.kind == FrameSums::Kind::phases;
   }
   require_enough(used.size(), result.left_out);
+  if (!noise.empty()) {
+    const auto [least, most] = std::ranges::minmax(noise);
+    result.noise = {physics::median(noise), least, most};
+  }
   result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.replicates = single == 0;

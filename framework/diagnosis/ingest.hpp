@@ -10,6 +10,11 @@
 
 namespace tofgraph::diagnosis {
 
+/// The standard deviation between the frames of a condition by what the profile's noise says.
+struct NoiseRatio {
+  double middle, least, most;  ///< of the conditions
+};
+
 /// What reading a campaign gave.
 struct Measurements {
   std::shared_ptr<const Design> design;    ///< of the conditions that are used
@@ -21,6 +26,7 @@ struct Measurements {
   bool replicates = false;             ///< noise from the frames; otherwise from the camera's profile
   bool taps = false, phases = false;   ///< some condition has them
   bool table = false;                  ///< one mean a condition in place of captures
+  std::optional<NoiseRatio> noise;     ///< where frames and the profile tell it
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded
 };
 

@@ -24,6 +24,7 @@ struct Ideal {
 Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition& condition) {
   const simulation::Pixels pixels = simulation::whole_image(camera);
   const simulation::ForwardModel model(camera, physical, {});
+  const Demodulation demodulation(physics::exposures_of(camera));
   const auto tracer = simulation::board_tracer(camera.focal_length, pose_of(condition));
   const auto taps = model.expect(tracer, simulation::acquisition_of(camera, condition), pixels).taps;
   const io::Roi window = condition.roi.value_or(io::Roi{0, camera.width - 1, 0, camera.height - 1});
@@ -32,7 +33,7 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
   Ideal sum;
   for (std::size_t v = window.first_row; v <= window.last_row; ++v) {
     for (std::size_t u = window.first_column; u <= window.last_column; ++u) {
-      const Signal signal = signal_of(&taps[v * camera.width + u], pixels.size());
+      const Signal signal = demodulation.of_taps(&taps[v * camera.width + u], pixels.size());
       if (std::isnan(signal.intensity)) continue;  // outside the lens model
       const double folded = scale * std::arg(signal.phasor);
       // Half paths are a little longer than the board is far: the period nearest to that.

@@ -11,6 +11,12 @@
 #include <set>
 
 namespace tofgraph::diagnosis {
+namespace {
+
+constexpr double unlike_profile =
+    1.4;  ///< a standard deviation by the profile's, or its inverse: profiles hardly know theirs better
+
+}  // namespace
 
 std::vector<std::string> notes_on(const Measurements& m, const Problem& problem) {
   std::vector<std::string> notes;
@@ -18,6 +24,13 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
   if (!m.replicates)
     notes.push_back(
         "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
+  if (m.noise && std::abs(std::log(m.noise->middle)) > std::log(unlike_profile))
+    notes.push_back(fmt::format(
+        "The frames scatter {:.3g} times as much as the profile's read_noise and shot_noise say ({:.3g} to {:.3g} "
+        "from one condition to another). The search takes the noise from the frames, so its numbers stand; a "
+        "simulation with this profile has the wrong noise (temporal_noise: factor). tofgraph calibrate noise measures "
+        "it.",
+        m.noise->middle, m.noise->least, m.noise->most));
   const tofgraph_camera& camera = m.design->camera();
   const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
   const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });

@@ -48,26 +48,11 @@ constexpr std::size_t first_of(std::size_t superpixel, std::size_t size, std::si
   return (superpixel * size + count - 1) / count;
 }
 
-/// What the four samples and the taps say of a pixel, or of the sum over some.
+/// What the samples and the taps say of a pixel, or of the sum over some.
 struct Signal {
   std::complex<double> phasor;  ///< a e^(j Psi), counts
   double intensity = 0;         ///< mean of the taps, counts
   double null1 = 0, null2 = 0;  ///< N1 and N2, counts
 };
-
-/// From taps A_k, B_k (counts), k = 0..3, the tap of image k being at taps[2 k stride].
-template <class T> Signal signal_of(const T* taps, std::size_t stride) {
-  std::array<double, 4> c{};
-  double sum = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const double a = static_cast<double>(taps[2 * k * stride]), b = static_cast<double>(taps[(2 * k + 1) * stride]);
-    c[k] = a - b;
-    sum += a + b;
-  }
-  return {{(c[0] - c[2]) / 2, (c[3] - c[1]) / 2},
-          sum / 8,
-          (c[0] + c[1] + c[2] + c[3]) / 4,
-          (c[0] - c[1] + c[2] - c[3]) / 4};
-}
 
 }  // namespace tofgraph::diagnosis

@@ -304,6 +304,8 @@ json report_json(const Diagnosis& d) {
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   report["nuisances"] = nuisances_json(d);
   report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
+  if (const auto& noise = d.measurements.noise)
+    report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
   report["folds"] = folds_of(d);
   report["trace"] = trace_of(d);
   report["conditions"] = conditions_of(d);

@@ -46,48 +46,52 @@ std::vector<bool> inliers(const std::vector<Relative>& pixels) {
 
 }  // namespace
 
-FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height)
+FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation)
     : kind_(kind),
+      demodulation_(kind == Kind::taps || kind == Kind::phases
+                        ? demodulation
+                        : Demodulation({physics::four_exposures.begin(), physics::four_exposures.end()})),
       width_(width),
       height_(height),
-      sum_(width * height),
+      exposures_(demodulation_.exposures()),
+      sum_(width * height * exposures_, 0),
       square_(width * height, 0),
       intensity_(width * height, 0),
       bad_(width * height, 0) {}
 
-void FrameSums::add(std::size_t i, const std::array<double, 4>& c, double intensity) {
-  for (std::size_t k = 0; k < 4; ++k) {
-    sum_[i][k] += c[k];
-    square_[i] += c[k] * c[k];
+void FrameSums::add(std::size_t i, std::span<const double> samples, double intensity) {
+  for (std::size_t k = 0; k < exposures_; ++k) {
+    sum_[i * exposures_ + k] += samples[k];
+    square_[i] += samples[k] * samples[k];
   }
   intensity_[i] += intensity;
 }
 
 void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) {
-  const std::size_t n = sum_.size();
+  const std::size_t n = square_.size();
   limit_ = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
+  std::vector<double> samples(exposures_);
   for (std::size_t i = 0; i < n; ++i) {
-    std::array<double, 4> c{};
     double sum = 0, most = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < exposures_; ++k) {
       const double a = taps[2 * k * n + i], b = taps[(2 * k + 1) * n + i];
-      c[k] = a - b;
+      samples[k] = a - b;
       sum += a + b;
       most = std::max({most, a, b});
     }
     if (most >= limit_) bad_[i] |= full;
-    add(i, c, sum / 8);
+    add(i, samples, sum / (2 * static_cast<double>(exposures_)));
   }
   ++frames_;
 }
 
 void FrameSums::add_phases(std::span<const float> phases) {
-  const std::size_t n = sum_.size();
+  const std::size_t n = square_.size();
+  std::vector<double> samples(exposures_);
   for (std::size_t i = 0; i < n; ++i) {
-    std::array<double, 4> c{};
-    for (std::size_t k = 0; k < 4; ++k) c[k] = phases[k * n + i];
-    if (std::isfinite(c[0] + c[1] + c[2] + c[3]))
-      add(i, c, 0);
+    for (std::size_t k = 0; k < exposures_; ++k) samples[k] = phases[k * n + i];
+    if (std::ranges::all_of(samples, [](double c) { return std::isfinite(c); }))
+      add(i, samples, 0);
     else
       bad_[i] |= no_number;
   }
@@ -96,7 +100,7 @@ void FrameSums::add_phases(std::span<const float> phases) {
 
 void FrameSums::add_decoded(std::span<const float> distances, std::span<const float> amplitudes,
                             double metres_per_radian) {
-  for (std::size_t i = 0; i < sum_.size(); ++i) {
+  for (std::size_t i = 0; i < square_.size(); ++i) {
     const double length = distances[i], strength = amplitudes.empty() ? 1 : amplitudes[i];
     if (std::isfinite(length + strength))
       add(i, physics::samples_of(std::polar(strength, length / metres_per_radian)), 0);
@@ -111,10 +115,13 @@ std::size_t FrameSums::saturated() const {
 }
 
 Signal FrameSums::mean(std::size_t i) const {
-  const auto& c = sum_[i];
   const auto frames = static_cast<double>(frames_);
-  return {std::complex<double>{c[0] - c[2], c[3] - c[1]} / (2 * frames), intensity_[i] / frames,
-          (c[0] + c[1] + c[2] + c[3]) / (4 * frames), (c[0] - c[1] + c[2] - c[3]) / (4 * frames)};
+  Signal signal = demodulation_.of_samples(sums(i), intensity_[i]);
+  signal.phasor /= frames;
+  signal.intensity /= frames;
+  signal.null1 /= frames;
+  signal.null2 /= frames;
+  return signal;
 }
 
 /// One condition on its way to superpixels.
@@ -151,8 +158,14 @@ class Reduction {
     if (std::ranges::any_of(kept, [this](std::size_t i) { return brightest(i) > near_full * sums_.limit_; })) return;
     if (kept.size() < fewest_pixels) return;
     const std::complex<double> ratio = summarise(kept, s, n, out);
+    if (sums_.frames_ > 1 && noise_.known() && std::isfinite(out.variance[distance * n + s])) {
+      double expected = 0;
+      for (const std::size_t i : kept) expected += profile_variance(i) / static_cast<double>(kept.size());
+      counts.noise += sample_variance(kept) / expected * static_cast<double>(kept.size());
+      counts.compared += kept.size();
+    }
     if (found_ == nullptr || std::isinf(out.variance[distance * n + s])) return;
-    const double variance = of_component(kept);
+    const double variance = of_component(kept).across;
     for (const std::size_t i : pixels) found_->add(i, mean(i).phasor, ratio * ideal_[i].phasor, variance);
   }
 
@@ -166,7 +179,7 @@ class Reduction {
   /// Mean of the brightest tap, counts.
   double brightest(std::size_t i) const {
     double most = 0;
-    for (const double c : sums_.sum_[i]) most = std::max(most, std::abs(c));
+    for (const double c : sums_.sums(i)) most = std::max(most, std::abs(c));
     return (sums_.intensity_[i] + most / 2) / frames_;
   }
 
@@ -187,8 +200,8 @@ class Reduction {
         continue;
       }
       double squares = sums_.square_[i];
-      for (const double c : sums_.sum_[i]) squares -= c * c / frames_;
-      sum += squares / (4 * (frames_ - 1));
+      for (const double c : sums_.sums(i)) squares -= c * c / frames_;
+      sum += squares / (static_cast<double>(sums_.exposures_) * (frames_ - 1));
     }
     return sum / static_cast<double>(pixels.size());
   }
@@ -198,7 +211,7 @@ class Reduction {
     const double gain = std::abs(sums_.mean(i).phasor) / ideal;
     switch (sums_.kind_) {
       case FrameSums::Kind::taps:
-        return noise_.sample_variance(sums_.intensity_[i]);
+        return noise_.sample_variance(sums_.intensity_[i] / frames_);
       case FrameSums::Kind::phases:
         return noise_.sample_variance(ideal_[i].intensity * gain);
       case FrameSums::Kind::decoded:  // a component of the phasor is half the difference of two samples
@@ -212,9 +225,14 @@ class Reduction {
   bool is_decoded() const {
     return sums_.kind_ == FrameSums::Kind::decoded || sums_.kind_ == FrameSums::Kind::distances;
   }
-  /// Variance of a component of a pixel's phasor: half the difference of two samples, decoded ones are the same.
-  double of_component(const std::vector<std::size_t>& pixels) const {
-    return std::max(sample_variance(pixels), least_variance) / ((is_decoded() ? 1 : 2) * frames_);
+  /// Variances of the components of a pixel's phasor; a decoded one's are those of a sample.
+  Demodulation::Variance of_component(const std::vector<std::size_t>& pixels) const {
+    const double variance = std::max(sample_variance(pixels), least_variance) / frames_;
+    if (is_decoded()) return {variance, variance};
+    std::complex<double> sum;
+    for (const std::size_t i : pixels) sum += mean(i).phasor;
+    const auto [along, across] = sums_.demodulation_.variance(sum);
+    return {along * variance, across * variance};
   }
 
   /// @returns the phasor by the ideal one's
@@ -236,8 +254,9 @@ class Reduction {
     const std::complex<double> ratio = product / square;
     const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), least_variance);
     const double count = static_cast<double>(pixels.size()) * frames_;
-    const double relative = of_component(pixels) / (square * gain * gain);  // of one component of the ratio
-    if (!(relative * darkest * darkest < 1)) return ratio;
+    const auto [along, across] = of_component(pixels);
+    const double relative = 1 / (square * gain * gain);  // of a component of the ratio, in that of a pixel's
+    if (!(std::max(along, across) * relative * darkest * darkest < 1)) return ratio;
     // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it.
     if (sums_.kind_ == FrameSums::Kind::taps &&
         light - gain * amplitudes / 2 < empty * std::sqrt(variance / 2) * static_cast<double>(pixels.size()))
@@ -246,17 +265,21 @@ class Reduction {
       out.value[observable * n + s] = value;
       out.variance[observable * n + s] = its_variance;
     };
-    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * relative);
-    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), relative);
+    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * across * relative);
+    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), along * relative);
     if (is_decoded()) return ratio;
     const double per_sample = variance / count;  // of a mean sample
     const double level = 2 * ideal_light * gain / static_cast<double>(pixels.size());
     const double mean_amplitude = gain * amplitudes / static_cast<double>(pixels.size());
     const double number = static_cast<double>(pixels.size());
-    set(null1, null1_sum / number / level, per_sample / 4 / (level * level));
-    set(null2, null2_sum / number / mean_amplitude, per_sample / 4 / (mean_amplitude * mean_amplitude));
+    const Demodulation& fit = sums_.demodulation_;
+    set(null1, null1_sum / number / level, per_sample * fit.null1_variance() / (level * level));
+    if (fit.has_null2())
+      set(null2, null2_sum / number / mean_amplitude,
+          per_sample * fit.null2_variance() / (mean_amplitude * mean_amplitude));
     if (sums_.kind_ == FrameSums::Kind::taps)
-      set(intensity, std::log(light / ideal_light), per_sample / 16 / std::pow(light / number, 2));
+      set(intensity, std::log(light / ideal_light),
+          per_sample / (4 * static_cast<double>(fit.exposures())) / std::pow(light / number, 2));
     return ratio;
   }
 

@@ -3,7 +3,7 @@
 /// @file Frames of one condition, reduced to superpixels against the ideal camera.
 #pragma once
 
-#include "diagnosis/observables.hpp"
+#include "diagnosis/demodulation.hpp"
 #include "diagnosis/pixel_phases.hpp"
 
 #include <tofgraph/physics/four_phase.hpp>
@@ -18,15 +18,16 @@ namespace tofgraph::diagnosis {
 class FrameSums {
  public:
   enum class Kind { taps, phases, decoded, distances };  ///< decoded: distance and amplitude
-  FrameSums(Kind kind, std::size_t width, std::size_t height);
+  /// @param demodulation of the taps or phases; decoded frames are taken as four samples that give them
+  FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation);
 
   Kind kind() const { return kind_; }
   std::size_t frames() const { return frames_; }
   std::size_t width() const { return width_; }
   std::size_t height() const { return height_; }
-  /// 4 x 2 x pixels. @param full_well counts; taps at or beyond it are saturated; NaN: not known
+  /// P x 2 x pixels, P exposures. @param full_well counts; taps at or beyond it are saturated; NaN: not known
   void add_taps(std::span<const std::uint16_t> taps, double full_well);
-  void add_phases(std::span<const float> phases);  ///< 4 x pixels
+  void add_phases(std::span<const float> phases);  ///< P x pixels
   /// m and counts, pixels each; no amplitude: of distances. @param metres_per_radian of the modulation
   void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
 
@@ -38,12 +39,14 @@ class FrameSums {
 
  private:
   friend class Reduction;
-  void add(std::size_t pixel, const std::array<double, 4>& samples, double intensity);
+  void add(std::size_t pixel, std::span<const double> samples, double intensity);
+  std::span<const double> sums(std::size_t pixel) const { return {&sum_[pixel * exposures_], exposures_}; }
 
   Kind kind_;
-  std::size_t width_, height_, frames_ = 0;
+  Demodulation demodulation_;
+  std::size_t width_, height_, exposures_, frames_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();  ///< counts of a saturated tap
-  std::vector<std::array<double, 4>> sum_;                  ///< of c_k
+  std::vector<double> sum_;                                 ///< pixels x exposures, of c_k
   std::vector<double> square_;                              ///< of c_k^2, over k
   std::vector<double> intensity_;
   std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated
@@ -52,6 +55,8 @@ class FrameSums {
 /// What the reduction found besides the observations.
 struct ReductionCounts {
   std::size_t pixels = 0, bad = 0;
+  double noise = 0;          ///< of the pixels that are used, sum of the variances between frames by the profile's
+  std::size_t compared = 0;  ///< pixels in it
 };
 
 /// One condition's observations. @param ideal the signal of every pixel of the ideal camera

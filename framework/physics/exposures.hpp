@@ -50,6 +50,13 @@ inline bool same_exposures(const Exposures& a, const Exposures& b) {
     return std::abs(x.phase - y.phase) < 1e-9 && x.frequency == y.frequency;
   });
 }
+/// The same steps, whole turns aside, at the same frequencies. @param frequency of exposures that have none, Hz
+inline bool same_steps(const Exposures& a, const Exposures& b, double frequency) {
+  return std::ranges::equal(a, b, [&](const tofgraph_exposure& x, const tofgraph_exposure& y) {
+    const auto of = [&](const tofgraph_exposure& e) { return e.frequency > 0 ? e.frequency : frequency; };
+    return std::abs(std::remainder(x.phase - y.phase, two_pi)) < 1e-9 && of(x) == of(y);
+  });
+}
 /// True for four_exposures themselves, which files leave out.
 inline bool are_default(const Exposures& exposures) {
   return same_exposures(exposures, {four_exposures.begin(), four_exposures.end()});
@@ -73,7 +80,7 @@ inline std::vector<std::size_t> quarter_order(const Exposures& exposures) {
   return order.size() == 4 ? order : std::vector<std::size_t>{};
 }
 
-/// The four of today in their order: what a search for effects and its observables are made for.
+/// The four of today in their order.
 inline bool are_the_four(const Exposures& exposures) {
   return quarter_order(exposures) == std::vector<std::size_t>{0, 1, 2, 3};
 }
@@ -195,6 +202,12 @@ inline std::string not_the_four(const Exposures& exposures) {
   if (are_the_four(exposures)) return {};
   return "needs four exposures at 0, 90, 180 and 270 deg of one frequency, in this order; there are " +
          exposures_text(exposures);
+}
+
+/// Why these are not exposures of one frequency, as a sentence; empty when they are.
+inline std::string not_one_frequency(const Exposures& exposures) {
+  if (phase_fits(exposures).size() == 1) return {};
+  return "needs exposures of one frequency; there are " + exposures_text(exposures);
 }
 
 /// Why no phase can be told from these exposures, as a sentence; empty when it can.

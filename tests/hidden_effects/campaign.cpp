@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <complex>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
@@ -36,6 +37,7 @@ enum Purpose : std::uint64_t { camera_draw = 1, order_draw, maps_draw, drift_dra
 Camera this_camera(const CampaignOptions& options) {
   if (options.like) return options.like->camera;
   Camera camera;
+  camera.steps = options.steps;
   if (options.noise == NoiseKind::none) return camera;
   std::mt19937_64 random = generator(options.seed, camera_draw);
   const auto about = [&](double share) { return std::uniform_real_distribution<double>(1 - share, 1 + share)(random); };
@@ -193,12 +195,15 @@ class Writer {
     const Taps expected = expected_taps(physics_, views_[index]);
     io::CaptureHeader header;
     header.camera = "camcube2";
+    if (has_own_steps()) {
+      for (const double step : camera.steps) header.exposures.push_back({step, 0});
+    }
     header.width = static_cast<std::uint32_t>(width);
     header.height = static_cast<std::uint32_t>(height);
     io::CaptureWriter writer(conditions_[index].capture, header, channels(height, width));
-    Frame frame(camera.pixels());
+    Frame frame(camera.pixels(), camera.steps.size());
     for (std::size_t f = 0; f < options_.frames; ++f) {
-      for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t k = 0; k < camera.steps.size(); ++k)
         for (std::size_t i = 0; i < camera.pixels(); ++i) {
           const double a = damaged(defects_[i], readout(expected.a[k][i], random), random);
           const double b = damaged(defects_[i], readout(expected.b[k][i], random), random);
@@ -213,18 +218,22 @@ class Writer {
   }
 
   struct Frame {
-    explicit Frame(std::size_t pixels) : taps(8 * pixels), phases(4 * pixels), distance(pixels), amplitude(pixels) {}
+    Frame(std::size_t pixels, std::size_t steps)
+        : taps(2 * steps * pixels), phases(steps * pixels), distance(pixels), amplitude(pixels) {}
     std::vector<std::uint16_t> taps;
     std::vector<std::int32_t> phases;
     std::vector<float> distance, amplitude;  ///< m, counts
   };
 
+  std::uint64_t steps() const { return physics_.camera.steps.size(); }
+  bool has_own_steps() const { return physics_.camera.steps != Camera{}.steps; }
+
   std::vector<io::CaptureChannel> channels(std::uint64_t height, std::uint64_t width) const {
     switch (options_.output) {
       case Output::taps:
-        return {{"taps", TOFGRAPH_TYPE_U16, {4, 2, height, width}, "counts", "", "", ""}};
+        return {{"taps", TOFGRAPH_TYPE_U16, {steps(), 2, height, width}, "counts", "", "", ""}};
       case Output::phases:
-        return {{"phases", TOFGRAPH_TYPE_I32, {4, height, width}, "counts", "", "", ""}};
+        return {{"phases", TOFGRAPH_TYPE_I32, {steps(), height, width}, "counts", "", "", ""}};
       case Output::distances:
         return {{"distance", TOFGRAPH_TYPE_F32, {height, width}, "m", "", "", ""},
                 {"amplitude", TOFGRAPH_TYPE_F32, {height, width}, "counts", "", "", ""}};
@@ -235,9 +244,9 @@ class Writer {
   std::vector<tofgraph_view> views_of(Frame& frame, std::uint64_t height, std::uint64_t width) const {
     switch (options_.output) {
       case Output::taps:
-        return {view_of_data(frame.taps.data(), TOFGRAPH_TYPE_U16, 2, {4, 2, height, width})};
+        return {view_of_data(frame.taps.data(), TOFGRAPH_TYPE_U16, 2, {steps(), 2, height, width})};
       case Output::phases:
-        return {view_of_data(frame.phases.data(), TOFGRAPH_TYPE_I32, 4, {4, height, width})};
+        return {view_of_data(frame.phases.data(), TOFGRAPH_TYPE_I32, 4, {steps(), height, width})};
       case Output::distances:
         decode(frame);
         return {view_of_data(frame.distance.data(), TOFGRAPH_TYPE_F32, 4, {height, width}),
@@ -246,15 +255,18 @@ class Writer {
     return {};
   }
 
-  /// As the camera itself does: atan2(c3 - c1, c0 - c2), from 0 on.
+  /// As the camera itself does, from 0 on: of four steps atan2(c3 - c1, c0 - c2). The steps are to be equal ones.
   void decode(Frame& frame) const {
     const std::size_t pixels = frame.distance.size();
     for (std::size_t i = 0; i < pixels; ++i) {
-      const auto c = [&](std::size_t k) { return static_cast<double>(frame.phases[k * pixels + i]); };
-      const double phase = std::atan2(c(3) - c(1), c(0) - c(2));
+      std::complex<double> phasor;
+      for (std::size_t k = 0; k < steps(); ++k)
+        phasor += std::polar(static_cast<double>(frame.phases[k * pixels + i]), -physics_.camera.steps[k]);
+      phasor *= 2 / static_cast<double>(steps());
+      const double phase = std::arg(phasor);
       frame.distance[i] =
           static_cast<float>(physics_.camera.metres_per_radian() * (phase < 0 ? phase + 2 * M_PI : phase));
-      frame.amplitude[i] = static_cast<float>(std::hypot(c(3) - c(1), c(0) - c(2)) / 2);
+      frame.amplitude[i] = static_cast<float>(std::abs(phasor));
     }
   }
 
@@ -290,7 +302,8 @@ class Writer {
   void write_campaign_file() const {
     io::Campaign campaign;
     campaign.name = fmt::format("design {}, seed {}", options_.design, options_.seed);
-    campaign.camera_name = "camcube2";
+    campaign.camera_name = has_own_steps() ? "camera.yaml" : "camcube2";
+    if (has_own_steps()) write_camera(folder_ / campaign.camera_name, physics_.camera);
     campaign.conditions = conditions_;
     for (io::Condition& condition : campaign.conditions) condition.reflectivity = io::unknown;  // the search finds it
     write_model(folder_ / "model.yaml", options_);

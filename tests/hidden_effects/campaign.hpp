@@ -34,7 +34,8 @@ struct CampaignOptions {
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   Output output = Output::taps;
-  std::size_t frames = 4;  ///< of each condition
+  std::size_t frames = 4;                      ///< of each condition
+  std::vector<double> steps = Camera{}.steps;  ///< rad, of the images of a frame; no others with `like`
   std::uint64_t seed = 1;
   std::optional<Rig> like;  ///< measured once more with these, at distances between those of the design
 

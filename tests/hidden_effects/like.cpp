@@ -84,12 +84,14 @@ CampaignOptions read(const Truth& truth, std::uint64_t seed) {
                      .residue = truth.number(clutter, "residue"),
                      .misplaced = truth.number(clutter, "misplaced")};
   take_effects(truth, options);
-  Rig rig{.seed = truth.whole("rig_seed")};
+  Rig& rig = options.like.emplace();
+  rig.seed = truth.whole("rig_seed");
   const config::Value& camera = truth["camera"];
   rig.camera.gain = truth.number(camera, "gain");
   rig.camera.read_noise = truth.number(camera, "read_noise");
   rig.camera.shot_noise = truth.number(camera, "shot_noise");
-  options.like = rig;
+  rig.camera.steps.clear();
+  for (const config::Value& step : truth["steps"].items) rig.camera.steps.push_back(std::stod(step.text));
   return options;
 }
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <map>
 
 namespace {
@@ -52,6 +53,7 @@ struct Asked {
   CampaignOptions options;
   std::vector<std::string> effects, patterns;
   double size = 1;
+  std::vector<double> exposures;
   std::string warp = "0mm", residue = "0mm", misplaced = "0mm";
   std::filesystem::path like;
   bool list = false, plain = false;
@@ -94,6 +96,9 @@ void declare_campaign(CLI::App& app, Asked& asked) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
+  app.add_option("--exposures", asked.exposures, "phases of a frame's images, deg, with commas; default 0,90,180,270")
+      ->delimiter(',')
+      ->expected(3, 32);
   app.add_option("--output", options.output, "taps, phases, or distances (with amplitudes)")
       ->transform(CLI::CheckedTransformer(output_names()));
 }
@@ -104,6 +109,8 @@ CampaignOptions campaign_of(const Asked& asked) {
   for (const std::string& text : asked.effects)
     options.effects.add_text(text, asked.size, options.seed, asked.plain ? Drawn::plain : Drawn::all);
   for (const std::string& text : asked.patterns) options.patterns.push_back(parse_pattern(text, asked.size));
+  if (!asked.exposures.empty()) options.steps.clear();
+  for (const double phase : asked.exposures) options.steps.push_back(phase * M_PI / 180);
   options.clutter.warp = length(asked.warp, "--warp");
   options.clutter.residue = length(asked.residue, "--residue");
   options.clutter.misplaced = length(asked.misplaced, "--misplaced");

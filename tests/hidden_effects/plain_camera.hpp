@@ -33,7 +33,8 @@ struct Camera {
   double frame_rate = 80;   ///< Hz
   double gain = 7.0e6;      ///< counts m^2/s
   double contrast = 0.5;
-  double read_noise = 3, shot_noise = 0.012;  ///< counts (sd of a tap); counts (variance per count)
+  double read_noise = 3, shot_noise = 0.012;                      ///< counts (sd of a tap); counts (variance per count)
+  std::vector<double> steps = {0, M_PI / 2, M_PI, 3 * M_PI / 2};  ///< rad, of the images of a frame
 
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
   double metres_per_radian() const { return speed_of_light / (4 * M_PI * modulation_frequency); }
@@ -85,9 +86,9 @@ struct SensorLight {
 /// @param displacement m, how far the board has moved away since the first phase image
 SensorLight light_on_sensor(const Physics& physics, const View& view, double displacement);
 
-/// Means of the 4 x 2 taps of a pixel, in counts, before the readout: samples[k] and the light of that exposure.
+/// Means of the taps of a pixel, in counts, before the readout, one of each a step.
 struct Taps {
-  std::array<Image, 4> a, b;
+  std::vector<Image> a, b;
 };
 /// Samples and taps level, up to what is counted; noise, converter and full well come with read_out.
 Taps expected_taps(const Physics& physics, const View& view);

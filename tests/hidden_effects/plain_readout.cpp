@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The samples and taps levels: four exposures, two taps each, and what is handed out of them.
+// The samples and taps levels: exposures, two taps each, and what is handed out of them.
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace tofgraph::hidden {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 double moved_per_image(const Physics& physics, const View& view) {
   const double displacement = physics.effects.value("motion", "displacement");
   if (std::isnan(view.velocity)) return displacement;
-  return displacement * view.velocity / 0.1 + view.velocity / (4 * physics.camera.frame_rate);
+  return displacement * view.velocity / 0.1 +
+         view.velocity / (static_cast<double>(physics.camera.steps.size()) * physics.camera.frame_rate);
 }
 
 /// The correlation of an exposure: a cosine, or what the effects on the waveform make of it.
@@ -22,8 +24,9 @@ class Waveform {
   explicit Waveform(const Physics& physics) {
     const Effects& e = physics.effects;
     even_ = e.value("even_harmonic", "ratio");
-    steps_ = {0, e.value("phase_step_error", "step1"), e.value("phase_step_error", "step2"),
-              e.value("phase_step_error", "step3")};
+    steps_ = physics.camera.steps;
+    for (std::size_t k = 1; k < std::min<std::size_t>(steps_.size(), 4); ++k)
+      steps_[k] += e.value("phase_step_error", "step" + std::to_string(k));
     odd_ = {{{3, e.value("wiggling", "amplitude"), e.value("wiggling", "phase")},
              {5, e.value("wiggling", "amplitude5"), e.value("wiggling", "phase5")},
              {7, e.value("wiggling", "amplitude7"), e.value("wiggling", "phase7")}}};
@@ -31,7 +34,7 @@ class Waveform {
   }
 
   double sample(std::complex<double> phasor, std::size_t k) const {
-    const double phase = std::arg(phasor) + static_cast<double>(k) * M_PI / 2 + steps_[k];
+    const double phase = std::arg(phasor) + steps_[k];
     double shape = std::cos(phase) + even_ * std::cos(2 * phase);
     for (const Harmonic& harmonic : odd_)
       if (harmonic.ratio != 0) shape += harmonic.ratio * std::cos(harmonic.order * phase + harmonic.phase);
@@ -43,7 +46,7 @@ class Waveform {
     double order, ratio, phase;
   };
   double even_ = 0;
-  std::array<double, 4> steps_{};
+  std::vector<double> steps_;  // rad, with their errors
   std::array<Harmonic, 3> odd_{};
 };
 
@@ -67,15 +70,16 @@ Taps expected_taps(const Physics& physics, const View& view) {
   const Effects& e = physics.effects;
   const Waveform waveform(physics);
   const Counting counting{physics.maps, e.value("pixel_response", "scale"), view.integration_time};
-  const std::array<double, 4> gains = {1, 1 + e.value("phase_gain", "gain1"), 1 + e.value("phase_gain", "gain2"),
-                                       1 + e.value("phase_gain", "gain3")};
+  std::vector<double> gains(camera.steps.size(), 1);
+  for (std::size_t k = 1; k < std::min<std::size_t>(gains.size(), 4); ++k)
+    gains[k] += e.value("phase_gain", "gain" + std::to_string(k));
   const double mismatch = e.value("tap_mismatch", "ratio");
   const double room = view.ambient && !view.capped ? e.value("ambient_light", "rate") * view.integration_time / 2 : 0;
   const double threshold = e.value("ambient_light", "suppression");  // the common mode above it is taken away
   const double step = moved_per_image(physics, view);
-  Taps taps;
+  Taps taps{std::vector<Image>(gains.size()), std::vector<Image>(gains.size())};
   SensorLight light = light_on_sensor(physics, view, 0);
-  for (std::size_t k = 0; k < 4; ++k) {
+  for (std::size_t k = 0; k < gains.size(); ++k) {
     if (k > 0 && step != 0) light = light_on_sensor(physics, view, static_cast<double>(k) * step);
     taps.a[k].resize(camera.pixels());
     taps.b[k].resize(camera.pixels());

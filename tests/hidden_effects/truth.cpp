@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/hidden_effects/truth.hpp"
 
+#include "io/profile.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 namespace tofgraph::hidden {
@@ -65,17 +68,27 @@ void write_model(const std::filesystem::path& file, const CampaignOptions& optio
   write_whole(file, fmt::format("model: 1\ncamera: camcube2\nlight: {}\neffects: []\n", name_of(options.light)));
 }
 
+void write_camera(const std::filesystem::path& file, const Camera& camera) {
+  const std::filesystem::path nominal = io::find_profile("camcube2", {});
+  std::ifstream in(nominal);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (text.empty()) throw std::runtime_error("the profile camcube2 is not there");
+  text += "exposures:\n";
+  for (const double step : camera.steps) text += fmt::format("  - {{phase: {} rad}}\n", step);
+  write_whole(file, text);
+}
+
 void write_truth(const std::filesystem::path& file, const CampaignOptions& options, const Physics& physics,
                  const std::vector<io::Condition>& conditions, const std::vector<View>& views,
                  const DrawnClutter& clutter) {
   std::string text = fmt::format(
       "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nexperiments: [{}]\nseed: {}\nrig_seed: {}\nlight: "
       "{}\nnoise: {}\n"
-      "jitter: {}\nframes: {}\noutput: {}\n"
+      "jitter: {}\nframes: {}\noutput: {}\nsteps: [{}]\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
       options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
-      name_of(options.noise), options.jitter, options.frames, name_of(options.output), physics.camera.gain,
-      physics.camera.read_noise, physics.camera.shot_noise);
+      name_of(options.noise), options.jitter, options.frames, name_of(options.output),
+      fmt::join(physics.camera.steps, ", "), physics.camera.gain, physics.camera.read_noise, physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {
     text += fmt::format("  - {{effect: {}", name);

@@ -11,6 +11,10 @@
 
 namespace tofgraph::hidden {
 
+/// The profile of the camera that the bench is of, with other exposures than it has.
+/// @throws std::runtime_error where the project's own profile is not found
+void write_camera(const std::filesystem::path& file, const Camera& camera);
+
 /// The starting model: the light's form, no effects.
 void write_model(const std::filesystem::path& file, const CampaignOptions& options);
 /// All that was hidden or drawn, in SI.

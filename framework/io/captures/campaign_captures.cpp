@@ -161,21 +161,18 @@ class Check {
     }
   }
 
-  /// Decoded frames need not know their exposures.
   void exposures(const Condition& condition, const CaptureReader& capture) {
-    const auto samples = std::ranges::find_if(
-        capture.channels(), [](const CaptureChannel& c) { return c.name == "taps" || c.name == "phases"; });
-    if (samples == capture.channels().end()) return;
-    const physics::Exposures& own = capture.header().exposures;
-    const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
-    if (!problem.empty())
-      obstacle(condition, "capture", "a search " + problem, "record it with four");
-    else if (samples->extent[0] != physics::four_exposures.size())
-      obstacle(condition, "capture",
-               fmt::format("its capture has {} exposures a frame, a search needs four exposures at 0, 90, 180 and 270 "
-                           "deg of one frequency",
-                           samples->extent[0]),
-               "record it with four");
+    const tofgraph_camera* camera = campaign_.camera ? &campaign_.camera->view() : nullptr;
+    if (camera == nullptr) return;
+    if (const std::string problem = physics::not_one_frequency(physics::exposures_of(*camera)); !problem.empty()) {
+      if (&condition == &campaign_.conditions.front())
+        obstacle({&condition}, "capture", fmt::format("the camera '{}': a search {}", campaign_.camera_name, problem),
+                 "decode it with phase_decoder and search its distances, with a profile of one frequency");
+      return;
+    }
+    if (const std::string problem = other_exposures(capture, *camera); !problem.empty())
+      obstacle(condition, "capture", "its capture " + problem,
+               "write the exposures that it was recorded with into the camera's profile");
   }
 
   void same_frames() {
@@ -234,6 +231,20 @@ class Check {
 
 void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics) {
   Check(campaign, purpose, diagnostics).all();
+}
+
+std::string other_exposures(const CaptureReader& capture, const tofgraph_camera& camera) {
+  const auto samples = std::ranges::find_if(
+      capture.channels(), [](const CaptureChannel& c) { return c.name == "taps" || c.name == "phases"; });
+  if (samples == capture.channels().end()) return {};
+  const physics::Exposures &own = capture.header().exposures, cameras = physics::exposures_of(camera);
+  if (own.empty() ? samples->extent[0] == cameras.size()
+                  : physics::same_steps(own, cameras, camera.modulation_frequency))
+    return {};
+  return fmt::format(
+      "has {}, the camera '{}' has {}",
+      own.empty() ? fmt::format("{} exposures a frame", samples->extent[0]) : physics::exposures_text(own), camera.name,
+      physics::exposures_text(cameras));
 }
 
 bool is_other_integration_time(double a, double b) { return std::abs(a / b - 1) > 0.01; }

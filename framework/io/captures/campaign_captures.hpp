@@ -4,8 +4,10 @@
 #pragma once
 
 #include "io/campaign.hpp"
+#include "io/captures/capture.hpp"
 
 #include <span>
+#include <string>
 #include <vector>
 
 namespace tofgraph::io {
@@ -17,12 +19,15 @@ enum class CapturesFor {
 };
 
 /// Opens every capture that is there. Another size than the camera's and frames that are not there are mistakes; so is,
-/// for a search, what it cannot use: no integration time, other exposures than the four, another camera, the same
-/// frames in two conditions. A capture that cannot be read is a mistake, unless it is for a search, which tells it when
-/// it reads it.
-/// That a capture says another integration time than its condition is a warning, and nothing for a search, which asks
-/// the data.
+/// for a search, what it cannot use: no integration time, other exposures than the camera's, those of several
+/// frequencies, another camera, the same frames in two conditions. A capture that cannot be read is a mistake, unless
+/// it is for a search, which tells it when it reads it. That a capture says another integration time than its condition
+/// is a warning, and nothing for a search, which asks the data.
 void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics);
+
+/// How the exposures of a capture's samples differ from the camera's; empty: not, or it has decoded frames alone, which
+/// need not know them.
+std::string other_exposures(const CaptureReader& capture, const tofgraph_camera& camera);
 
 /// By more than 1 %. @param a, b s; NaN: not known, and no other one
 bool is_other_integration_time(double a, double b);
