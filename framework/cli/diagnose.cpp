@@ -39,6 +39,12 @@ void add_diagnose(CLI::App& app, Common& common) {
                    "Inject this number of known truths into this design and report how often the search is right")
       ->option_text("N")
       ->check(whole_number(0));
+  command
+      ->add_option("--resample", arguments->resample,
+                   "Choose effects again without each distance, without each target and without this number of random "
+                   "halves of the levels, and report how often each is chosen")
+      ->option_text("N")
+      ->check(whole_number(0));
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));

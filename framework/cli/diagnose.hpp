@@ -15,6 +15,7 @@ struct DiagnoseArguments {
   std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
   std::size_t confidence = 0;  ///< injected cases
+  std::size_t resample = 0;    ///< random halves
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one a core
   bool skip_missing = false, force = false, quiet = false;

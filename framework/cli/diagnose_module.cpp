@@ -64,6 +64,7 @@ std::string command_of(const DiagnoseArguments& a) {
   if (a.seed != usual.seed) text += fmt::format(" --seed {}", a.seed);
   for (const std::string& name : a.without) text += " --without " + in_shell(name);
   if (a.confidence != usual.confidence) text += fmt::format(" --confidence {}", a.confidence);
+  if (a.resample != usual.resample) text += fmt::format(" --resample {}", a.resample);
   for (const std::string& id : a.skip) text += " --skip " + in_shell(id);
   if (a.skip_missing) text += " --skip-missing";
   for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());
@@ -105,6 +106,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.skip_missing = arguments.skip_missing;
   options.search.max_effects = arguments.max_effects;
   options.confidence = arguments.confidence;
+  options.resample = arguments.resample;
   options.search.seed = arguments.seed;
   options.warn = [&](const std::string& text) {
     if (!arguments.quiet) say(text);

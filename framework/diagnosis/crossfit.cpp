@@ -18,7 +18,6 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
-constexpr std::size_t fewest_clusters = 5;  ///< of which draws tell an interval
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
@@ -218,25 +217,14 @@ template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uin
 
 double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
 
-std::vector<std::size_t> clusters_of(const Design& design) {
-  std::map<std::pair<double, std::string>, std::size_t> known;
-  std::vector<std::size_t> together, single;
-  for (const io::Condition& c : design.conditions()) {
-    together.push_back(known.try_emplace({c.board_distance, c.session}, known.size()).first->second);
-    single.push_back(single.size());
-  }
-  return known.size() < fewest_clusters ? single : together;
-}
-
 }  // namespace
 
-CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-                   std::span<const std::vector<std::string>> asked) {
+CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                   const SearchOptions& options, std::span<const std::vector<std::string>> asked) {
   // Each has columns of its own, up to some 500 MB; the first are fewer, as after them it may be known. The same on any
   // machine, as what is asked after them decides.
   constexpr std::size_t at_once = 4, first = 2, enough = 3;
-  const std::vector<Fold> folds = folds_of(design);
   CrossFit result;
   result.clusters = clusters_of(design);
   result.folds.resize(folds.size());

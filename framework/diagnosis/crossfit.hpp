@@ -53,10 +53,8 @@ constexpr bool is_ruined(double before, double after) { return after > 1.05 * be
 
 struct CrossFit {
   std::vector<FoldResult> folds;
-  bool complete = true;  ///< whether these are all
-  /// Of each condition of the design, which ones stand together: at one distance in one session, which may share what
-  /// no model has. Where there are few of these each condition is for itself.
-  std::vector<std::size_t> clusters;
+  bool complete = true;               ///< whether these are all
+  std::vector<std::size_t> clusters;  ///< clusters_of() the design
 
   bool empty() const { return folds.empty(); }
   /// Share of the folds that chose an effect, or one that it stands for: one that gave no number did not.
@@ -75,12 +73,12 @@ struct CrossFit {
   Depth depth_with_only(std::span<const std::string> names) const;
 };
 
-/// @param data of the whole design
+/// @param folds what to put aside @param data of the whole design
 /// @param asked names of each effect that must prove itself, its own first, with all it stands for: when so many folds
 /// did without that none of them can, or predicted worse with them, the other folds are left out
-CrossFit cross_fit(const Design& design, const std::vector<Observations>& data, const std::vector<Term>& model,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-                   std::span<const std::vector<std::string>> asked = {});
+CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                   const SearchOptions& options, std::span<const std::vector<std::string>> asked = {});
 
 /// What an effect, or one that it stands for, brings out of fold: chi-square with all but it, and with all, over the
 /// conditions of all folds that chose it.

@@ -93,6 +93,8 @@ class Run {
     d_->next =
         next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found, d_->audit));
     judge();
+    if (options_.resample > 0)
+      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, search_options);
     if (options_.confidence > 0)
       d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
                                   options_.confidence, search_options);

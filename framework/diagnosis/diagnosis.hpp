@@ -10,6 +10,7 @@
 #include "diagnosis/next_condition.hpp"
 #include "diagnosis/pixel_maps.hpp"
 #include "diagnosis/search.hpp"
+#include "diagnosis/stability.hpp"
 #include "diagnosis/standing.hpp"
 #include "diagnosis/validation.hpp"
 #include "io/output_files.hpp"
@@ -31,6 +32,7 @@ struct DiagnosisOptions {
   std::vector<std::string> skip;     ///< ids of conditions that are left out
   bool skip_missing = false;
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
+  std::size_t resample = 0;    ///< random halves on which effects are chosen again; 0: not at all
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
   std::function<void(const std::string& text)> warn;  ///< of what may be a mistake and does not stop the search
@@ -88,7 +90,8 @@ struct Diagnosis {
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
-  std::vector<PixelMap> maps;  ///< that were found
+  std::vector<Stability> stability;  ///< where it was asked for
+  std::vector<PixelMap> maps;        ///< that were found
   Measurements measurements;
   simulation::Model model;
   std::vector<Term> model_terms;

@@ -9,12 +9,16 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <numeric>
+#include <random>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 constexpr std::size_t fewest_levels = 4, interleaved = 3;
-constexpr double end_share = 0.1;  ///< of the levels, at either end
+constexpr std::size_t fewest_clusters = 5;  ///< of which draws tell an interval
+constexpr double end_share = 0.1;           ///< of the levels, at either end
 
 /// Conditions by level, in the order of the levels.
 using Levels = std::vector<std::pair<std::string, std::vector<std::size_t>>>;
@@ -32,25 +36,58 @@ class Folds {
  public:
   explicit Folds(const Design& design) : design_(design) {}
 
+  std::vector<Fold> singly() {
+    one_by_one(each_distance, distances());
+    one_by_one(each_target, targets());
+    return std::move(folds_);
+  }
+
+  std::vector<Fold> halves(std::size_t count, std::uint64_t seed) {
+    const std::vector<std::size_t> cluster = clusters_of(design_);
+    Levels levels(1 + std::ranges::max(cluster));
+    for (std::size_t i = 0; i < cluster.size(); ++i) levels[cluster[i]].second.push_back(i);
+    std::vector<std::size_t> order(levels.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::mt19937_64 random(seed);
+    for (std::size_t h = 0; h < count; ++h) {
+      // Not std::shuffle, which is another one in another library.
+      for (std::size_t k = order.size() - 1; k > 0; --k) std::swap(order[k], order[random() % (k + 1)]);
+      add(any_half, levels, std::span(order).first(order.size() / 2), false);
+    }
+    return std::move(folds_);
+  }
+
   std::vector<Fold> all() {
-    const auto number = [](const char* unit, double scale) {
-      return [=](const double& value) { return fmt::format("{:.4g} {}", scale * value, unit); };
-    };
-    const auto word = [](const std::string& text) { return text; };
-    ordered("distance", levels_of<double>(
-                            design_, [](const io::Condition& c) { return c.board_distance; }, number("m", 1)));
+    ordered("distance", distances());
     if (folds_.empty())
       ordered("integration time",
               levels_of<double>(
                   design_, [](const io::Condition& c) { return c.integration_time; }, number("ms", 1e3)));
-    each("target", levels_of<std::string>(
-                       design_, [](const io::Condition& c) { return c.target; }, word));
+    each("target", targets());
     each("session", levels_of<std::string>(
                         design_, [](const io::Condition& c) { return c.session; }, word));
     return std::move(folds_);
   }
 
  private:
+  static std::function<std::string(const double&)> number(const char* unit, double scale) {
+    return [=](const double& value) { return fmt::format("{:.4g} {}", scale * value, unit); };
+  }
+  static std::string word(const std::string& text) { return text; }
+
+  Levels distances() const {
+    return levels_of<double>(
+        design_, [](const io::Condition& c) { return c.board_distance; }, number("m", 1));
+  }
+  Levels targets() const {
+    return levels_of<std::string>(
+        design_, [](const io::Condition& c) { return c.target; }, word);
+  }
+
+  void one_by_one(const std::string& setting, const Levels& levels) {
+    for (std::size_t k = 0; k < levels.size() && levels.size() > 1; ++k) add(setting, levels, std::span(&k, 1), false);
+  }
+
   void add(const std::string& setting, const Levels& levels, std::span<const std::size_t> chosen, bool extrapolates) {
     Fold fold{setting, "", {}, extrapolates};
     std::vector<std::string> names;
@@ -98,5 +135,19 @@ class Folds {
 }  // namespace
 
 std::vector<Fold> folds_of(const Design& design) { return Folds(design).all(); }
+std::vector<Fold> single_levels(const Design& design) { return Folds(design).singly(); }
+std::vector<Fold> random_halves(const Design& design, std::size_t count, std::uint64_t seed) {
+  return Folds(design).halves(count, seed);
+}
+
+std::vector<std::size_t> clusters_of(const Design& design) {
+  std::map<std::pair<double, std::string>, std::size_t> known;
+  std::vector<std::size_t> together, single;
+  for (const io::Condition& c : design.conditions()) {
+    together.push_back(known.try_emplace({c.board_distance, c.session}, known.size()).first->second);
+    single.push_back(single.size());
+  }
+  return known.size() < fewest_clusters ? single : together;
+}
 
 }  // namespace tofgraph::diagnosis

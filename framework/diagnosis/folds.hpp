@@ -5,6 +5,7 @@
 
 #include "diagnosis/design.hpp"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace tofgraph::diagnosis {
 
 /// Conditions that are put aside together.
 struct Fold {
-  std::string setting;            ///< distance, target, session, integration time
+  std::string setting;            ///< distance, target, session, integration time; each_distance and so on
   std::string levels;             ///< "1.2 m, 2.4 m", "white"
   std::vector<std::size_t> held;  ///< ascending
   bool extrapolates = false;      ///< beyond all levels that are left
@@ -22,5 +23,15 @@ struct Fold {
 /// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
 /// session. None where too few conditions would be left.
 std::vector<Fold> folds_of(const Design& design);
+
+inline constexpr const char *each_distance = "each distance", *each_target = "each target", *any_half = "a random half";
+/// Each distance by itself, then each target, as far as enough conditions are left.
+std::vector<Fold> single_levels(const Design& design);
+/// Half of what stands together, at random.
+std::vector<Fold> random_halves(const Design& design, std::size_t count, std::uint64_t seed);
+
+/// Of each condition, which ones stand together: at one distance in one session, which may share what no model has.
+/// Where there are few of these each condition is for itself.
+std::vector<std::size_t> clusters_of(const Design& design);
 
 }  // namespace tofgraph::diagnosis

@@ -148,6 +148,7 @@ report::Page gap_report(const Diagnosis& diagnosis) {
   add_maps(page, data);
   add_parameters(page, data);
   add_influence(page, data);
+  add_stability(page, data);
   add_rivals(page, data);
   add_rest(page, data);
   add_blind(page, data);

@@ -40,6 +40,8 @@ void add_maps(report::Page& page, const ReportData& data);
 void add_parameters(report::Page& page, const ReportData& data);
 void add_influence(report::Page& page, const ReportData& data);
 void add_rivals(report::Page& page, const ReportData& data);
+/// How often each effect is chosen on other parts of the data, where that was asked for.
+void add_stability(report::Page& page, const ReportData& data);
 /// What no effect explains.
 void add_rest(report::Page& page, const ReportData& data);
 std::string rest_map(const ReportData& data);

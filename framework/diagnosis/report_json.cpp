@@ -307,6 +307,14 @@ json report_json(const Diagnosis& d) {
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
   report["folds"] = folds_of(d);
+  for (const Stability& one : d.stability)
+    report["resampled"].push_back({{"put_aside", one.put_aside},
+                                   {"runs", one.runs},
+                                   {"chosen", one.chosen},
+                                   {"gap_before", number(one.gap.before)},
+                                   {"gap_after", number(one.gap.after)},
+                                   {"gap_low", number(one.gap.low)},
+                                   {"gap_high", number(one.gap.high)}});
   report["trace"] = trace_of(d);
   report["conditions"] = conditions_of(d);
   report["correlations"] = correlations_of(d);

@@ -176,7 +176,8 @@ class Search : private Selection {
     if (pieces().empty()) aside.max_effects = 0;
     std::vector<std::vector<std::string>> names;
     for (const Found& found : result_.found) names.push_back(found.names());
-    result_.cross_fit = cross_fit(problem().design, problem().data, model_, candidates_, aside, names);
+    result_.cross_fit =
+        cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_, aside, names);
   }
 
   /// Drops the effects that a question refutes. @returns whether there was such a one

@@ -199,7 +199,7 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const TemporaryFolder folder;
   const Outcome found = shell("$TOFGRAPH diagnose --model " TOFGRAPH_SOURCE_DIR
                               "/pipelines/campaigns/thesis_model.yaml --data " TOFGRAPH_SOURCE_DIR
-                              "/pipelines/campaigns/thesis_tables.yaml --out found",
+                              "/pipelines/campaigns/thesis_tables.yaml --out found --resample 40",
                               folder.path());
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_NE(found.err.find("\nwrote found/report.html, found/report.json, found/model.yaml"), std::string::npos)
@@ -245,6 +245,17 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
                                         1e3 * std::sqrt(after_square / count));
     EXPECT_NE(tutorial.find(row), std::string::npos) << row;
   }
+  for (const auto& again : said.at("resampled")) {
+    const auto mm = [&](const char* key) { return 1e3 * again.at(key).get<double>(); };
+    std::string row =
+        fmt::format("| {} | {:.0f} mm | {:.0f} mm ({:.0f} to {:.0f}) |", again.at("put_aside").get<std::string>(),
+                    mm("gap_before"), mm("gap_after"), mm("gap_low"), mm("gap_high"));
+    for (const char* name : {"crosstalk", "integration_time_offset", "wiggling", "phase_step_error"})
+      row += fmt::format(" {} of {} |", again.at("chosen").at(name).get<int>(), again.at("runs").get<int>());
+    EXPECT_NE(tutorial.find(row), std::string::npos) << row;
+  }
+  EXPECT_EQ(said.at("resampled").size(), 3U);
+  EXPECT_NE(read_text(folder.path() / "found/report.html").find("How often each effect is chosen"), std::string::npos);
   // What is left is shown.
   EXPECT_EQ(said["unexplained"]["map"], "unexplained.svg");
   EXPECT_NE(read_text(folder.path() / "found/unexplained.svg").find("<svg"), std::string::npos);

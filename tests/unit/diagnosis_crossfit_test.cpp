@@ -12,7 +12,9 @@ namespace {
 
 class OutOfSample : public Rail {
  protected:
-  CrossFit folds(const std::vector<Observations>& data) const { return cross_fit(*design, data, {}, candidates, {}); }
+  CrossFit folds(const std::vector<Observations>& data) const {
+    return cross_fit(folds_of(*design), *design, data, {}, candidates, {});
+  }
   /// Few candidates do here.
   void SetUp() override {
     Rail::SetUp();
@@ -39,6 +41,38 @@ TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
     EXPECT_EQ(held.size(), design->size()) << setting;
     EXPECT_EQ(std::set<std::size_t>(held.begin(), held.end()).size(), design->size()) << setting;
   }
+}
+
+TEST_F(OutOfSample, EachLevelIsPutAsideAloneAndHalvesAtRandom) {
+  std::map<std::string, std::multiset<std::size_t>> seen;
+  for (const Fold& fold : single_levels(*design)) {
+    seen[fold.setting].insert(fold.held.begin(), fold.held.end());
+    std::set<double> distances;
+    std::set<std::string> targets;
+    for (const std::size_t i : fold.held) {
+      distances.insert(conditions[i].board_distance);
+      targets.insert(conditions[i].target);
+    }
+    EXPECT_EQ(fold.setting == each_distance ? distances.size() : targets.size(), 1U);
+  }
+  for (const char* setting : {each_distance, each_target}) {
+    EXPECT_EQ(seen[setting].size(), design->size()) << setting;
+    EXPECT_EQ(std::set<std::size_t>(seen[setting].begin(), seen[setting].end()).size(), design->size()) << setting;
+  }
+  const std::vector<Fold> halves = random_halves(*design, 6, 3), other = random_halves(*design, 6, 4);
+  ASSERT_EQ(halves.size(), 6U);
+  std::set<std::vector<std::size_t>> different;
+  for (const Fold& half : halves) {
+    different.insert(half.held);
+    EXPECT_TRUE(std::ranges::is_sorted(half.held));
+    std::set<double> held, left;
+    for (std::size_t i = 0; i < design->size(); ++i)
+      (std::ranges::binary_search(half.held, i) ? held : left).insert(conditions[i].board_distance);
+    EXPECT_TRUE(held.size() == left.size() || held.size() + 1 == left.size());
+    for (const double distance : held) EXPECT_FALSE(left.contains(distance));
+  }
+  EXPECT_GT(different.size(), 3U);
+  EXPECT_NE(halves.front().held, other.front().held);
 }
 
 /// A leak is planted: what is put aside is replaced by something else. The model that predicts it may not change by one
