@@ -21,6 +21,7 @@ struct Axis {
   std::vector<Covariate> columns;
 };
 
+constexpr const char* lens_axis = "lens";
 constexpr int most_legendre = 4;
 constexpr int most_cycles = 8;  ///< a turn of the phase: those of a seventh harmonic in four samples
 
@@ -77,6 +78,7 @@ class Axes {
     settings("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
     settings("ambient", [](const io::Condition& c) { return c.ambient; });
     settings("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
+    settings(lens_axis, [](const io::Condition& c) { return std::string(c.is_capped() ? "capped" : "open"); });
     settings("rail", [](const io::Condition& c) { return c.rail; });
     settings("reference", [](const io::Condition& c) { return c.reference; });
     for (int cycles = 1; cycles <= most_cycles; ++cycles) cycle(cycles);
@@ -99,7 +101,7 @@ class Axes {
   Covariate scaled(const Covariate& raw, std::size_t& levels) const {
     std::set<double> values;
     for (std::size_t i = 0; i < design_.size(); ++i) {
-      for (std::size_t s = 0; s < design_.superpixels(); ++s) {
+      for (std::size_t s = 0; s < design_.superpixels() && design_.shows_board(i); ++s) {
         const double value = raw(i, s);
         if (std::isfinite(value)) values.insert(value);
       }
@@ -137,7 +139,9 @@ class Axes {
 
   template <class Label> void levels(const char* name, Label label) {
     std::set<std::string> words;
-    for (const io::Condition& c : design_.conditions()) words.insert(label(c));
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      if (design_.shows_board(i) || name == lens_axis) words.insert(label(design_.conditions()[i]));
+    }
     if (words.size() < 2) return;
     Axis axis{name, {}};
     for (auto word = std::next(words.begin()); word != words.end(); ++word)
@@ -175,6 +179,7 @@ Bases generic_bases(const Problem& problem) {
     for (const Covariate& covariate : axis.columns) {
       auto& column = values.emplace_back(design.size(), std::vector<double>(n));
       for (std::size_t i = 0; i < design.size(); ++i) {
+        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // none of the settings is one of its
         for (std::size_t s = 0; s < n; ++s) {
           const double value = covariate(i, s);
           column[i][s] = std::isfinite(value) ? basis_unit * value : 0;

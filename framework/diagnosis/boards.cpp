@@ -56,7 +56,7 @@ Eigen::MatrixXd own_directions(const Problem& problem, std::size_t i) {
     if (std::isinf(variance)) continue;
     const bool light = row / n == amplitude || row / n == intensity;
     columns.row(static_cast<Eigen::Index>(row)) << problem.design.shift(i)[row] / std::sqrt(variance),
-        light ? 1 / std::sqrt(variance) : 0, problem.uniform_response(row) / std::sqrt(variance);
+        light ? 1 / std::sqrt(variance) : 0, problem.uniform_response(i, row) / std::sqrt(variance);
   }
   return columns;
 }
@@ -110,6 +110,7 @@ BoardShapes::BoardShapes(const Problem& problem) {
   std::map<std::string, double> half_width;  // m, of what is seen of each target
   std::vector<double> seen(design.size(), 0);
   for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
     places[i] = places_on_board(design, i);
     for (std::size_t s = 0; s < places[i].size(); ++s) {
       Place& place = places[i][s];
@@ -124,13 +125,15 @@ BoardShapes::BoardShapes(const Problem& problem) {
   heights_.resize(design.size());
   std::vector<Eigen::MatrixXd> grams(design.size());
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    heights_[i] = Eigen::MatrixXd::Zero(n, count);
+    grams[i] = Eigen::MatrixXd::Zero(count, count);
+    if (!design.shows_board(i)) return;
     // Heights stand on the board, its place is told along the axis.
     const io::Condition& condition = design.conditions()[i];
     const simulation::BoardPose pose = pose_of(condition);
     const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
     const double half = half_width.at(condition.target);
     const double width = 2 * seen[i] / (std::sqrt(static_cast<double>(n)) - 1);
-    heights_[i] = Eigen::MatrixXd::Zero(n, count);
     for (Eigen::Index c = 0; c < count; ++c) {
       const Wave& wave = waves[static_cast<std::size_t>(c)];
       const double x = wave.x * std::numbers::pi / (2 * half), y = wave.y * std::numbers::pi / (2 * half);
@@ -144,7 +147,6 @@ BoardShapes::BoardShapes(const Problem& problem) {
     }
     const Eigen::MatrixXd taken = own_directions(problem, i);
     const Eigen::MatrixXd columns = less(taken, taken.col(0).asDiagonal() * heights_[i].replicate(observables, 1));
-    grams[i] = Eigen::MatrixXd::Zero(count, count);
     grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
   });
   for (std::size_t i = 0; i < design.size(); ++i) {

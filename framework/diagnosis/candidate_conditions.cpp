@@ -31,7 +31,9 @@ template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::siz
 
 std::vector<double> distances_of(const Design& design) {
   std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) levels.insert(c.board_distance);
+  for (const io::Condition& c : design.conditions()) {
+    if (!c.is_capped()) levels.insert(c.board_distance);
+  }
   std::vector<double> all(levels.begin(), levels.end());
   for (std::size_t k = 0; k + 1 < levels.size(); ++k) all.push_back((all[k] + all[k + 1]) / 2);
   std::ranges::sort(all);
@@ -97,6 +99,7 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
   std::map<std::string, std::pair<double, std::size_t>> brightness;
   const auto& conditions = problem.design.conditions();
   for (std::size_t i = 0; i < conditions.size(); ++i) {
+    if (!problem.design.shows_board(i)) continue;
     const int t = problem.target[i];
     const double ln = t < 0 ? 0 : light[static_cast<std::size_t>(t)];
     brightness.try_emplace(conditions[i].target, std::log(pose_of(conditions[i]).reflectivity) + ln, i);
@@ -138,6 +141,14 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const std::vector<double> times = times_of(design), since = power_on_times_of(design),
                             distances = distances_of(design);
   std::vector<io::Condition> all;
+  for (const double time : times) {
+    io::Condition capped;
+    capped.id = "next";
+    capped.lens = "capped";
+    capped.integration_time = time;
+    capped.time_since_power_on = since.front();
+    all.push_back(std::move(capped));
+  }
   for (io::Condition c : targets_of(problem, light)) {
     c = as_next(c);
     std::vector<std::array<double, 3>> poses;  // those that the camera can tell, once for all settings
@@ -172,6 +183,7 @@ NoiseLaw::NoiseLaw(const Problem& problem, std::span<const double> light) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < problem.data.size(); ++i) {
+      if (!problem.design.shows_board(i)) continue;
       const int t = problem.target[i];
       const double factor = t < 0 ? 1 : std::exp(light[static_cast<std::size_t>(t)]);
       for (std::size_t s = 0; s < n; ++s) {
@@ -204,7 +216,9 @@ Observations NoiseLaw::blank(const Design& design, std::size_t condition, double
   Observations result{std::vector<double>(design.rows(), 0), std::vector<double>(design.rows(), none)};
   for (std::size_t s = 0; s < n; ++s) {
     const Signal& ideal = design.ideal(condition)[s];
-    const double mean = factor * ideal.intensity, strength = factor * std::abs(ideal.phasor);
+    // A stand-in has no noise: what a capped camera sees is nearly nothing.
+    const double lit = design.shows_board(condition) ? factor : 0;
+    const double mean = lit * ideal.intensity, strength = lit * std::abs(ideal.phasor);
     if (well > 0 && mean + strength / 2 > full * well) continue;
     for (std::size_t o = 0; o < observables; ++o) {
       const double level = factor * sample_level(ideal, o);

@@ -36,13 +36,17 @@ Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> c
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
   for (std::size_t i = 0; i < size(); ++i) {
     shots_.push_back(simulation::acquisition_of(this->camera(), conditions_[i]));
-    ideal_.push_back(signals(ideal, pixels_, i, pose_of(conditions_[i])));
-    if (grid_ != single) fine_ideal_.push_back(signals(ideal, fine_, i, pose_of(conditions_[i])));
+    ideal_.push_back(ideal_signals(pixels_, i));
+    if (grid_ != single) fine_ideal_.push_back(ideal_signals(fine_, i));
   }
   for (std::size_t i = 0; i < size(); ++i) {
     const simulation::BoardPose pose = pose_of(conditions_[i]);
-    shifts_.push_back(shift_of(ideal, i, pose));
     offsets_.emplace_back();
+    if (!shows_board(i)) {
+      shifts_.emplace_back(rows(), 0);
+      continue;
+    }
+    shifts_.push_back(shift_of(ideal, i, pose));
     if (std::hypot(pose.tilt_x, pose.tilt_y) < least_tilt) continue;
     offsets_.back().assign(rows(), 0);
     std::fill_n(offsets_.back().begin() + static_cast<std::ptrdiff_t>(distance * pixels_.size()), pixels_.size(), 1.0);
@@ -74,6 +78,13 @@ void require_enough(std::size_t conditions, const std::vector<std::string>& left
       conditions, conditions == 1 ? "" : "s", fewest_conditions, left_out.empty() ? "" : "; left out: " + left_out[0]));
 }
 
+io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camera) {
+  io::Condition board = capped;
+  board.lens.clear();
+  board.board_distance = physics::unambiguous_range(camera.modulation_frequency) / 2;
+  return board;
+}
+
 simulation::BoardPose pose_of(const io::Condition& c) {
   const auto known = [](double value, double otherwise) { return std::isnan(value) ? otherwise : value; };
   return {
@@ -83,13 +94,31 @@ simulation::BoardPose pose_of(const io::Condition& c) {
 
 std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
                                     std::size_t i, const simulation::BoardPose& pose) const {
-  simulation::Expectation expectation =
-      model.expect(simulation::board_tracer(camera().focal_length, pose), shots_[i], pixels);
+  const auto nothing = [](const simulation::BoardChange&, std::span<const simulation::Vector3>,
+                          std::span<simulation::Hit> hits) { std::ranges::fill(hits, simulation::Hit{}); };
+  const simulation::Tracer scene =
+      shows_board(i) ? simulation::board_tracer(camera().focal_length, pose) : simulation::Tracer(nothing);
+  simulation::Expectation expectation = model.expect(scene, shots_[i], pixels);
   if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
+  std::vector<Signal> result = demodulated(expectation.taps, pixels.size());
+  if (shows_board(i)) return result;
+  const std::vector<Signal> board = &pixels == &pixels_ ? ideal_[i] : ideal_signals(pixels, i);
+  for (std::size_t s = 0; s < pixels.size(); ++s) result[s] += board[s];
+  return result;
+}
+
+std::vector<Signal> Design::ideal_signals(const simulation::Pixels& pixels, std::size_t i) const {
+  const simulation::ForwardModel ideal(camera(), physical_, {});
+  if (shows_board(i)) return signals(ideal, pixels, i, pose_of(conditions_[i]));
+  const io::Condition board = stand_in(conditions_[i], camera());
+  const simulation::Tracer scene = simulation::board_tracer(camera().focal_length, pose_of(board));
+  return demodulated(ideal.expect(scene, simulation::acquisition_of(camera(), board), pixels).taps, pixels.size());
+}
+
+std::vector<Signal> Design::demodulated(std::span<const double> taps, std::size_t pixels) const {
   std::vector<Signal> result;
-  result.reserve(pixels.size());
-  for (std::size_t s = 0; s < pixels.size(); ++s)
-    result.push_back(demodulation_.of_taps(&expectation.taps[s], pixels.size()));
+  result.reserve(pixels);
+  for (std::size_t s = 0; s < pixels; ++s) result.push_back(demodulation_.of_taps(&taps[s], pixels));
   return result;
 }
 
@@ -135,8 +164,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   const simulation::Pixels& pixels = every_pixel ? whole_ : fine_;
   const std::vector<Signal> seen = signals(model, pixels, i, brightened(pose_of(conditions_[i]), light));
   std::vector<Signal> every;
-  if (every_pixel)
-    every = signals(simulation::ForwardModel(camera(), physical_, {}), pixels, i, pose_of(conditions_[i]));
+  if (every_pixel) every = ideal_signals(pixels, i);
   const std::vector<Signal>& base = every_pixel ? every : fine_ideal_[i];
   struct Sums {
     std::complex<double> product;

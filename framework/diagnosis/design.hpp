@@ -30,13 +30,18 @@ inline constexpr std::size_t fewest_conditions = 3;
 /// @throws std::invalid_argument when conditions are too few for a search @param left_out which are not among them
 void require_enough(std::size_t conditions, const std::vector<std::string>& left_out);
 
+/// A capped camera sees no board, and its signal is near zero, so that it has neither a distance nor a logarithm. It is
+/// told as what it would add to a board that no effect touches, at half of the unambiguous range and with
+/// unknown_reflectivity: the same is added to what is measured and to what a model expects.
+io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camera);
+
 /// The board of a condition; where its reflectivity is not known it is unknown_reflectivity.
 simulation::BoardPose pose_of(const io::Condition& condition);
 
 /// Immutable; may be used from several threads.
 class Design {
  public:
-  /// @param conditions each with a board that fills the view and an integration time
+  /// @param conditions each with a board that fills the view, or a capped lens, and an integration time
   /// @param superpixels in a row and in a column
   /// @throws std::invalid_argument as Demodulation
   Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
@@ -53,6 +58,9 @@ class Design {
   const simulation::Pixels& pixels() const { return pixels_; }
   std::size_t superpixels() const { return pixels_.size(); }
   std::size_t rows() const { return observables * superpixels(); }
+
+  /// Not where the lens is capped: such a condition has no distance, no reflectivity and no place.
+  bool shows_board(std::size_t condition) const { return !conditions_[condition].is_capped(); }
 
   /// What the model expects, observables x superpixels. @param light logarithm of the factor on the reflectivity
   /// @throws simulation::EffectError
@@ -91,6 +99,9 @@ class Design {
  private:
   std::vector<Signal> signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
                               std::size_t condition, const simulation::BoardPose& pose) const;
+  /// Of the ideal camera; of its stand-in where the lens is capped.
+  std::vector<Signal> ideal_signals(const simulation::Pixels& pixels, std::size_t condition) const;
+  std::vector<Signal> demodulated(std::span<const double> taps, std::size_t pixels) const;
   std::vector<double> rows_of(const std::vector<Signal>& seen, const std::vector<Signal>& ideal,
                               std::size_t condition) const;
   std::vector<double> shift_of(const simulation::ForwardModel& ideal, std::size_t condition,

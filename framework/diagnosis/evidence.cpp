@@ -33,6 +33,7 @@ double square(const std::array<double, random_directions>& parts) {
 Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& extended, std::size_t observable,
                        std::size_t i) {
   const Problem& problem = model.problem;
+  if (!problem.design.shows_board(i)) return {NAN, NAN, NAN, NAN};
   const std::size_t n = problem.design.superpixels();
   const int target = problem.target[i];
   const bool of_light = observable == amplitude || observable == intensity;
@@ -68,7 +69,7 @@ Evidence evidence(const Model& simulated, const Model& extended, std::size_t obs
   result.before = result.after = result.sd = none;
   for (std::size_t i = 0; i < conditions; ++i) {
     result.means.push_back(mean_of(extended, before, after, observable, i));
-    for (std::size_t s = 0; s < n; ++s) {
+    for (std::size_t s = 0; s < n && problem.design.shows_board(i); ++s) {
       const std::size_t row = observable * n + s;
       const double variance = own_variance(problem, observable, i, row);
       if (std::isinf(variance)) continue;

@@ -47,7 +47,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
   }
   Problem problem{design, data, {}, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
-    if (!std::isnan(condition.reflectivity)) {
+    if (!std::isnan(condition.reflectivity) || condition.is_capped()) {
       problem.target.push_back(-1);
       continue;
     }
@@ -228,7 +228,7 @@ Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<doubl
     const double weight = 1 / std::sqrt(data.variance[row]);
     for (Eigen::Index c = 0; c < first; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
     const std::array<double, gram_tail> tail = {problem.jitter_response(i, row), problem.offset_response(i, row),
-                                                problem.light_response(i, row), problem.uniform_response(row),
+                                                problem.light_response(i, row), problem.uniform_response(i, row),
                                                 data.value[row] - rows[row]};
     for (Eigen::Index t = 0; t < gram_tail; ++t) all(r, first + t) = weight * tail[static_cast<std::size_t>(t)];
   }

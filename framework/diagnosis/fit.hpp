@@ -64,8 +64,11 @@ struct Problem {
   }
   /// Change for a metre that the camera shows more.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
-  double uniform_response(std::size_t row) const { return row / design.superpixels() == distance ? 1 : 0; }
+  double uniform_response(std::size_t condition, std::size_t row) const {
+    return design.shows_board(condition) && row / design.superpixels() == distance ? 1 : 0;
+  }
   double light_response(std::size_t condition, std::size_t row) const {
+    if (!design.shows_board(condition)) return 0;
     if (!brightening.empty()) return brightening[condition][row];
     const std::size_t observable = row / design.superpixels();
     return observable == amplitude || observable == intensity ? 1 : 0;

@@ -26,7 +26,9 @@ using Levels = std::vector<std::pair<std::string, std::vector<std::size_t>>>;
 template <class Key> Levels levels_of(const Design& design, const std::function<Key(const io::Condition&)>& key,
                                       const std::function<std::string(const Key&)>& label) {
   std::map<Key, std::vector<std::size_t>> by_key;
-  for (std::size_t i = 0; i < design.size(); ++i) by_key[key(design.conditions()[i])].push_back(i);
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    if (design.shows_board(i)) by_key[key(design.conditions()[i])].push_back(i);  // the others have no such levels
+  }
   Levels levels;
   for (auto& [level, conditions] : by_key) levels.emplace_back(label(level), std::move(conditions));
   return levels;
@@ -144,7 +146,8 @@ std::vector<std::size_t> clusters_of(const Design& design) {
   std::map<std::pair<double, std::string>, std::size_t> known;
   std::vector<std::size_t> together, single;
   for (const io::Condition& c : design.conditions()) {
-    together.push_back(known.try_emplace({c.board_distance, c.session}, known.size()).first->second);
+    const double where = c.is_capped() ? 0 : c.board_distance;
+    together.push_back(known.try_emplace({where, c.session}, known.size()).first->second);
     single.push_back(single.size());
   }
   return known.size() < fewest_clusters ? single : together;

@@ -27,7 +27,8 @@ std::string unit_of(std::size_t observable) { return shown_unit(observable); }
 std::string label(std::size_t observable) { return observable_labels.at(observable); }
 
 std::string setting_of(const io::Condition& c) {
-  std::string text = fmt::format("board at {:.4g} m", c.board_distance);
+  std::string text =
+      c.is_capped() ? "capture with the lens capped" : fmt::format("board at {:.4g} m", c.board_distance);
   const auto tilted = [&](double tilt, const char* axis) {
     if (std::abs(tilt) > 1e-6)
       text += fmt::format(", tilted by {:.3g} deg about {}", tilt * 180 / std::numbers::pi, axis);

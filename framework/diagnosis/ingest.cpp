@@ -24,8 +24,7 @@ namespace {
 
 /// Why this search cannot use a condition, or nothing.
 std::string problem_of(const io::Condition& c) {
-  if (!c.has_board() || !c.scene.empty()) return "it shows no single board";
-  if (c.lens == "capped") return "the lens is capped";
+  if (!c.is_capped() && (!c.has_board() || !c.scene.empty())) return "it shows no single board";
   return "";
 }
 
@@ -99,11 +98,14 @@ class Reader {
     result.recorded_time = capture.metadata(0).integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     const FrameSums sums = sums_of(recording, condition, camera_);
+    if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances)
+      throw std::runtime_error("has distances only: where the lens is capped they say nothing without amplitudes");
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations =
         reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
-               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts, own, found);
+               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts, condition.is_capped(),
+               condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found);
     leave_out_lens_edge(result.observations);
     result.saturated = sums.saturated();
     result.frames = sums.frames();
@@ -125,8 +127,9 @@ class Reader {
   }
 
   std::vector<Signal> ideal(const io::Condition& condition) const {
-    const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(condition));
-    const auto expected = ideal_.expect(tracer, simulation::acquisition_of(camera_, condition), pixels_);
+    const io::Condition board = condition.is_capped() ? stand_in(condition, camera_) : condition;
+    const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(board));
+    const auto expected = ideal_.expect(tracer, simulation::acquisition_of(camera_, board), pixels_);
     const auto& taps = expected.taps;
     std::vector<Signal> signals;
     signals.reserve(pixels_.size());
@@ -134,7 +137,7 @@ class Reader {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       if (std::isnan(signals.back().intensity)) signals.back() = {};
     }
-    if (condition.board_size) {
+    if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
       for (std::size_t i = 0; i < signals.size(); ++i) {
         if (!seen[i]) signals[i] = {};

@@ -34,7 +34,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
       const auto at = static_cast<Eigen::Index>(row);
       result[i].value[row] =
           rows[i][row] + jitter * problem.design.shift(i)[row] + offset * problem.offset_response(i, row) +
-          light * whole.light_response(i, row) + uniform * problem.uniform_response(row) +
+          light * whole.light_response(i, row) + uniform * problem.uniform_response(i, row) +
           std::sqrt(result[i].variance[row]) * (normal(generator) + (at < residue.size() ? residue(at) : 0));
     }
   }

@@ -101,6 +101,11 @@ class Unmeasured {
         problem_{design_, data_, campaign.targets, {}, nuisances_of(design_)} {
     const auto& measured = campaign.design.conditions();
     for (std::size_t i = 0; i < design_.size(); ++i) {
+      if (!design_.shows_board(i)) {
+        problem_.target.push_back(-1);
+        data_.push_back(noise.blank(design_, i, 0));
+        continue;
+      }
       const auto like = std::ranges::find(measured, design_.conditions()[i].target, &io::Condition::target);
       const int target = campaign.target[static_cast<std::size_t>(like - measured.begin())];
       problem_.target.push_back(target);
@@ -168,7 +173,8 @@ void describe(const Problem& problem, const Question& question, NextCondition& b
       relative += std::pow(apart[0][row], 2) / (variance + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
                                                 std::pow(sd.offset * problem.offset_response(0, row), 2) +
                                                 std::pow(sd.light * problem.light_response(0, row), 2));
-      const double scale = o == distance ? 1 / problem.design.shift(0)[row] : 1;  // half paths become depths
+      // Half paths become depths.
+      const double scale = o == distance && problem.design.shows_board(0) ? 1 / problem.design.shift(0)[row] : 1;
       square += std::pow(scale * apart[0][row], 2);
       ++count;
     }

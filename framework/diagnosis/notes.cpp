@@ -61,7 +61,9 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
         "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
         "asked.");
   std::set<double> distances;
-  for (const io::Condition& c : m.design->conditions()) distances.insert(c.board_distance);
+  for (const io::Condition& c : m.design->conditions()) {
+    if (!c.is_capped()) distances.insert(c.board_distance);
+  }
   if (distances.size() == 1)
     notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
   if (!problem.light_seen() && !problem.targets.empty())

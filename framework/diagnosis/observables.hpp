@@ -53,6 +53,14 @@ struct Signal {
   std::complex<double> phasor;  ///< a e^(j Psi), counts
   double intensity = 0;         ///< mean of the taps, counts
   double null1 = 0, null2 = 0;  ///< N1 and N2, counts
+
+  Signal& operator+=(const Signal& other) {
+    phasor += other.phasor;
+    intensity += other.intensity;
+    null1 += other.null1;
+    null2 += other.null2;
+    return *this;
+  }
 };
 
 }  // namespace tofgraph::diagnosis

@@ -83,6 +83,7 @@ class PixelFit {
     tbb::parallel_for(std::size_t{0}, fits_.size(), [&](std::size_t p) {
       Eigen::MatrixXd response(observables, size());
       for (const Part& part : parts) {
+        if (part.left.empty()) continue;
         for (std::size_t m = 0; m < maps_.size(); ++m) {
           for (std::size_t o = 0; o < observables; ++o)
             response(static_cast<Eigen::Index>(o), static_cast<Eigen::Index>(m)) =
@@ -216,6 +217,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
         fits.size(), std::vector<PixelFit::Part>(std::min(together, problem.design.size() - first)));
     tbb::parallel_for(std::size_t{0}, parts.front().size(), [&](std::size_t k) {
       const std::size_t i = first + k;
+      if (!problem.design.shows_board(i)) return;
       const FrameSums sums = frames_of(measurements.design->conditions()[i], measurements.design->camera());
       for (std::size_t f = 0; f < fits.size(); ++f) parts[f][k] = fits[f].part_of(i, sums);
     });

@@ -49,6 +49,7 @@ RobustCamera::Seen RobustCamera::see(const Measurements& measurements, std::size
   const Observations& data = measurements.observations[i];
   const std::size_t n = design_.superpixels();
   Seen seen;
+  if (!design_.shows_board(i)) return seen;
   std::vector<double> strengths;
   bool has_light = true;
   for (std::size_t s = 0; s < n; ++s) {

@@ -118,6 +118,7 @@ Signal FrameSums::mean(std::size_t i) const {
   const auto frames = static_cast<double>(frames_);
   Signal signal = demodulation_.of_samples(sums(i), intensity_[i]);
   signal.phasor /= frames;
+  if (is_decoded()) return {signal.phasor};  // what else there is of it is rounding
   signal.intensity /= frames;
   signal.null1 /= frames;
   signal.null2 /= frames;
@@ -128,12 +129,13 @@ Signal FrameSums::mean(std::size_t i) const {
 class Reduction {
  public:
   Reduction(const FrameSums& sums, std::span<const Signal> ideal, const physics::TapNoise& noise, double scale,
-            const PixelPhases* own, PixelPhases* found)
+            bool stands_in, const PixelPhases* own, PixelPhases* found)
       : sums_(sums),
         ideal_(ideal),
         noise_(noise),
         scale_(scale),
         frames_(static_cast<double>(sums.frames_)),
+        stands_in_(stands_in),
         own_(own),
         found_(found) {}
 
@@ -158,7 +160,7 @@ class Reduction {
     if (std::ranges::any_of(kept, [this](std::size_t i) { return brightest(i) > near_full * sums_.limit_; })) return;
     if (kept.size() < fewest_pixels) return;
     const std::complex<double> ratio = summarise(kept, s, n, out);
-    if (sums_.frames_ > 1 && noise_.known() && std::isfinite(out.variance[distance * n + s])) {
+    if (sums_.frames_ > 1 && noise_.known() && !stands_in_ && std::isfinite(out.variance[distance * n + s])) {
       double expected = 0;
       for (const std::size_t i : kept) expected += profile_variance(i) / static_cast<double>(kept.size());
       counts.noise += sample_variance(kept) / expected * static_cast<double>(kept.size());
@@ -172,6 +174,7 @@ class Reduction {
  private:
   Signal mean(std::size_t i) const {
     Signal signal = sums_.mean(i);
+    if (stands_in_) signal += ideal_[i];
     if (own_ != nullptr) signal.phasor = own_->aligned(i, signal.phasor);
     return signal;
   }
@@ -222,13 +225,10 @@ class Reduction {
     return noise_.sample_variance(ideal_[i].intensity) / 2 / (ideal * ideal);
   }
 
-  bool is_decoded() const {
-    return sums_.kind_ == FrameSums::Kind::decoded || sums_.kind_ == FrameSums::Kind::distances;
-  }
   /// Variances of the components of a pixel's phasor; a decoded one's are those of a sample.
   Demodulation::Variance of_component(const std::vector<std::size_t>& pixels) const {
     const double variance = std::max(sample_variance(pixels), least_variance) / frames_;
-    if (is_decoded()) return {variance, variance};
+    if (sums_.is_decoded()) return {variance, variance};
     std::complex<double> sum;
     for (const std::size_t i : pixels) sum += mean(i).phasor;
     const auto [along, across] = sums_.demodulation_.variance(sum);
@@ -257,29 +257,36 @@ class Reduction {
     const auto [along, across] = of_component(pixels);
     const double relative = 1 / (square * gain * gain);  // of a component of the ratio, in that of a pixel's
     if (!(std::max(along, across) * relative * darkest * darkest < 1)) return ratio;
-    // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it.
-    if (sums_.kind_ == FrameSums::Kind::taps &&
-        light - gain * amplitudes / 2 < empty * std::sqrt(variance / 2) * static_cast<double>(pixels.size()))
-      return ratio;
+    const double number = static_cast<double>(pixels.size());
+    // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it. Of
+    // a board that is too dark. That a capped camera sees nearly nothing is worth knowing: it is wrong by less than the
+    // noise of one tap, in all superpixels in the same way, so that one stands for all.
+    const double own_light = stands_in_ ? light - ideal_light : light;
+    const double own_amplitudes = stands_in_ ? std::abs(ratio - 1.0) * amplitudes : gain * amplitudes;
+    const bool clipped = sums_.kind_ == FrameSums::Kind::taps &&
+                         own_light - own_amplitudes / 2 < empty * std::sqrt(variance / 2) * number;
+    const auto known = [](double v) { return std::isfinite(v); };
+    if (clipped && (!stands_in_ || std::ranges::any_of(out.variance, known))) return ratio;
+    const double wrong = clipped ? variance / 2 : 0;  // counts^2, of a mean of pixels
+    const double turned = wrong * number / square;
     const auto set = [&](std::size_t observable, double value, double its_variance) {
       out.value[observable * n + s] = value;
       out.variance[observable * n + s] = its_variance;
     };
-    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * across * relative);
-    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), along * relative);
-    if (is_decoded()) return ratio;
-    const double per_sample = variance / count;  // of a mean sample
-    const double level = 2 * ideal_light * gain / static_cast<double>(pixels.size());
-    const double mean_amplitude = gain * amplitudes / static_cast<double>(pixels.size());
-    const double number = static_cast<double>(pixels.size());
+    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * (across * relative + turned));
+    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), along * relative + turned);
+    if (sums_.is_decoded()) return ratio;
     const Demodulation& fit = sums_.demodulation_;
-    set(null1, null1_sum / number / level, per_sample * fit.null1_variance() / (level * level));
+    const double per_sample = variance / count;  // of a mean sample
+    const double level = 2 * ideal_light * gain / number;
+    const double mean_amplitude = gain * amplitudes / number;
+    set(null1, null1_sum / number / level, (per_sample * fit.null1_variance() + wrong) / (level * level));
     if (fit.has_null2())
       set(null2, null2_sum / number / mean_amplitude,
-          per_sample * fit.null2_variance() / (mean_amplitude * mean_amplitude));
+          (per_sample * fit.null2_variance() + wrong) / (mean_amplitude * mean_amplitude));
     if (sums_.kind_ == FrameSums::Kind::taps)
       set(intensity, std::log(light / ideal_light),
-          per_sample / (4 * static_cast<double>(fit.exposures())) / std::pow(light / number, 2));
+          (per_sample / (4 * static_cast<double>(fit.exposures())) + wrong) / std::pow(light / number, 2));
     return ratio;
   }
 
@@ -287,13 +294,14 @@ class Reduction {
   std::span<const Signal> ideal_;
   const physics::TapNoise& noise_;
   double scale_, frames_;
+  bool stands_in_;
   const PixelPhases* own_;
   PixelPhases* found_;
 };
 
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts, const PixelPhases* own, PixelPhases* found) {
+                    ReductionCounts& counts, bool stands_in, const PixelPhases* own, PixelPhases* found) {
   if (sums.frames() < 2 && !noise.known())
     throw std::invalid_argument(
         "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "
@@ -301,7 +309,7 @@ Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::s
   const std::size_t n = grid * grid;
   Observations out{std::vector<double>(observables * n, 0),
                    std::vector<double>(observables * n, std::numeric_limits<double>::infinity())};
-  const Reduction reduction(sums, ideal, noise, metres_per_radian, own, found);
+  const Reduction reduction(sums, ideal, noise, metres_per_radian, stands_in, own, found);
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<std::size_t> pixels;
     const std::size_t row = s / grid, column = s % grid;

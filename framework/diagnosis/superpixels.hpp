@@ -22,6 +22,7 @@ class FrameSums {
   FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation);
 
   Kind kind() const { return kind_; }
+  bool is_decoded() const { return kind_ == Kind::decoded || kind_ == Kind::distances; }
   std::size_t frames() const { return frames_; }
   std::size_t width() const { return width_; }
   std::size_t height() const { return height_; }
@@ -60,6 +61,7 @@ struct ReductionCounts {
 };
 
 /// One condition's observations. @param ideal the signal of every pixel of the ideal camera
+/// @param stands_in whether the ideal signal is to be added to what was measured: see stand_in()
 /// @param noise of the profile, where one frame tells none @param roi first and last column, first and last row
 /// @param grid superpixels in a row and in a column
 /// @param own what pixels have of their own, which is taken out; null: nothing
@@ -67,6 +69,7 @@ struct ReductionCounts {
 /// @throws std::invalid_argument when one frame is there and the profile knows no noise
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts, const PixelPhases* own = nullptr, PixelPhases* found = nullptr);
+                    ReductionCounts& counts, bool stands_in, const PixelPhases* own = nullptr,
+                    PixelPhases* found = nullptr);
 
 }  // namespace tofgraph::diagnosis

@@ -21,6 +21,7 @@ constexpr int draws = 500;
 template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
   const std::size_t n = problem.design.superpixels();
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (!problem.design.shows_board(i)) continue;  // it has no gap to a board
     for (std::size_t s = 0; s < n; ++s) {
       if (!std::isinf(problem.data[i].variance[observable * n + s])) f(i, s, observable * n + s);
     }
@@ -72,8 +73,9 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
   });
   if (known > 0) result.frames /= known;
   std::map<std::string, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < problem.data.size(); ++i)
-    groups[settings_of(problem.design.conditions()[i])].push_back(i);
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (problem.design.shows_board(i)) groups[settings_of(problem.design.conditions()[i])].push_back(i);
+  }
   const std::size_t n = problem.design.superpixels();
   double beyond = 0, freedom = 0;
   for (const auto& [settings, group] : groups) {
@@ -103,7 +105,7 @@ double scatter_variance(const Problem& problem, const State& state, std::size_t 
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
     const std::array<double, gram_tail - 1> along = {problem.design.shift(i)[row], problem.offset_response(i, row),
-                                                     problem.light_response(i, row), problem.uniform_response(row)};
+                                                     problem.light_response(i, row), problem.uniform_response(i, row)};
     double variance = residue * residue + std::pow(std::hypot(sd.jitter, boards) * along[0], 2) +
                       std::pow(sd.offset * along[1], 2) + std::pow(sd.light * along[2], 2);
     for (const Shared& shared : problem.nuisances.of_condition[i])

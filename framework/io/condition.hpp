@@ -76,6 +76,7 @@ struct Condition {
     const auto found = places.find(key);
     return found == places.end() ? at : found->second;
   }
+  bool is_capped() const { return lens == "capped"; }
   bool has_board() const { return !std::isnan(board_distance); }
 };
 

@@ -60,6 +60,7 @@ const json* proposal_for(const json& report, const std::string& effect) {
 
 io::Condition proposed(const json& from) {
   io::Condition condition;
+  if (from["lens"] == "capped") condition.lens = "capped";
   condition.board_distance = number(from["distance"]);
   condition.board_tilt_x = number(from["tilt_x"]);
   condition.board_tilt_y = number(from["tilt_y"]);
@@ -111,6 +112,7 @@ std::string outcome(const Score& score) {
 }
 
 std::string text_of(const io::Condition& c) {
+  if (c.is_capped()) return fmt::format("lens capped, {:.2f} ms", c.integration_time * 1e3);
   return fmt::format("{} at {:.2f} m, {:.2f} ms, {:.0f} s, tilted by {:.0f} and {:.0f} deg", c.target, c.board_distance,
                      c.integration_time * 1e3, c.time_since_power_on, c.board_tilt_x * 180 / std::numbers::pi,
                      c.board_tilt_y * 180 / std::numbers::pi);

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Light that leaks inside the camera and light from something fixed in front of it look alike before any board. A
+// capped lens tells them apart: reports propose it, and the search uses it.
+#include <gtest/gtest.h>
+
+#include "tests/hidden_effects/campaign.hpp"
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace tofgraph::hidden {
+namespace {
+
+struct Case {
+  const char* effect;
+  Output output;
+};
+void PrintTo(const Case& one, std::ostream* out) { *out << one.effect << " in " << static_cast<int>(one.output); }
+
+class CappedLens : public testing::TestWithParam<Case> {
+ protected:
+  nlohmann::json search(std::vector<std::string> experiments) const {
+    const tests::TemporaryFolder folder;
+    CampaignOptions options;
+    options.design = "small";
+    options.experiments = std::move(experiments);
+    options.seed = 8806;
+    options.output = GetParam().output;
+    options.folder = folder.path() / "campaign";
+    const std::string effect = GetParam().effect;
+    if (effect == "crosstalk") options.effects.add(effect, {{"real", 1200}, {"imaginary", 700}});
+    if (effect == "static_reflection") options.effects.add(effect, {{"strength", 1400}, {"distance", 0.3}});
+    make_campaign(options);
+    const tests::Outcome outcome = tests::shell(
+        "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found",
+        folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json"));
+  }
+};
+
+TEST_P(CappedLens, TellsWhatIsInsideTheCamera) {
+  const std::string effect = GetParam().effect;
+  if (!effect.empty()) {
+    const nlohmann::json open = search({});
+    EXPECT_EQ(open.at("verdict"), "tie") << open.at("summary");
+    EXPECT_EQ(open.at("next").at(0).at("condition").at("lens"), "capped");
+  }
+  const nlohmann::json capped = search({"capped"});
+  if (effect.empty()) {
+    EXPECT_EQ(capped.at("verdict"), "nothing_found") << capped.at("summary");
+    return;
+  }
+  EXPECT_EQ(capped.at("verdict"), "named") << capped.at("summary");
+  ASSERT_EQ(capped.at("effects").size(), 1U) << capped.at("summary");
+  EXPECT_EQ(capped.at("effects")[0].at("name"), effect);
+  EXPECT_EQ(capped.at("effects")[0].at("tied_with"), nlohmann::json::array());
+  std::size_t without_gap = 0;
+  for (const auto& condition : capped.at("conditions")) without_gap += condition.at("held_out_gap_before").is_null();
+  EXPECT_EQ(without_gap, 4U) << "they show no board";
+  EXPECT_EQ(capped.at("conditions").size(), 40U) << "none is left out";
+}
+
+INSTANTIATE_TEST_SUITE_P(Hidden, CappedLens,
+                         testing::Values(Case{"crosstalk", Output::taps}, Case{"static_reflection", Output::taps},
+                                         Case{"crosstalk", Output::distances}, Case{"", Output::phases}),
+                         [](const auto& info) {
+                           const std::string effect = info.param.effect;
+                           return (effect.empty() ? std::string("nothing") : effect) + "_" + std::to_string(info.index);
+                         });
+
+}  // namespace
+}  // namespace tofgraph::hidden
