@@ -40,4 +40,9 @@ class Demodulation {
   double xx_, xy_, yy_, null1_variance_ = 0;
 };
 
+/// Steps of 90 degrees.
+inline Demodulation four_steps() {
+  return Demodulation({physics::four_exposures.begin(), physics::four_exposures.end()});
+}
+
 }  // namespace tofgraph::diagnosis

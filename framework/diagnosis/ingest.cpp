@@ -104,8 +104,8 @@ class Reader {
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations =
         reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
-               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts, condition.is_capped(),
-               condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found);
+               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
+               condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
     leave_out_lens_edge(result.observations);
     result.saturated = sums.saturated();
     result.frames = sums.frames();

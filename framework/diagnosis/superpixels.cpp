@@ -48,9 +48,7 @@ std::vector<bool> inliers(const std::vector<Relative>& pixels) {
 
 FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation)
     : kind_(kind),
-      demodulation_(kind == Kind::taps || kind == Kind::phases
-                        ? demodulation
-                        : Demodulation({physics::four_exposures.begin(), physics::four_exposures.end()})),
+      demodulation_(kind == Kind::taps || kind == Kind::phases ? demodulation : four_steps()),
       width_(width),
       height_(height),
       exposures_(demodulation_.exposures()),
@@ -301,7 +299,7 @@ class Reduction {
 
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts, bool stands_in, const PixelPhases* own, PixelPhases* found) {
+                    ReductionCounts& counts, const PixelPhases* own, PixelPhases* found, bool stands_in) {
   if (sums.frames() < 2 && !noise.known())
     throw std::invalid_argument(
         "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "

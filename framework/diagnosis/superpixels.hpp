@@ -19,7 +19,7 @@ class FrameSums {
  public:
   enum class Kind { taps, phases, decoded, distances };  ///< decoded: distance and amplitude
   /// @param demodulation of the taps or phases; decoded frames are taken as four samples that give them
-  FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation);
+  FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation = four_steps());
 
   Kind kind() const { return kind_; }
   bool is_decoded() const { return kind_ == Kind::decoded || kind_ == Kind::distances; }
@@ -61,15 +61,15 @@ struct ReductionCounts {
 };
 
 /// One condition's observations. @param ideal the signal of every pixel of the ideal camera
-/// @param stands_in whether the ideal signal is to be added to what was measured: see stand_in()
 /// @param noise of the profile, where one frame tells none @param roi first and last column, first and last row
 /// @param grid superpixels in a row and in a column
 /// @param own what pixels have of their own, which is taken out; null: nothing
 /// @param found what they have, is added to it; null: not asked
+/// @param stands_in whether the ideal signal is to be added to what was measured: see stand_in()
 /// @throws std::invalid_argument when one frame is there and the profile knows no noise
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
-                    ReductionCounts& counts, bool stands_in, const PixelPhases* own = nullptr,
-                    PixelPhases* found = nullptr);
+                    ReductionCounts& counts, const PixelPhases* own = nullptr, PixelPhases* found = nullptr,
+                    bool stands_in = false);
 
 }  // namespace tofgraph::diagnosis

@@ -205,7 +205,7 @@ TEST(PlainCamera, QuadraticConverterOnlyCompresses) {
   Taps taps = expected_taps(physics, board(0.7));
   const Decoded ideal = decoded(taps, 5000);
   for (std::size_t k = 0; k < 4; ++k)
-    for (std::array<Image, 4>* tap : {&taps.a, &taps.b}) (*tap)[k][5000] = readout((*tap)[k][5000], unused);
+    for (std::vector<Image>* tap : {&taps.a, &taps.b}) (*tap)[k][5000] = readout((*tap)[k][5000], unused);
   const Decoded seen = decoded(taps, 5000);
   EXPECT_NEAR(turned(seen.phase, ideal.phase), 0, 1e-12);
   EXPECT_NEAR(seen.amplitude, ideal.amplitude * (1 - 0.03 * 2 * ideal.intensity / 30000), 1e-6);
