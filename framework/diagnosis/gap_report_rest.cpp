@@ -82,62 +82,61 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
 
 constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
 
-/// The strongest first, those of any observable among them: light tells more by its gain than metres do.
+/// The distance first, and of each observable the strongest first: gains of different ones do not compare.
 std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
   std::ranges::stable_sort(patterns, std::greater<>{}, &Pattern::gain);
   std::array<std::size_t, observables> count{};
   std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
+  std::ranges::stable_sort(patterns, {}, &Pattern::observable);
   if (patterns.size() > max_patterns) patterns.resize(max_patterns);
   return patterns;
 }
 
-/// Curves that sign flips of whole conditions can say nothing of.
-std::string on_few_conditions(const std::vector<Pattern>& few) {
-  const auto strongest = std::ranges::max_element(few, {}, &Pattern::gain);
-  return fmt::format(
-      "{} curve{} beyond the noise as well, but so few conditions carry {} that sign flips prove nothing; the "
-      "strongest "
-      "is {} ({}).",
-      few.size(), few.size() == 1 ? " is" : "s are", few.size() == 1 ? "it" : "each", name_of(*strongest),
-      shown(strongest->size, strongest->observable));
-}
-
 /// What the gap followed before the search, by curves without physics.
-void add_patterns(report::Page& page, const SearchResult& search) {
+void add_patterns(report::Page& page, const Diagnosis& d) {
   constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
-  std::vector<Pattern> sure, few;
-  for (const Pattern& p : search.where) (p.p_value <= false_discoveries ? sure : few).push_back(p);
+  std::vector<Pattern> sure;
+  for (const Pattern& p : d.search.where) {
+    // A curve that is larger than the gap itself has something else beside it that takes most of it back.
+    if (p.p_value <= false_discoveries && p.size <= d.gaps[p.observable].before) sure.push_back(p);
+  }
   std::vector<Row> rows;
   for (const Pattern& p : shown_patterns(sure))
-    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.1f} %", 100 * p.share),
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, d.gaps[p.observable], p.observable),
                     report::plain(p.p_value, 2)});
-  if (rows.empty()) {
-    page.paragraph(fmt::format(
-        "Before the search no curve over a setting passes sign flips of whole conditions (p at most {}).{}",
+  if (rows.empty())
+    return page.paragraph(fmt::format(
+        "Before the search no curve over a setting is beyond chance, by sign flips of whole conditions (p at most "
+        "{}).{}",
         false_discoveries,
-        search.found.empty() ? "" : " What the verdict names was told by its own shape, which is sharper than these."));
-  } else {
-    page.paragraph(fmt::format(
-        "Before the search the gap followed these settings beyond chance: curves without physics, the strongest first, "
-        "{}. They overlap. p is how often chance does as much, by sign flips of whole conditions.",
-        rows.size() < sure.size()
-            ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
-            : fmt::format("{} in all", rows.size())));
-    const Row header = {"of", "along", "size (root mean square)", "share of what exceeds noise", "p"};
-    page.table(header, rows);
-  }
-  if (!few.empty()) page.paragraph(on_few_conditions(few));
+        d.search.found.empty() ? ""
+                               : " What the verdict names was told by its own shape, which is sharper than these."));
+  page.paragraph(
+      fmt::format("Before the search the gap followed these settings beyond chance: curves without physics, the "
+                  "largest gain of each "
+                  "observable first, {}. They overlap. p is how often chance does as much, when whole conditions "
+                  "change their signs "
+                  "at random.",
+                  rows.size() < sure.size()
+                      ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+                      : fmt::format("{} in all", rows.size())));
+  const Row header = {"of", "along", "size (root mean square)", "p"};
+  page.table(header, rows);
+}
+
+/// Of which the map of what is left is.
+std::size_t rest_observable(const SearchResult& search) {
+  if (!search.rest.empty()) return search.rest.front().observable;
+  std::size_t o = distance;
+  while (search.structure[o] == 0) ++o;
+  return o;
 }
 
 }  // namespace
 
 std::string rest_map(const ReportData& data) {
   const SearchResult& search = data.d.search;
-  std::size_t o = distance;
-  if (!search.rest.empty())
-    o = search.rest.front().observable;
-  else
-    while (search.structure[o] == 0) ++o;
+  const std::size_t o = rest_observable(search);
   const std::string title = label(o) + ", what no effect explains";
   if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
   const std::vector<double> pattern = leading_pattern(data.at_the_end, search.after.state, o);
@@ -151,10 +150,11 @@ std::string rest_map(const ReportData& data) {
 void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
   page.heading("What the gap follows, and what no effect explains");
-  add_patterns(page, search);
+  add_patterns(page, data.d);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
-  for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});
+  for (const Pattern& p : search.rest)
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
   if (!rows.empty()) {
     page.paragraph("After the search this is left, and no effect explains it:");
     const Row header = {"of", "along", "size (root mean square)"};
@@ -170,8 +170,11 @@ void add_rest(report::Page& page, const ReportData& data) {
   if (!nearest.empty())
     page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};
-  page.figures(shape,
-               "The largest of what is left. Over the sensor its sign may change from one condition to the next.");
+  page.figures(
+      shape, search.structure[rest_observable(search)] == 0
+                 ? "The largest of what is left: measured minus extended, mean over each condition's image. Grey: not "
+                   "measured."
+                 : "The largest of what is left, over the sensor. Its sign may change from one condition to the next.");
 }
 
 }  // namespace tofgraph::diagnosis

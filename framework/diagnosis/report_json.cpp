@@ -201,10 +201,10 @@ std::string shrunk(const Diagnosis& d) {
                              ? "{} scatter from one condition to the next, and without repeats nobody knows "
                                "how much of that is noise"
                              : "noise and scatter alone leave {}";
-  const std::string rest = fmt::format(fmt::runtime(repeated), shown(noise(most), most));
+  const auto digits = [&](double value) { return shown_gap(value, d.gaps[most], most); };
+  const std::string rest = fmt::format(fmt::runtime(repeated), digits(noise(most)));
   return fmt::format("the {} gap {}goes from {} to {}, {}", observable_labels[most],
-                     aside ? "on held-out conditions " : "", shown(ends(most).first, most),
-                     shown(ends(most).second, most), rest);
+                     aside ? "on held-out conditions " : "", digits(ends(most).first), digits(ends(most).second), rest);
 }
 
 /// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
@@ -217,8 +217,8 @@ std::string refitted(const Diagnosis& d) {
       const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
-                                      config::format_quantity(before, p.unit),
-                                      config::format_quantity(p.value, p.unit)));
+                                      with_uncertainty(before, {NAN, NAN}, p.unit),
+                                      with_uncertainty(p.value, p.interval, p.unit)));
     }
   }
   return list_of(changes);
@@ -232,7 +232,16 @@ std::string agreement(const Diagnosis& d) {
   return fmt::format(
       "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
       "twice, so nobody knows.",
-      shown(gap.before, distance));
+      shown_gap(gap.before, gap, distance));
+}
+
+/// What is left over where nothing is named: along what, and how large.
+std::string not_known(const Diagnosis& d) {
+  const std::string text = "Measurement and simulation differ, and no known effect explains how.";
+  if (d.search.rest.empty()) return text;
+  const Pattern& first = d.search.rest.front();
+  return fmt::format("{} What is left: {}, {} (root mean square).", text, name_of(first),
+                     shown_gap(first.size, d.gaps[first.observable], first.observable));
 }
 
 std::string outcome(const Diagnosis& d) {
@@ -255,7 +264,7 @@ std::string outcome(const Diagnosis& d) {
       return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
                          shrink);
     case Verdict::unknown:
-      return "Measurement and simulation differ, and no known effect explains how.";
+      return not_known(d);
     default:
       if (refitted(d).empty()) return agreement(d);
       return fmt::format("No effect is missing, but the model's own values are off: {}; {}.", refitted(d), shrink);
@@ -304,6 +313,7 @@ json report_json(const Diagnosis& d) {
   report["notes"] = d.notes;
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   report["nuisances"] = nuisances_json(d);
+  report["campaign"] = {{"name", d.campaign_name}, {"notes", d.campaign_notes}};
   report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
