@@ -16,7 +16,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// "distance 5 of 5, target 4 of 4": the folds that chose an effect, or what it is tied with.
+/// "distance 5/5, target 4/4": the folds that chose an effect, or what it is tied with.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   std::vector<std::string> names = effect.tied_with;
   names.push_back(effect.name);
@@ -30,8 +30,7 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   }
   std::string text;
   for (const std::string& setting : settings)
-    text +=
-        fmt::format("{}{}: {} of {}", text.empty() ? "" : "\n", setting, counts[setting].first, counts[setting].second);
+    text += fmt::format("{}{} {}/{}", text.empty() ? "" : "\n", setting, counts[setting].first, counts[setting].second);
   return text;
 }
 
@@ -151,7 +150,12 @@ void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
   std::vector<std::string> above = shared_by_conditions(data);
   std::ranges::copy(notes_on_found(data.at_the_end, data.d.search), std::back_inserter(above));
-  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(above, note) != above.end(); });
+  std::erase_if(notes, [&](const std::string& note) {
+    const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const Found& one) {
+      return note.starts_with(one.name + " was tried and is not named");
+    });
+    return tried || std::ranges::find(above, note) != above.end();
+  });
   if (notes.empty()) return;
   page.heading("Notes");
   page.list(notes);

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -66,15 +67,21 @@ void add_silent(report::Page& page, const Silent& silent) {
 
 /// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
 void add_alike(report::Page& page, const Diagnosis& d) {
-  std::vector<Row> of_found, others;
+  std::map<std::string, std::string> of_found;
+  std::vector<Row> others;
   const auto is_found = [&](const Candidate* candidate) {
     return std::ranges::any_of(d.effects, [&](const EffectResult& e) { return e.name == candidate->name(); });
   };
+  const auto add = [&](const Candidate* one, const Candidate* other, double cosine) {
+    std::string& text = of_found[one->name()];
+    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", other->name(), cosine);
+  };
   for (const Alike& pair : d.audit.alike) {
-    const bool first = is_found(pair.first);
-    const Candidate &one = first ? *pair.first : *pair.second, &other = first ? *pair.second : *pair.first;
-    const bool any = first || is_found(pair.second);
-    (any ? of_found : others).push_back({one.name(), other.name(), fmt::format("{:.2f}", pair.cosine)});
+    const bool first = is_found(pair.first), second = is_found(pair.second);
+    if (first) add(pair.first, pair.second, pair.cosine);
+    if (second) add(pair.second, pair.first, pair.cosine);
+    if (!first && !second)
+      others.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.2f}", pair.cosine)});
   }
   const Row header = {"effect", "looks like", "cosine"};
   if (!of_found.empty() || !others.empty())
@@ -85,7 +92,10 @@ void add_alike(report::Page& page, const Diagnosis& d) {
         "measurement tells; whether they do at the sizes that were fitted says \u201cOther effects in its "
         "place\u201d.{}",
         of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
-  if (!of_found.empty()) page.table(header, of_found);
+  std::vector<Row> rows;
+  for (const auto& [name, text] : of_found) rows.push_back({name, text});
+  const Row found_header = {"found", "looks like, with the cosine"};
+  if (!rows.empty()) page.table(found_header, rows);
   if (others.empty()) return;
   page.fold(fmt::format("The {} pairs {}that look alike", others.size(), of_found.empty() ? "" : "of other effects "));
   page.table(header, others);

@@ -19,8 +19,9 @@ namespace {
 
 using report::Series;
 
-constexpr double sigma_limit = 5;                  ///< sd: maps have one scale, whatever the campaign
-constexpr int half_width = 560, full_width = 860;  ///< px, of a chart
+constexpr double sigma_limit = 5;                               ///< sd: maps have one scale, whatever the campaign
+constexpr std::size_t fewest_of_target = 3, most_targets = 12;  ///< with a curve of their own
+constexpr int half_width = 560, full_width = 860;               ///< px, of a chart
 
 /// Conditions from the nearest board to the farthest.
 std::vector<std::size_t> by_distance(const Design& design) {
@@ -116,9 +117,8 @@ std::string curve(const ReportData& data, std::size_t o, const std::vector<std::
 void add_targets(report::Page& page, const ReportData& data) {
   std::map<std::string, std::vector<std::size_t>> targets;
   for (const std::size_t i : by_distance(data.design)) targets[data.design.conditions()[i].target].push_back(i);
-  constexpr std::size_t fewest = 3, most = 12;
-  std::erase_if(targets, [](const auto& target) { return target.second.size() < fewest; });
-  if (targets.size() < 2 || targets.size() > most) return;
+  std::erase_if(targets, [](const auto& target) { return target.second.size() < fewest_of_target; });
+  if (targets.size() < 2 || targets.size() > most_targets) return;
   std::vector<std::string> charts;
   for (const auto& [target, order] : targets)
     charts.push_back(curve(data, distance, order, fmt::format("{}, target {}", label(distance), target), half_width));

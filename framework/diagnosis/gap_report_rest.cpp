@@ -132,6 +132,19 @@ std::size_t rest_observable(const SearchResult& search) {
   return o;
 }
 
+void add_tried(report::Page& page, const SearchResult& search) {
+  std::vector<Row> rows;
+  for (const Found& tried : search.dropped) {
+    Row row = {tried.name, tried.refutation};
+    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
+  }
+  if (rows.empty()) return;
+  page.fold("What was tried and is not named");
+  const Row header = {"effect", "why not"};
+  page.table(header, rows);
+  page.unfold();
+}
+
 }  // namespace
 
 std::string rest_map(const ReportData& data) {
@@ -151,6 +164,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
   page.heading("What the gap follows, and what no effect explains");
   add_patterns(page, data.d);
+  add_tried(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
   for (const Pattern& p : search.rest)

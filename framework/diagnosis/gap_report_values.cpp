@@ -29,8 +29,10 @@ std::string shown_within(double value, double uncertainty, std::size_t observabl
   // A residual may well be less than its standard deviation; a gap never tells less than its first two digits.
   double least = u >= smallest ? u : std::abs(v);
   if (!sign && std::abs(v) >= smallest) least = std::min(least, std::abs(v));
-  if (least < smallest) return "0 " + unit_of(observable);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(least)));
+  if (least < smallest || (!sign && std::abs(v) < smallest)) return "0 " + unit_of(observable);
+  int decimals = 1 - static_cast<int>(std::floor(std::log10(least)));
+  constexpr int most_digits = 3;  // of a large gap beside a small one's interval
+  if (!sign) decimals = std::min(decimals, most_digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(v)))));
   const double step = std::pow(10, -decimals);
   const double rounded = std::round(v / step) * step;
   const int places = std::clamp(decimals, 0, 6);

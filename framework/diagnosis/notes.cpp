@@ -22,7 +22,7 @@ constexpr double unlike_profile =
 namespace {
 
 /// What few levels of a setting, or settings that go together, leave open.
-void notes_on_levels(const std::vector<io::Condition>& conditions, std::vector<std::string>& notes) {
+void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
   std::set<double> distances, times;
   std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
   for (const io::Condition& c : conditions) {
@@ -40,7 +40,7 @@ void notes_on_levels(const std::vector<io::Condition>& conditions, std::vector<s
   few(distances.size(), 5, "distances");
   few(times.size(), 4, "integration times");
   const bool together = std::ranges::none_of(times_of_board, [](const auto& board) { return board.second.size() > 1; });
-  if (times.size() > 1 && together)
+  if (times.size() > 1 && together && !light_seen)
     notes.push_back(
         "No target was measured at one distance with two integration times: what the time does is told from what "
         "distance and light do by the form of the laws alone.");
@@ -75,15 +75,15 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
           "is inside stays.",
           found.name));
   }
-  if (!problem.light_seen() && problem.targets.size() > 1) {
+  if (!problem.light_seen() && !problem.targets.empty()) {
     std::string values;
     for (std::size_t t = 0; t < problem.targets.size(); ++t)
-      values += fmt::format("{}{} {:.2g}{}", t == 0 ? "" : ", ", problem.targets[t],
-                            unknown_reflectivity * std::exp(search.after.state.light[t]), t == 0 ? " (taken)" : "");
-    notes.push_back(fmt::format(
-        "The reflectivities of the targets are inferred with the model, not measured: {}. A wrong effect would have "
-        "made them wrong; a measured reflectivity is a test of the names.",
-        values));
+      values += fmt::format("{}{:.2g} of target {}", t == 0 ? "" : ", ",
+                            unknown_reflectivity * std::exp(search.after.state.light[t]), problem.targets[t]);
+    notes.push_back(
+        fmt::format("Reflectivities are inferred with the model, not measured: {}, where that of the first target is "
+                    "taken as {}. A wrong effect makes them wrong: to measure them is a test of the names.",
+                    values, unknown_reflectivity));
   }
   return notes;
 }
@@ -130,7 +130,7 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
     notes.push_back(
         "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
         "asked.");
-  notes_on_levels(m.design->conditions(), notes);
+  notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(
         "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from what "

@@ -235,13 +235,18 @@ std::string agreement(const Diagnosis& d) {
       shown_gap(gap.before, gap, distance));
 }
 
-/// What is left over where nothing is named: along what, and how large.
+/// What is left over where nothing is named, of the distance where it is there: along what, and how large.
 std::string not_known(const Diagnosis& d) {
   const std::string text = "Measurement and simulation differ, and no known effect explains how.";
   if (d.search.rest.empty()) return text;
-  const Pattern& first = d.search.rest.front();
-  return fmt::format("{} What is left: {}, {} (root mean square).", text, name_of(first),
-                     shown_gap(first.size, d.gaps[first.observable], first.observable));
+  const auto of_distance = std::ranges::find(d.search.rest, distance, &Pattern::observable);
+  const Pattern& p = of_distance == d.search.rest.end() ? d.search.rest.front() : *of_distance;
+  const std::string size = shown_gap(p.size, d.gaps[p.observable], p.observable) + " (root mean square)";
+  constexpr std::string_view wave = "period ";
+  if (p.axis.starts_with(wave))
+    return fmt::format("{} Left in the {} is a wave over the distance with a period of {}: {}.", text,
+                       label(p.observable), p.axis.substr(wave.size()), size);
+  return fmt::format("{} Left is this pattern: {}, {}.", text, name_of(p), size);
 }
 
 std::string outcome(const Diagnosis& d) {

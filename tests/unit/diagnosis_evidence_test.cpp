@@ -135,6 +135,7 @@ TEST(Shown, GapsHaveTheDigitsOfTheirUncertainty) {
   gap.held_out_low = 0.723e-3, gap.held_out_high = 1.02e-3;
   EXPECT_EQ(shown_gap(3.4512e-3, gap, distance), "3.45 mm");
   EXPECT_EQ(shown_gap(0.88e-3, gap, distance), "0.88 mm");
+  EXPECT_EQ(shown_gap(41.83e-3, gap, distance), "41.8 mm") << "three digits at most";
   gap.held_out_low = gap.held_out_high = NAN;
   EXPECT_EQ(shown_gap(3.4512e-3, gap, distance), "3.5 mm") << "nothing was held out";
   EXPECT_EQ(shown_gap(NAN, gap, distance), "-");
