@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
+#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,16 +19,21 @@ std::string question(const NextCondition& next) {
                                  : "whether there is " + next.effects.front();
 }
 
-/// What the authors of tied effects advise, each of them once.
+/// What the authors of tied effects advise: those who had the other one in mind, or else all.
 std::string experiments(const Diagnosis& d, const NextCondition& tie) {
-  std::vector<std::string> all;
+  std::vector<std::string> all, meant;
   for (const std::string& name : tie.effects) {
     for (const auto& candidate : d.candidates) {
-      const std::string experiment = candidate->border().experiment;
-      if (candidate->name() == name && std::ranges::find(all, experiment) == all.end()) all.push_back(experiment);
+      if (candidate->name() != name) continue;
+      const tofgraph_effect& border = candidate->border();
+      const std::vector<std::string> confused = graph::split_words(border.confused_with);
+      const bool other_meant = std::ranges::any_of(
+          tie.effects, [&](const std::string& other) { return std::ranges::find(confused, other) != confused.end(); });
+      all.push_back(border.experiment);
+      if (other_meant) meant.push_back(border.experiment);
     }
   }
-  return fmt::format("{}", fmt::join(all, "; or "));
+  return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
 }
 
 /// What no condition of the list tells, and what its author advises.

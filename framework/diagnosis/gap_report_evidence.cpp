@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -155,6 +156,13 @@ std::string numbers(const std::vector<double>& values, std::size_t o) {
   return "[" + text + "]";
 }
 
+/// A text in a script; nothing in it ends the script.
+std::string for_script(const std::string& text) {
+  std::string result;
+  for (const char c : nlohmann::json(text).dump()) result += c == '<' ? "\\u003c" : std::string(1, c);
+  return result;
+}
+
 void add_click(report::Page& page, const ReportData& data) {
   const Evidence& e = data.evidence.at(distance);
   std::string options, list, palette;
@@ -163,8 +171,9 @@ void add_click(report::Page& page, const ReportData& data) {
     options += fmt::format("<option value=\"{}\">{}</option>", i, report::escaped(c.id + ": " + setting_of(c)));
   }
   for (std::size_t i = 0; i < data.design.size(); ++i)
-    list += fmt::format("{}{{\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
-                        numbers(e.before[i], distance), numbers(e.after[i], distance), numbers(e.sd[i], distance));
+    list += fmt::format("{}{{\"id\":{},\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
+                        for_script(data.design.conditions()[i].id), numbers(e.before[i], distance),
+                        numbers(e.after[i], distance), numbers(e.sd[i], distance));
   for (const io::Colour colour : io::signed_colours)
     palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
                            colour & 0xffU);

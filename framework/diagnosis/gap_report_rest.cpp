@@ -82,12 +82,10 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
 
 constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
 
-/// The distance first, and of each observable the strongest first: gains of different ones do not compare.
+/// The first ones of each observable.
 std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
-  std::ranges::stable_sort(patterns, std::greater<>{}, &Pattern::gain);
   std::array<std::size_t, observables> count{};
   std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
-  std::ranges::stable_sort(patterns, {}, &Pattern::observable);
   if (patterns.size() > max_patterns) patterns.resize(max_patterns);
   return patterns;
 }
@@ -95,11 +93,9 @@ std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
 /// What the gap followed before the search, by curves without physics.
 void add_patterns(report::Page& page, const Diagnosis& d) {
   constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
-  std::vector<Pattern> sure;
-  for (const Pattern& p : d.search.where) {
-    // A curve that is larger than the gap itself has something else beside it that takes most of it back.
-    if (p.p_value <= false_discoveries && p.size <= d.gaps[p.observable].before) sure.push_back(p);
-  }
+  std::vector<Pattern> sure = d.search.where;
+  std::erase_if(sure, [](const Pattern& p) { return !(p.p_value <= false_discoveries); });
+  sure = by_size(std::move(sure), d.gaps);
   std::vector<Row> rows;
   for (const Pattern& p : shown_patterns(sure))
     rows.push_back({label(p.observable), p.axis, shown_gap(p.size, d.gaps[p.observable], p.observable),
@@ -113,7 +109,7 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
                                : " What the verdict names was told by its own shape, which is sharper than these."));
   page.paragraph(
       fmt::format("Before the search the gap followed these settings beyond chance: curves without physics, the "
-                  "largest gain of each "
+                  "largest of each "
                   "observable first, {}. They overlap. p is how often chance does as much, when whole conditions "
                   "change their signs "
                   "at random.",
@@ -125,7 +121,9 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
 }
 
 /// Of which the map of what is left is.
-std::size_t rest_observable(const SearchResult& search) {
+std::size_t rest_observable(const Diagnosis& d) {
+  const SearchResult& search = d.search;
+  if (const auto rest = by_size(search.rest, d.gaps); !rest.empty()) return rest.front().observable;
   if (!search.rest.empty()) return search.rest.front().observable;
   std::size_t o = distance;
   while (search.structure[o] == 0) ++o;
@@ -149,7 +147,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
 
 std::string rest_map(const ReportData& data) {
   const SearchResult& search = data.d.search;
-  const std::size_t o = rest_observable(search);
+  const std::size_t o = rest_observable(data.d);
   const std::string title = label(o) + ", what no effect explains";
   if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
   const std::vector<double> pattern = leading_pattern(data.at_the_end, search.after.state, o);
@@ -167,7 +165,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   add_tried(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
-  for (const Pattern& p : search.rest)
+  for (const Pattern& p : by_size(search.rest, data.d.gaps))
     rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
   if (!rows.empty()) {
     page.paragraph("After the search this is left, and no effect explains it:");
@@ -185,7 +183,7 @@ void add_rest(report::Page& page, const ReportData& data) {
     page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};
   page.figures(
-      shape, search.structure[rest_observable(search)] == 0
+      shape, search.structure[rest_observable(data.d)] == 0
                  ? "The largest of what is left: measured minus extended, mean over each condition's image. Grey: not "
                    "measured."
                  : "The largest of what is left, over the sensor. Its sign may change from one condition to the next.");

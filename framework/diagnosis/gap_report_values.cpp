@@ -44,6 +44,13 @@ std::string shown_within(double value, double uncertainty, std::size_t observabl
 std::string shown_gap(double value, const Gap& gap, std::size_t observable) {
   return shown_within(value, (gap.held_out_high - gap.held_out_low) / 2, observable);
 }
+std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps) {
+  std::erase_if(patterns, [&](const Pattern& p) { return p.size > gaps[p.observable].before; });
+  std::ranges::stable_sort(patterns, [](const Pattern& one, const Pattern& other) {
+    return one.observable != other.observable ? one.observable < other.observable : one.size > other.size;
+  });
+  return patterns;
+}
 double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
 std::string unit_of(std::size_t observable) { return shown_unit(observable); }
 std::string label(std::size_t observable) { return observable_labels.at(observable); }

@@ -235,18 +235,20 @@ std::string agreement(const Diagnosis& d) {
       shown_gap(gap.before, gap, distance));
 }
 
-/// What is left over where nothing is named, of the distance where it is there: along what, and how large.
+/// How large the gap is where nothing is named, and the largest of what is left.
 std::string not_known(const Diagnosis& d) {
-  const std::string text = "Measurement and simulation differ, and no known effect explains how.";
-  if (d.search.rest.empty()) return text;
-  const auto of_distance = std::ranges::find(d.search.rest, distance, &Pattern::observable);
-  const Pattern& p = of_distance == d.search.rest.end() ? d.search.rest.front() : *of_distance;
-  const std::string size = shown_gap(p.size, d.gaps[p.observable], p.observable) + " (root mean square)";
-  constexpr std::string_view wave = "period ";
-  if (p.axis.starts_with(wave))
-    return fmt::format("{} Left in the {} is a wave over the distance with a period of {}: {}.", text,
-                       label(p.observable), p.axis.substr(wave.size()), size);
-  return fmt::format("{} Left is this pattern: {}, {}.", text, name_of(p), size);
+  const Gap& gap = d.gaps[distance];
+  std::string text =
+      fmt::format("Measurement and simulation differ, and no known effect explains how. The distance gap is {}",
+                  shown_gap(gap.before, gap, distance));
+  text += std::isfinite(gap.noise_floor)
+              ? fmt::format(", noise alone makes {}.", shown_gap(gap.noise_floor, gap, distance))
+              : ", and how much of it is noise is not known.";
+  const std::vector<Pattern> rest = by_size(d.search.rest, d.gaps);
+  if (rest.empty()) return text;
+  const Pattern& p = rest.front();
+  return fmt::format("{} Largest of what is left: {}, {} (root mean square).", text, name_of(p),
+                     shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
 std::string outcome(const Diagnosis& d) {
