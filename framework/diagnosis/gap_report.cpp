@@ -46,14 +46,14 @@ void add_found(report::Page& page, const Diagnosis& d) {
     const bool added = e.change == "added";
     const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
     rows.push_back({e.tied_with.empty() ? e.name : fmt::format("{} or {}", e.name, fmt::join(e.tied_with, " or ")),
-                    d.search.after.state.terms[t].candidate->descriptor().summary,
-                    added ? "missing in the model" : "in the model, fitted again", sizes,
-                    added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
-                    added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-"});
+                    sizes, added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
+                    added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
+                    fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
+                                added ? "missing in the model" : "in the model, fitted again")});
   }
   if (rows.empty()) return;
-  const Row header = {
-      "effect", "what it is", "which is", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it"};
+  const Row header = {"effect", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it",
+                      "what it is"};
   page.table(header, rows);
 }
 

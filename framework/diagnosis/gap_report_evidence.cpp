@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 
@@ -116,13 +117,19 @@ std::string curve(const ReportData& data, std::size_t o, const std::vector<std::
 
 /// The distances of each target by itself, where there are several and each has a curve.
 void add_targets(report::Page& page, const ReportData& data) {
-  std::map<std::string, std::vector<std::size_t>> targets;
-  for (const std::size_t i : by_distance(data.design)) targets[data.design.conditions()[i].target].push_back(i);
+  std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // by their number where they have one
+  for (const std::size_t i : by_distance(data.design)) {
+    const std::string& target = data.design.conditions()[i].target;
+    double number = 0;
+    std::from_chars(target.data(), target.data() + target.size(), number);
+    targets[{number, target}].push_back(i);
+  }
   std::erase_if(targets, [](const auto& target) { return target.second.size() < fewest_of_target; });
   if (targets.size() < 2 || targets.size() > most_targets) return;
   std::vector<std::string> charts;
   for (const auto& [target, order] : targets)
-    charts.push_back(curve(data, distance, order, fmt::format("{}, target {}", label(distance), target), half_width));
+    charts.push_back(
+        curve(data, distance, order, fmt::format("{}, target {}", label(distance), target.second), half_width));
   page.fold("Each target by itself");
   page.figures(charts);
   page.unfold();
@@ -208,7 +215,9 @@ void add_folds(report::Page& page, const ReportData& data) {
 void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
   const Evidence& e = data.evidence.at(o);
   std::vector<double> sizes;
-  for (const double value : e.map_before) sizes.push_back(scaled(value, o));
+  for (const auto* map : {&e.map_before, &e.map_after}) {
+    for (const double value : *map) sizes.push_back(scaled(value, o));
+  }
   const double limit = scale_of(sizes);
   const bool same = std::ranges::equal(e.map_before, e.map_after, [&](double one, double other) {
     return !(std::abs(scaled(one - other, o)) > 1e-3 * limit);

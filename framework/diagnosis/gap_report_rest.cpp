@@ -107,15 +107,15 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
         false_discoveries,
         d.search.found.empty() ? ""
                                : " What the verdict names was told by its own shape, which is sharper than these."));
-  page.paragraph(
-      fmt::format("Before the search the gap followed these settings beyond chance: curves without physics, the "
-                  "largest of each "
-                  "observable first, {}. They overlap. p is how often chance does as much, when whole conditions "
-                  "change their signs "
-                  "at random.",
-                  rows.size() < sure.size()
-                      ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
-                      : fmt::format("{} in all", rows.size())));
+  page.paragraph(fmt::format(
+      "Before the search the gap followed these settings beyond chance: curves without physics, the largest of each "
+      "observable first, {}. They overlap. x, y and radius are places in the image, incidence is the angle of the "
+      "light "
+      "on the board, a period that of a wave over the distance. p is how often chance does as much, when whole "
+      "conditions change their signs at random.",
+      rows.size() < sure.size()
+          ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+          : fmt::format("{} in all", rows.size())));
   const Row header = {"of", "along", "size (root mean square)", "p"};
   page.table(header, rows);
 }

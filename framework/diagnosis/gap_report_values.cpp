@@ -45,7 +45,8 @@ std::string shown_gap(double value, const Gap& gap, std::size_t observable) {
   return shown_within(value, (gap.held_out_high - gap.held_out_low) / 2, observable);
 }
 std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps) {
-  std::erase_if(patterns, [&](const Pattern& p) { return p.size > gaps[p.observable].before; });
+  constexpr double hardly = 1.5;  // of the gap: what is fitted beside a curve takes a little back from any
+  std::erase_if(patterns, [&](const Pattern& p) { return p.size > hardly * gaps[p.observable].before; });
   std::ranges::stable_sort(patterns, [](const Pattern& one, const Pattern& other) {
     return one.observable != other.observable ? one.observable < other.observable : one.size > other.size;
   });

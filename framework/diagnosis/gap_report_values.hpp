@@ -21,8 +21,8 @@ std::string shown_signed(double value, std::size_t observable);
 std::string shown_within(double value, double uncertainty, std::size_t observable, bool sign = false);
 /// A gap of one observable, in the digits that its 95 % interval out of fold leaves.
 std::string shown_gap(double value, const Gap& gap, std::size_t observable);
-/// Patterns of the distance first, and of each observable the largest first. Those that are larger than the gap itself
-/// are left out: something else beside them takes most of them back.
+/// Patterns of the distance first, and of each observable the largest first. Those that are far larger than the gap
+/// itself are left out: something else beside them takes most of them back.
 std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps);
 double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);

@@ -220,7 +220,8 @@ std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnost
     notes.push_back(item.text);
   }
   if (!right)
-    diagnostics.error(value.at, fmt::format("'note' is {}, expected a text or a list of texts", value.described()),
+    diagnostics.error(value.kind == config::Value::Kind::null ? entry.at : value.at,
+                      fmt::format("'note' is {}, expected a text or a list of texts", value.described()),
                       "example: note: the board of 2 m was moved by hand");
   return notes;
 }

@@ -104,7 +104,7 @@ std::string axes(const Frame& f, const Axis& x, const Axis& y, const Chart& char
             text(x.at(tick), f.bottom + 17, fmt::format("{:.4g}", tick));
   body += fmt::format(R"(<path {} d="M{} {}V{}H{}"/>)", axis, f.left, f.top, f.bottom, f.right);
   body += text((f.left + f.right) / 2, f.bottom + 34, chart.x_label) + text(8, f.top - 8, chart.y_label, "start");
-  return body + text((f.left + f.right) / 2, 16, chart.title, "middle", "font-weight=\"600\"");
+  return body + text(8, 16, chart.title, "start", "font-weight=\"600\"");  // in sight where a narrow screen scrolls
 }
 
 std::string drawn(const Series& series, std::size_t number, const Axis& x, const Axis& y) {
