@@ -165,10 +165,11 @@ void add_rest(report::Page& page, const ReportData& data) {
   add_tried(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
-  for (const Pattern& p : by_size(search.rest, data.d.gaps))
+  for (const Pattern& p : shown_patterns(by_size(search.rest, data.d.gaps)))
     rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
   if (!rows.empty()) {
-    page.paragraph("After the search this is left, and no effect explains it:");
+    page.paragraph(
+        "After the search this is left, and no effect explains it; the largest of each observable, which overlap:");
     const Row header = {"of", "along", "size (root mean square)"};
     page.table(header, rows);
   }
