@@ -102,7 +102,8 @@ std::string half_of(const EffectResult& e) {
 }
 
 std::string deviance_text(double deviance) {
-  constexpr double tenths_matter = 20;
+  constexpr double tenths_matter = 20, beyond_doubt = 1000;  // a tie ends at 10
+  if (deviance > beyond_doubt) return fmt::format("above {}", beyond_doubt);
   return deviance < tenths_matter ? fmt::format("{:.1f}", deviance) : report::plain(deviance, 2);
 }
 
