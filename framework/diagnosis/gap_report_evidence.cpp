@@ -25,11 +25,20 @@ constexpr double sigma_limit = 5;                               ///< sd: maps ha
 constexpr std::size_t fewest_of_target = 3, most_targets = 12;  ///< with a curve of their own
 constexpr int half_width = 560, full_width = 860;               ///< px, of a chart
 
-/// Conditions from the nearest board to the farthest.
+/// Conditions from the nearest board to the farthest; without a board last.
 std::vector<std::size_t> by_distance(const Design& design) {
   std::vector<std::size_t> order(design.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return design.conditions()[i].board_distance; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    return design.conditions()[i].is_capped() ? INFINITY : design.conditions()[i].board_distance;
+  });
+  return order;
+}
+
+/// Those that have a place on an axis of distances.
+std::vector<std::size_t> boards_by_distance(const Design& design) {
+  std::vector<std::size_t> order = by_distance(design);
+  std::erase_if(order, [&](std::size_t i) { return design.conditions()[i].is_capped(); });
   return order;
 }
 
@@ -118,7 +127,7 @@ std::string curve(const ReportData& data, std::size_t o, const std::vector<std::
 /// The distances of each target by itself, where there are several and each has a curve.
 void add_targets(report::Page& page, const ReportData& data) {
   std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // by their number where they have one
-  for (const std::size_t i : by_distance(data.design)) {
+  for (const std::size_t i : boards_by_distance(data.design)) {
     const std::string& target = data.design.conditions()[i].target;
     double number = 0;
     std::from_chars(target.data(), target.data() + target.size(), number);
@@ -254,7 +263,7 @@ void add_curves(report::Page& page, const ReportData& data) {
   const bool two = data.evidence.contains(amplitude);
   for (const std::size_t o : {distance, amplitude}) {
     if (data.evidence.contains(o))
-      charts.push_back(curve(data, o, by_distance(data.design), label(o), two ? half_width : full_width));
+      charts.push_back(curve(data, o, boards_by_distance(data.design), label(o), two ? half_width : full_width));
   }
   page.figures(charts, "At a mark: its condition, values and standard deviation.");
   add_targets(page, data);

@@ -35,6 +35,7 @@ bool times_are_columns(const Design& design) {
   std::set<Kind> kinds;
   std::set<std::pair<double, Kind>> fields;
   for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
     distances.insert(c.board_distance);
     kinds.insert(kind_of(c, true));
     fields.emplace(c.board_distance, kind_of(c, true));
@@ -49,6 +50,7 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   std::set<double> distances;
   std::map<Kind, std::size_t> kinds;
   for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
     distances.insert(c.board_distance);
     kinds.emplace(kind_of(c, with_time), 0);
   }
@@ -65,6 +67,7 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   map.fields.resize(cells.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const io::Condition& c = design.conditions()[i];
+    if (c.is_capped()) continue;
     const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
     const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
     cells[cell].push_back(mean(values[i]));

@@ -26,6 +26,7 @@ void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_se
   std::set<double> distances, times;
   std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
   for (const io::Condition& c : conditions) {
+    if (c.is_capped()) continue;
     distances.insert(c.board_distance);
     times.insert(c.integration_time);
     times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
@@ -66,8 +67,9 @@ bool is_constant_phasor(const Found& found) {
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
   if (search.found.empty()) return notes;
+  const bool capped = std::ranges::any_of(problem.design.conditions(), &io::Condition::is_capped);
   for (const Found& found : search.found) {
-    if (is_constant_phasor(found))
+    if (!capped && is_constant_phasor(found))
       notes.push_back(fmt::format(
           "{} is light that is added to that of the scene and stays the same. It may leak inside the camera or come "
           "from anything that stands still in front of it: boards do not tell which. Frames with a capped lens do: "
