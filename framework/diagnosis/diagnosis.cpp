@@ -123,6 +123,8 @@ class Run {
     io::check_captures(campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     warn_of_targets(campaign);
+    d_->campaign_name = campaign.name;
+    d_->campaign_notes = campaign.notes;
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
@@ -213,6 +215,7 @@ class Run {
       }
       d_->effects.push_back(std::move(effect));
     }
+    note(notes_on_found(*problem_, d_->search));
     note(notes_on_nuisances(*problem_, d_->search));
     if (d_->search.cross_fit.empty() && !d_->search.found.empty())
       d_->notes.push_back(

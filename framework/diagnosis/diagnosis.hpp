@@ -93,6 +93,8 @@ struct Diagnosis {
   std::vector<Stability> stability;  ///< where it was asked for
   std::vector<PixelMap> maps;        ///< that were found
   Measurements measurements;
+  std::string campaign_name;
+  std::vector<std::string> campaign_notes;  ///< what the campaign says itself
   simulation::Model model;
   std::vector<Term> model_terms;
   std::vector<std::unique_ptr<Candidate>> candidates, own_candidates;  ///< that may be added; of the model

@@ -11,9 +11,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace tofgraph::diagnosis {
 namespace {
+
+/// "distance 5/5, target 4/4": the folds that chose an effect, or what it is tied with.
+std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
+  std::vector<std::string> names = effect.tied_with;
+  names.push_back(effect.name);
+  std::vector<std::string> settings;
+  std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
+  for (const FoldResult& fold : cross_fit.folds) {
+    const std::string& setting = fold.fold.setting;
+    if (counts.emplace(setting, std::pair(0, 0)).second) settings.push_back(setting);
+    counts[setting].first += fold.chose(names) ? 1 : 0;
+    ++counts[setting].second;
+  }
+  std::string text;
+  for (const std::string& setting : settings)
+    text += fmt::format("{}{} {}/{}", text.empty() ? "" : "\n", setting, counts[setting].first, counts[setting].second);
+  return text;
+}
 
 /// What each name means, how large it is, and what it does to the gap.
 void add_found(report::Page& page, const Diagnosis& d) {
@@ -25,16 +44,16 @@ void add_found(report::Page& page, const Diagnosis& d) {
       if (!p.shape) sizes += (sizes.empty() ? "" : "\n") + p.name + " " + value_text(p);
     }
     const bool added = e.change == "added";
-    rows.push_back(
-        {e.tied_with.empty() ? e.name : fmt::format("{} or {}", e.name, fmt::join(e.tied_with, " or ")),
-         added ? "missing in the model" : "in the model, fitted again",
-         d.search.after.state.terms[t].candidate->descriptor().summary, sizes,
-         added ? fmt::format("{} → {}", shown(e.held_out_before, distance), shown(e.held_out_after, distance)) : "-",
-         added && !std::isnan(e.chosen) ? fmt::format("{:.0f} %", 100 * e.chosen) : "-"});
+    const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
+    rows.push_back({e.tied_with.empty() ? e.name : fmt::format("{} or {}", e.name, fmt::join(e.tied_with, " or ")),
+                    sizes, added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
+                    added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
+                    fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
+                                added ? "missing in the model" : "in the model, fitted again")});
   }
   if (rows.empty()) return;
-  const Row header = {
-      "effect", "", "what it is", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it"};
+  const Row header = {"effect", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it",
+                      "what it is"};
   page.table(header, rows);
 }
 
@@ -43,11 +62,11 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
   for (std::size_t o = 0; o < observables; ++o) {
     const Gap& g = d.gaps[o];
     if (!std::isfinite(g.before)) continue;
-    const std::string interval = std::isfinite(g.held_out_low)
-                                     ? fmt::format(" ({} to {})", shown(g.held_out_low, o), shown(g.held_out_high, o))
-                                     : "";
-    rows.push_back({label(o), shown(g.held_out_before, o), shown(g.held_out_after, o) + interval, shown(g.before, o),
-                    shown(g.after, o), shown(g.noise_floor, o), shown(g.noise_and_scatter, o)});
+    const auto text = [&](double value) { return shown_gap(value, g, o); };
+    const std::string interval =
+        std::isfinite(g.held_out_low) ? fmt::format(" ({} to {})", text(g.held_out_low), text(g.held_out_high)) : "";
+    rows.push_back({label(o), text(g.held_out_before), text(g.held_out_after) + interval, text(g.before), text(g.after),
+                    std::isfinite(g.noise_floor) ? text(g.noise_floor) : "not measured", text(g.noise_and_scatter)});
   }
   const Row header = {
       "gap of", "simulated, held out", "extended, held out (95 %)", "simulated, all data", "extended, all data",
@@ -63,59 +82,83 @@ std::vector<std::string> shared_by_conditions(const ReportData& data) {
   return notes;
 }
 
-/// Under the verdict: a reader sees it in every figure.
+/// A reader sees it in every figure.
 void add_nuisances(report::Page& page, const ReportData& data) {
-  std::string text;
-  for (const std::string& note : shared_by_conditions(data)) text += " " + note;
-  if (!text.empty())
-    page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:" + text +
-                   " Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
-                   "and nothing that conditions share." +
-                   (data.at_the_end.allowed.boards ? " What is extended has the shapes of the boards." : ""));
+  const std::vector<std::string> notes = shared_by_conditions(data);
+  if (notes.empty()) return;
+  page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:");
+  page.list(notes);
+  page.paragraph(
+      std::string("Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
+                  "and nothing that conditions share.") +
+      (data.at_the_end.allowed.boards ? " What is extended has the shapes of the boards." : ""));
+}
+
+void add_confidence(report::Page& page, const Confidence& c) {
+  std::string text = fmt::format(
+      "How far to trust such a verdict: {} campaigns like this one were simulated and searched, with "
+      "nothing or one known effect of its typical size hidden in each.",
+      c.cases());
+  if (c.named > 0)
+    text += fmt::format(" In {} an effect was named, rightly in {} (one that is tied counts as right).", c.named,
+                        c.named_right);
+  if (c.silent > 0) text += fmt::format(" In {} nothing was found, rightly in {}.", c.silent, c.silent_right);
+  page.paragraph(text);
 }
 
 void add_verdict(report::Page& page, const ReportData& data) {
   const Diagnosis& d = data.d;
   constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
   page.verdict(summary(d), moods.at(static_cast<std::size_t>(d.verdict)));
-  add_nuisances(page, data);
+  if (!d.campaign_notes.empty()) {
+    page.paragraph("The campaign says of its data:");
+    page.list(d.campaign_notes);
+  }
+  const std::vector<std::string> caveats = notes_on_found(data.at_the_end, d.search);
+  if (!caveats.empty()) {
+    page.paragraph("What the names and values stand for:");
+    page.list(caveats);
+  }
+  if (d.confidence) add_confidence(page, *d.confidence);
   page.paragraph(
       "The gap is what the measurement differs by from a model: root mean square over conditions (one board at one "
       "distance with one setting) and over the sensor. Distances are along the optical axis, from the sensor plane. "
       "Simulated: the model as it was; extended: the model with what was found (model.yaml).");
   add_found(page, d);
+  add_nuisances(page, data);
   const CrossFit& folds = d.search.cross_fit;
   page.paragraph(
       folds.empty()
           ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
           : fmt::format(
                 "Held out: {} times some levels of a setting (a fold) were put aside, effects were chosen and "
-                "fitted without them, and what came out had to predict them. That holds for the columns that say so "
-                "and "
-                "for the chart of each condition's gap; all other figures show fits to all data. Noise: what frames "
-                "and repeated "
-                "conditions say. Noise and scatter: that of the frames, and what boards, camera and light differ by "
-                "from one condition to the next, as the fit needs it; a gap as large has nothing left to explain. N1 / "
-                "2I and N2 / a are the null channels, sums of the samples that "
-                "are zero in an ideal camera.",
-                folds.folds.size()));
+                "fitted without them, and what came out had to predict them (cross-fitting). That holds for the "
+                "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
+                "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
+                "frames, and what boards, camera and light differ by from one condition to the next, as the fit needs "
+                "it; a gap as large has nothing left to explain.{}",
+                folds.folds.size(),
+                std::isfinite(d.gaps[null1].before)
+                    ? " N1 / 2I and N2 / a are the null channels: sums of the four samples that are zero in an ideal "
+                      "camera, relative to intensity I and amplitude a."
+                    : ""));
   add_gaps(page, d);
-  if (!d.confidence) return;
-  const Confidence& c = *d.confidence;
-  page.paragraph(fmt::format(
-      "How far to trust such a verdict: {} campaigns like this one were simulated, with nothing or one known effect "
-      "hidden. Where the search named an effect, it was right in {} of {}; where it found nothing, in {} of {}.",
-      c.cases(), c.named_right, c.named, c.silent_right, c.silent));
 }
 
 /// All but what stands under the verdict.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
-  const std::vector<std::string> above = shared_by_conditions(data);
-  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(above, note) != above.end(); });
+  std::vector<std::string> above = shared_by_conditions(data);
+  std::ranges::copy(notes_on_found(data.at_the_end, data.d.search), std::back_inserter(above));
+  std::erase_if(notes, [&](const std::string& note) {
+    const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const Found& one) {
+      return note.starts_with(one.name + " was tried and is not named");
+    });
+    return tried || std::ranges::find(above, note) != above.end();
+  });
   if (notes.empty()) return;
   page.heading("Notes");
-  for (const std::string& note : notes) page.paragraph(note);
+  page.list(notes);
 }
 
 }  // namespace

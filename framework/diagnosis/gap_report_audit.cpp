@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
+#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -17,17 +19,35 @@ std::string question(const NextCondition& next) {
                                  : "whether there is " + next.effects.front();
 }
 
+/// What the authors of tied effects advise: those who had the other one in mind, or else all.
+std::string experiments(const Diagnosis& d, const NextCondition& tie) {
+  std::vector<std::string> all, meant;
+  for (const std::string& name : tie.effects) {
+    for (const auto& candidate : d.candidates) {
+      if (candidate->name() != name) continue;
+      const tofgraph_effect& border = candidate->border();
+      const std::vector<std::string> confused = graph::split_words(border.confused_with);
+      const bool other_meant = std::ranges::any_of(
+          tie.effects, [&](const std::string& other) { return std::ranges::find(confused, other) != confused.end(); });
+      all.push_back(border.experiment);
+      if (other_meant) meant.push_back(border.experiment);
+    }
+  }
+  return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
+}
+
 /// What no condition of the list tells, and what its author advises.
 struct Silent {
   std::vector<std::string> blind;  ///< names
-  std::vector<Row> advice;         ///< of these and of ties
+  std::vector<Row> advice;         ///< of these
 };
 
 Silent silent_questions(const Diagnosis& d) {
   Silent silent;
   for (const NextCondition& next : d.next) {
     if (tells(next)) continue;
-    if (next.effects.size() == 1) silent.blind.push_back(next.effects.front());
+    if (next.effects.size() > 1) continue;
+    silent.blind.push_back(next.effects.front());
     silent.advice.push_back({question(next), next.experiment});
   }
   for (const Visibility& seen : d.audit.effects) {
@@ -41,18 +61,50 @@ Silent silent_questions(const Diagnosis& d) {
   return silent;
 }
 
-/// One sentence for all, and the advice to be unfolded; that on a tie is what the reader needs, and stands there.
-void add_silent(report::Page& page, const Silent& silent, const std::vector<NextCondition>& next) {
-  for (const NextCondition& one : next) {
-    if (one.effects.size() > 1 && !tells(one))
-      page.paragraph(fmt::format("No board of this rail tells {}. What does, from experience: {}.", question(one),
-                                 one.experiment));
-  }
+/// One sentence for all, and the advice to be unfolded.
+void add_silent(report::Page& page, const Silent& silent) {
   if (silent.blind.empty()) return;
   page.paragraph(fmt::format("No board of this rail tells whether there is {}.", fmt::join(silent.blind, ", or ")));
   page.fold("What tells these, from experience");
   const Row header = {"to know", "from experience"};
   page.table(header, silent.advice);
+  page.unfold();
+}
+
+/// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
+void add_alike(report::Page& page, const Diagnosis& d) {
+  std::map<std::string, std::string> of_found;
+  std::vector<Row> others;
+  const auto is_found = [&](const Candidate* candidate) {
+    return std::ranges::any_of(d.effects, [&](const EffectResult& e) { return e.name == candidate->name(); });
+  };
+  const auto add = [&](const Candidate* one, const Candidate* other, double cosine) {
+    std::string& text = of_found[one->name()];
+    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", other->name(), cosine);
+  };
+  for (const Alike& pair : d.audit.alike) {
+    const bool first = is_found(pair.first), second = is_found(pair.second);
+    if (first) add(pair.first, pair.second, pair.cosine);
+    if (second) add(pair.second, pair.first, pair.cosine);
+    if (!first && !second)
+      others.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.2f}", pair.cosine)});
+  }
+  const Row header = {"effect", "looks like", "cosine"};
+  if (!of_found.empty() || !others.empty())
+    page.paragraph(fmt::format(
+        "Some effects look alike in this campaign at their typical sizes, whatever else was measured: the cosine "
+        "between "
+        "what they change is above 0.9, where 1 is the same. A name stands for all that look like it, until the next "
+        "measurement tells; whether they do at the sizes that were fitted says \u201cOther effects in its "
+        "place\u201d.{}",
+        of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
+  std::vector<Row> rows;
+  for (const auto& [name, text] : of_found) rows.push_back({name, text});
+  const Row found_header = {"found", "looks like, with the cosine"};
+  if (!rows.empty()) page.table(found_header, rows);
+  if (others.empty()) return;
+  page.fold(fmt::format("The {} pairs {}that look alike", others.size(), of_found.empty() ? "" : "of other effects "));
+  page.table(header, others);
   page.unfold();
 }
 
@@ -82,16 +134,7 @@ void add_blind(report::Page& page, const ReportData& data) {
         "changes by as much as matters (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null "
         "channel): {}.",
         fmt::join(too_small, ", ")));
-  std::vector<Row> pairs;
-  for (const Alike& pair : data.d.audit.alike)
-    pairs.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.3f}", pair.cosine)});
-  if (!pairs.empty()) {
-    page.paragraph(
-        "These look alike in this campaign, at their typical sizes: the cosine between what they change is above 0.9, "
-        "where 1 is the same. What was found is compared as it was fitted, above.");
-    const Row pair_header = {"effect", "and", "cosine"};
-    page.table(pair_header, pairs);
-  }
+  add_alike(page, data.d);
   if (rows.empty()) return;
   page.fold("What it would have shown, and from which size on");
   const Row header = {"effect", "standard deviations at its typical size",
@@ -106,12 +149,17 @@ void add_next(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const NextCondition& next : d.next) {
     if (tells(next))
-      rows.push_back({question(next), setting_of(next.condition), report::plain(next.sigma, 2),
-                      report::plain(next.measured_sigma, 2),
-                      shown(next.difference, next.observable) + " of " + label(next.observable)});
+      rows.push_back({question(next), setting_of(next.condition), report::plain(next.sigma, 2) + " sd",
+                      report::plain(next.measured_sigma, 2) + " sd",
+                      shown(next.difference, next.observable, 2) + " of " + label(next.observable)});
   }
   if (rows.empty() && silent.advice.empty()) return;
   page.heading("What to measure next");
+  for (const NextCondition& tie : d.next) {
+    if (tie.effects.size() > 1 && !tells(tie))
+      page.verdict(fmt::format("To tell {}: no board of this rail does. What does, from experience: {}.", question(tie),
+                               experiments(d, tie)));
+  }
   if (const NextCondition* const first = most_telling(d.next); first != nullptr) {
     page.verdict(sentence(*first));
     page.paragraph(
@@ -127,9 +175,10 @@ void add_next(report::Page& page, const ReportData& data) {
         "one condition: noise, and what boards and light differ by. What is less than 0.1 mm or 0.1 % beside these "
         "does not count; below {} sd a condition tells nothing.",
         d.next.front().candidates, telling));
-  const Row header = {"to know", "the best condition", "differs there by sd", "so far at most", "which is"};
+  const Row header = {"to know", "the best condition", "the models differ there by",
+                      "in the conditions so far at most by", "which is"};
   if (!rows.empty()) page.table(header, rows);
-  add_silent(page, silent, d.next);
+  add_silent(page, silent);
 }
 
 }  // namespace tofgraph::diagnosis

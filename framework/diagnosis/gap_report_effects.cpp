@@ -24,6 +24,9 @@ std::string remark(const ParameterResult& p) {
                                             : "";
 }
 
+/// A typical value is no more than a magnitude.
+std::string typical_text(const ParameterResult& p) { return with_uncertainty(p.typical, {NAN, NAN}, p.unit, 2); }
+
 /// Sizes in units of their typical values.
 std::string forest(const Diagnosis& d) {
   std::vector<report::Span> spans;
@@ -32,8 +35,7 @@ std::string forest(const Diagnosis& d) {
       if (p.shape || !std::isfinite(p.interval.low) || p.standing == Standing::not_determined) continue;
       const auto relative = [&](double v) { return (v - p.off) / std::abs(p.typical - p.off); };
       spans.push_back({e.name + " " + p.name,
-                       fmt::format("{} {}: {} (95 %)\ntypical: {}", e.name, p.name, value_text(p),
-                                   with_uncertainty(p.typical, {NAN, NAN}, p.unit)),
+                       fmt::format("{} {}: {} (95 %)\ntypical: {}", e.name, p.name, value_text(p), typical_text(p)),
                        relative(p.value), relative(p.interval.low), relative(p.interval.high)});
     }
   }
@@ -89,6 +91,22 @@ std::string carriers(const ReportData& data, const EffectResult& e) {
   return report::bars(spans, e.name + ": share of the gain / %", 860);
 }
 
+/// How much of an effect's gain its largest shares are: "half of the gain of wiggling comes from 3 of 30 conditions".
+std::string half_of(const EffectResult& e) {
+  std::vector<double> shares = e.influence;
+  std::ranges::sort(shares, std::greater<>{});
+  double sum = 0;
+  std::size_t count = 0;
+  while (count < shares.size() && sum < 0.5) sum += shares[count++];
+  return fmt::format("Half of the gain of {} comes from {} of {} conditions.", e.name, count, shares.size());
+}
+
+std::string deviance_text(double deviance) {
+  constexpr double tenths_matter = 20, beyond_doubt = 1000;  // a tie ends at 10
+  if (deviance > beyond_doubt) return fmt::format("above {}", beyond_doubt);
+  return deviance < tenths_matter ? fmt::format("{:.1f}", deviance) : report::plain(deviance, 2);
+}
+
 /// What a rival's model has more than the extended model, over the distance.
 std::string apart(const ReportData& data, const EffectResult& e, const Rival& rival) {
   const Column change =
@@ -109,7 +127,8 @@ std::string apart(const ReportData& data, const EffectResult& e, const Rival& ri
                         .x_label = "distance of the board / m",
                         .y_label = "difference of the expected distances / mm",
                         .series = {points},
-                        .with_zero = true});
+                        .with_zero = true},
+                       560);
 }
 
 }  // namespace
@@ -127,18 +146,18 @@ void add_parameters(report::Page& page, const ReportData& data) {
   if (d.effects.empty())
     return page.paragraph("The model has no effect, and none was found: there is nothing to give a value.");
   page.paragraph(
-      "Values of the extended model with their 95 % intervals. Typical: the size that the effect usually has in such "
+      "Values of the extended model, fitted to all data, with their 95 % intervals. Typical: the size that the effect "
+      "usually has in such "
       "cameras. Not determined: the data say no more of it than was supposed before.");
   std::vector<Row> rows;
   for (const EffectResult& e : d.effects) {
     for (const ParameterResult& p : e.parameters)
-      rows.push_back(
-          {e.name, p.name, value_text(p), p.shape ? "-" : with_uncertainty(p.typical, {NAN, NAN}, p.unit), remark(p)});
+      rows.push_back({e.name, p.name, value_text(p), p.shape ? "-" : typical_text(p), remark(p)});
     for (const ParameterResult& p : e.fixed)
       rows.push_back({e.name, p.name, with_uncertainty(p.value, {NAN, NAN}, p.unit), "-",
                       "fixed: the data do not ask to vary it"});
   }
-  const Row header = {"effect", "parameter", "value (95 %)", "typical", ""};
+  const Row header = {"effect", "parameter", "value (95 %)", "typical", "remark"};
   page.table(header, rows);
   if (const std::string picture = forest(d); !picture.empty()) {
     const std::vector<std::string> pictures = {picture};
@@ -151,42 +170,48 @@ void add_parameters(report::Page& page, const ReportData& data) {
 
 void add_influence(report::Page& page, const ReportData& data) {
   std::vector<std::string> pictures;
+  std::vector<std::string> halves;
   for (const EffectResult& e : data.d.effects) {
-    if (!e.influence.empty()) pictures.push_back(carriers(data, e));
+    if (e.influence.empty()) continue;
+    pictures.push_back(carriers(data, e));
+    halves.push_back(half_of(e));
   }
   if (pictures.empty()) return;
   page.heading("What each name rests on");
   page.paragraph(
-      "An effect's gain is how much better the model fits with it (the fall of the deviance, minus twice the log "
-      "likelihood). "
-      "Shown are the conditions with the largest shares. A name that rests on one or two of them is worth a repetition "
-      "of these.");
+      "An effect's gain is how much better the model fits with it: the fall of the deviance, which is minus twice the "
+      "logarithm of the likelihood. Shown are the conditions with the largest shares. A name that rests on one or two "
+      "of them is worth a repetition of these.");
+  page.list(halves);
   page.figures(pictures);
 }
 
 void add_rivals(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   std::vector<std::string> pictures;
-  for (std::size_t t = 0; t < data.d.effects.size(); ++t) {
-    const EffectResult& e = data.d.effects[t];
+  constexpr std::size_t most = 3;  // of an effect, beside those that are tied with it
+  for (const EffectResult& e : data.d.effects) {
+    std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {
-      rows.push_back({e.name, rival.candidate->name(), report::plain(rival.deviance),
+      if (!rival.tied && ++worse > most) continue;
+      rows.push_back({e.name, rival.candidate->name(), deviance_text(rival.deviance),
                       rival.tied ? "cannot be told apart (a tie)" : "worse"});
-      if (rival.tied) pictures.push_back(apart(data, e, rival));
+      if (rival.tied || worse == 1) pictures.push_back(apart(data, e, rival));
     }
   }
   if (rows.empty()) return;
   page.heading("Other effects in its place");
   page.paragraph(
-      "How much deviance is lost when another effect stands in the place of the one that was found. The two are tied "
-      "where that, or what is left of it after the price of more parameters (BIC), is below 10, or where conditions "
-      "differ by more from one to the next than the two models do.");
+      "How much deviance (minus twice the logarithm of the likelihood) is lost when another effect stands in the place "
+      "of the one that was found, everything fitted anew: the best three, and all that are tied. Two are tied where "
+      "the loss, or what is left of it after the price of more parameters (BIC: the logarithm of the number of "
+      "conditions for each), is below 10, or where conditions differ by more from one to the next than the two models "
+      "do.");
   const Row header = {"found", "in its place", "deviance lost", ""};
   page.table(header, rows);
-  if (!pictures.empty())
-    page.figures(
-        pictures,
-        "Where tied models differ: what the one expects more than the other, mean over each condition's image.");
+  page.figures(pictures,
+               "Where the two models differ, of ties and of the best of the others: what the one expects more than the "
+               "other, mean over each condition's image. A repetition is worth most where they differ most.");
 }
 
 }  // namespace tofgraph::diagnosis

@@ -9,38 +9,70 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-using report::Mark;
 using report::Series;
 
-/// Conditions from the nearest board to the farthest.
+constexpr double sigma_limit = 5;                               ///< sd: maps have one scale, whatever the campaign
+constexpr std::size_t fewest_of_target = 3, most_targets = 12;  ///< with a curve of their own
+constexpr int half_width = 560, full_width = 860;               ///< px, of a chart
+
+/// Conditions from the nearest board to the farthest; without a board last.
 std::vector<std::size_t> by_distance(const Design& design) {
   std::vector<std::size_t> order(design.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return design.conditions()[i].board_distance; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    return design.conditions()[i].is_capped() ? INFINITY : design.conditions()[i].board_distance;
+  });
   return order;
 }
 
-/// Means of values at one distance after the other.
-std::vector<Mark> joined(const Design& design, const std::vector<std::size_t>& order,
-                         const std::vector<Evidence::Mean>& means, double Evidence::Mean::*which, std::size_t o) {
+/// Those that have a place on an axis of distances.
+std::vector<std::size_t> boards_by_distance(const Design& design) {
+  std::vector<std::size_t> order = by_distance(design);
+  std::erase_if(order, [&](std::size_t i) { return design.conditions()[i].is_capped(); });
+  return order;
+}
+
+/// What a model expects of conditions, in this order: a line where conditions at a distance hardly differ, else a tick
+/// for each of them. A line through the means of different targets would show what no board does.
+Series expected_series(const Design& design, const std::vector<std::size_t>& order,
+                       const std::vector<Evidence::Mean>& means, double Evidence::Mean::*which, std::size_t o) {
   std::map<double, std::vector<double>> levels;
-  for (const std::size_t i : order) levels[design.conditions()[i].board_distance].push_back(means[i].*which);
-  std::vector<Mark> line;
-  for (const auto& [z, values] : levels)
-    line.push_back({.x = z, .y = scaled(mean(values), o), .error = 0, .title = ""});
-  return line;
+  double low = INFINITY, high = -INFINITY, spread = 0;
+  Series line{.style = Series::Style::line}, ticks{.style = Series::Style::ticks};
+  for (const std::size_t i : order) {
+    const io::Condition& c = design.conditions()[i];
+    const double value = scaled(means[i].*which, o);
+    ticks.marks.push_back({.x = c.board_distance,
+                           .y = value,
+                           .title = fmt::format("{}: {}\n{}", c.id, setting_of(c), shown_signed(means[i].*which, o)),
+                           .condition = i});
+    if (!std::isfinite(value)) continue;
+    levels[c.board_distance].push_back(value);
+    low = std::min({low, value, scaled(means[i].measured, o)});
+    high = std::max({high, value, scaled(means[i].measured, o)});
+  }
+  for (const auto& [z, values] : levels) {
+    const auto [least, greatest] = std::ranges::minmax(values);
+    spread = std::max(spread, greatest - least);
+    line.marks.push_back({.x = z, .y = mean(values)});
+  }
+  constexpr double hardly = 0.03;  // of the picture's height
+  return spread > hardly * (high - low) ? ticks : line;
 }
 
 /// Whether two series lie on each other, so that one hides the other.
 bool alike(const Series& one, const Series& other) {
+  if (one.marks.size() != other.marks.size()) return false;
   double span = 0, apart = 0;
   for (std::size_t i = 0; i < one.marks.size(); ++i) {
     if (!std::isfinite(one.marks[i].y) || !std::isfinite(other.marks[i].y)) continue;
@@ -59,34 +91,57 @@ void join(report::Chart& chart, Series simulated, Series extended) {
   chart.series.push_back(std::move(simulated));
 }
 
-std::string curve(const ReportData& data, std::size_t o) {
+/// Measured, simulated and extended of these conditions, which are in the order of their distances.
+std::string curve(const ReportData& data, std::size_t o, const std::vector<std::size_t>& order,
+                  const std::string& title, int width) {
   const Evidence& e = data.evidence.at(o);
-  const std::vector<std::size_t> order = by_distance(data.design);
   Series points{"measured", Series::Style::points, {}, report::of_measured};
   for (const std::size_t i : order) {
     const io::Condition& c = data.design.conditions()[i];
+    const Evidence::Mean& m = e.means[i];
+    const auto text = [&](double value) { return shown_within(value, m.sd, o, true); };
     points.marks.push_back(
         {.x = c.board_distance,
-         .y = scaled(e.means[i].measured, o),
-         .error = scaled(1.96 * e.means[i].sd, o),
+         .y = scaled(m.measured, o),
+         .error = scaled(1.96 * m.sd, o),
          .title = fmt::format("{}: {}\nmeasured {}, simulated {}, extended {}\n"
-                              "standard deviation {}; {} from the extended model",
-                              c.id, setting_of(c), shown_signed(e.means[i].measured, o),
-                              shown_signed(e.means[i].simulated, o), shown_signed(e.means[i].extended, o),
-                              shown(e.means[i].sd, o),
-                              report::plain((e.means[i].measured - e.means[i].extended) / e.means[i].sd, 2)),
+                              "standard deviation {}; {} sd from the extended model",
+                              c.id, setting_of(c), text(m.measured), text(m.simulated), text(m.extended),
+                              shown(m.sd, o, 2), report::plain((m.measured - m.extended) / m.sd, 2, true)),
          .condition = i});
   }
-  Series simulated{"simulated", Series::Style::dashes,
-                   joined(data.design, order, e.means, &Evidence::Mean::simulated, o), report::of_simulated};
-  Series extended{"extended", Series::Style::line, joined(data.design, order, e.means, &Evidence::Mean::extended, o),
-                  report::of_extended};
-  report::Chart chart{.title = label(o),
+  Series simulated = expected_series(data.design, order, e.means, &Evidence::Mean::simulated, o);
+  Series extended = expected_series(data.design, order, e.means, &Evidence::Mean::extended, o);
+  simulated.name = "simulated", simulated.colour = report::of_simulated;
+  extended.name = "extended", extended.colour = report::of_extended;
+  if (simulated.style == Series::Style::line) simulated.style = Series::Style::dashes;
+  report::Chart chart{.title = title,
                       .x_label = "distance of the board / m",
                       .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
                       .series = {points}};
   join(chart, std::move(simulated), std::move(extended));
-  return report::chart(chart);
+  constexpr int height = 300;
+  return report::chart(chart, width, height);
+}
+
+/// The distances of each target by itself, where there are several and each has a curve.
+void add_targets(report::Page& page, const ReportData& data) {
+  std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // by their number where they have one
+  for (const std::size_t i : boards_by_distance(data.design)) {
+    const std::string& target = data.design.conditions()[i].target;
+    double number = 0;
+    std::from_chars(target.data(), target.data() + target.size(), number);
+    targets[{number, target}].push_back(i);
+  }
+  std::erase_if(targets, [](const auto& target) { return target.second.size() < fewest_of_target; });
+  if (targets.size() < 2 || targets.size() > most_targets) return;
+  std::vector<std::string> charts;
+  for (const auto& [target, order] : targets)
+    charts.push_back(
+        curve(data, distance, order, fmt::format("{}, target {}", label(distance), target.second), half_width));
+  page.fold("Each target by itself");
+  page.figures(charts);
+  page.unfold();
 }
 
 /// One number of each condition out of fold, of both models.
@@ -96,7 +151,7 @@ std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& g
   for (const std::size_t i : by_distance(data.design)) {
     const io::Condition& c = data.design.conditions()[i];
     const std::string title = fmt::format("{}: {}\ngap, held out: simulated {}, extended {}", c.id, setting_of(c),
-                                          shown(gaps[i].before, distance), shown(gaps[i].after, distance));
+                                          shown(gaps[i].before, distance, 2), shown(gaps[i].after, distance, 2));
     const double place = static_cast<double>(simulated.marks.size()) + 1;
     simulated.marks.push_back({place, scaled(gaps[i].before, distance), 0, title, i});
     extended.marks.push_back({place, scaled(gaps[i].after, distance), 0, title, i});
@@ -107,7 +162,7 @@ std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& g
                       .series = {},
                       .with_zero = true};
   join(chart, std::move(simulated), std::move(extended));
-  return report::chart(chart, std::max(540, static_cast<int>(90 + 9 * data.design.size())));
+  return report::chart(chart, std::max(half_width, static_cast<int>(90 + 9 * data.design.size())));
 }
 
 std::string numbers(const std::vector<double>& values, std::size_t o) {
@@ -115,6 +170,13 @@ std::string numbers(const std::vector<double>& values, std::size_t o) {
   for (const double v : values)
     text += (text.empty() ? "" : ",") + (std::isfinite(v) ? report::plain(scaled(v, o)) : std::string("null"));
   return "[" + text + "]";
+}
+
+/// A text in a script; nothing in it ends the script.
+std::string for_script(const std::string& text) {
+  std::string result;
+  for (const char c : nlohmann::json(text).dump()) result += c == '<' ? "\\u003c" : std::string(1, c);
+  return result;
 }
 
 void add_click(report::Page& page, const ReportData& data) {
@@ -125,8 +187,9 @@ void add_click(report::Page& page, const ReportData& data) {
     options += fmt::format("<option value=\"{}\">{}</option>", i, report::escaped(c.id + ": " + setting_of(c)));
   }
   for (std::size_t i = 0; i < data.design.size(); ++i)
-    list += fmt::format("{}{{\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
-                        numbers(e.before[i], distance), numbers(e.after[i], distance), numbers(e.sd[i], distance));
+    list += fmt::format("{}{{\"id\":{},\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
+                        for_script(data.design.conditions()[i].id), numbers(e.before[i], distance),
+                        numbers(e.after[i], distance), numbers(e.sd[i], distance));
   for (const io::Colour colour : io::signed_colours)
     palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
                            colour & 0xffU);
@@ -134,9 +197,9 @@ void add_click(report::Page& page, const ReportData& data) {
       "<p><label>Distance residuals of one condition over the sensor; choose it here or by a click on any mark that "
       "stands for it: <select id=\"condition\">{}</select></label></p>\n<figure><div id=\"condition-maps\">The maps "
       "need a "
-      "browser that runs scripts.</div></figure>\n<script>\nconst grid = {}, palette = [{}], conditions = "
-      "[{}];{}</script>\n",
-      options, data.design.pixels().columns, palette, list, condition_script));
+      "browser that runs scripts.</div></figure>\n<script>\nconst grid = {}, palette = [{}], sigmaLimit = {}, "
+      "conditions = [{}];{}</script>\n",
+      options, data.design.pixels().columns, palette, sigma_limit, list, condition_script));
 }
 
 void add_folds(report::Page& page, const ReportData& data) {
@@ -145,7 +208,8 @@ void add_folds(report::Page& page, const ReportData& data) {
     const FoldResult::Gap gap = result.gap(distance);
     rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
                     result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
-                    std::to_string(result.fold.held.size()), shown(gap.before, distance), shown(gap.after, distance),
+                    std::to_string(result.fold.held.size()), shown(gap.before, distance, 2),
+                    shown(gap.after, distance, 2),
                     !result.failed.empty()  ? result.failed
                     : result.chosen.empty() ? "nothing"
                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
@@ -159,17 +223,14 @@ void add_folds(report::Page& page, const ReportData& data) {
 
 void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
   const Evidence& e = data.evidence.at(o);
-  std::vector<double> sizes, ratios;
-  for (std::size_t s = 0; s < e.map_before.size(); ++s) {
-    sizes.push_back(scaled(e.map_before[s], o));
-    ratios.push_back(e.map_before[s] / e.map_sd[s]);
+  std::vector<double> sizes;
+  for (const auto* map : {&e.map_before, &e.map_after}) {
+    for (const double value : *map) sizes.push_back(scaled(value, o));
   }
   const double limit = scale_of(sizes);
   const bool same = std::ranges::equal(e.map_before, e.map_after, [&](double one, double other) {
     return !(std::abs(scaled(one - other, o)) > 1e-3 * limit);
   });
-  // Chance alone reaches three.
-  const double sigma_limit = std::max(report::percentile_98(ratios), 3.0);
   constexpr int width = 276, height = 240;  // four in a row
   std::vector<std::string> maps, of_sigma;
   for (const auto& [values, which] : {std::pair(&e.map_before, "simulated"), std::pair(&e.map_after, "extended")}) {
@@ -195,12 +256,17 @@ void add_curves(report::Page& page, const ReportData& data) {
   page.paragraph(
       "Errors of the camera, against an ideal one that looks at the same board: measured (each condition, mean over "
       "its image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated and "
-      "extended. Lines are means over the conditions at a distance. All data were fitted: nothing is held out here.");
+      "extended: a line, or a tick for each condition where those at one distance differ. All data were fitted: "
+      "nothing is "
+      "held out here.");
   std::vector<std::string> charts;
+  const bool two = data.evidence.contains(amplitude);
   for (const std::size_t o : {distance, amplitude}) {
-    if (data.evidence.contains(o)) charts.push_back(curve(data, o));
+    if (data.evidence.contains(o))
+      charts.push_back(curve(data, o, boards_by_distance(data.design), label(o), two ? half_width : full_width));
   }
   page.figures(charts, "At a mark: its condition, values and standard deviation.");
+  add_targets(page, data);
 }
 
 void add_conditions(report::Page& page, const ReportData& data) {
@@ -224,8 +290,9 @@ void add_maps(report::Page& page, const ReportData& data) {
   page.heading("Over the sensor");
   page.paragraph(
       "Residuals, measured minus simulated and measured minus extended, mean over all conditions, on one scale. Beside "
-      "them the same in standard deviations (sd) of that mean: within 3 sd it is what chance gives. All data were "
-      "fitted: nothing is held out here.");
+      "them the same in standard deviations (sd) of that mean: within 3 sd it is what chance gives, from 5 on colours "
+      "do "
+      "not change any more. All data were fitted: nothing is held out here.");
   bool folded = false;
   for (const auto& [o, e] : data.evidence) {
     if (o == intensity) {

@@ -35,6 +35,7 @@ bool times_are_columns(const Design& design) {
   std::set<Kind> kinds;
   std::set<std::pair<double, Kind>> fields;
   for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
     distances.insert(c.board_distance);
     kinds.insert(kind_of(c, true));
     fields.emplace(c.board_distance, kind_of(c, true));
@@ -49,6 +50,7 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   std::set<double> distances;
   std::map<Kind, std::size_t> kinds;
   for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
     distances.insert(c.board_distance);
     kinds.emplace(kind_of(c, with_time), 0);
   }
@@ -65,6 +67,7 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   map.fields.resize(cells.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const io::Condition& c = design.conditions()[i];
+    if (c.is_capped()) continue;
     const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
     const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
     cells[cell].push_back(mean(values[i]));
@@ -82,62 +85,72 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
 
 constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
 
-/// The strongest first, those of any observable among them: light tells more by its gain than metres do.
+/// The first ones of each observable.
 std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
-  std::ranges::stable_sort(patterns, std::greater<>{}, &Pattern::gain);
   std::array<std::size_t, observables> count{};
   std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
   if (patterns.size() > max_patterns) patterns.resize(max_patterns);
   return patterns;
 }
 
-/// Curves that sign flips of whole conditions can say nothing of.
-std::string on_few_conditions(const std::vector<Pattern>& few) {
-  const auto strongest = std::ranges::max_element(few, {}, &Pattern::gain);
-  return fmt::format(
-      "{} curve{} beyond the noise as well, but so few conditions carry {} that sign flips prove nothing; the "
-      "strongest "
-      "is {} ({}).",
-      few.size(), few.size() == 1 ? " is" : "s are", few.size() == 1 ? "it" : "each", name_of(*strongest),
-      shown(strongest->size, strongest->observable));
-}
-
 /// What the gap followed before the search, by curves without physics.
-void add_patterns(report::Page& page, const SearchResult& search) {
+void add_patterns(report::Page& page, const Diagnosis& d) {
   constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
-  std::vector<Pattern> sure, few;
-  for (const Pattern& p : search.where) (p.p_value <= false_discoveries ? sure : few).push_back(p);
+  std::vector<Pattern> sure = d.search.where;
+  std::erase_if(sure, [](const Pattern& p) { return !(p.p_value <= false_discoveries); });
+  sure = by_size(std::move(sure), d.gaps);
   std::vector<Row> rows;
   for (const Pattern& p : shown_patterns(sure))
-    rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable), fmt::format("{:.1f} %", 100 * p.share),
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, d.gaps[p.observable], p.observable),
                     report::plain(p.p_value, 2)});
-  if (rows.empty()) {
-    page.paragraph(fmt::format(
-        "Before the search no curve over a setting passes sign flips of whole conditions (p at most {}).{}",
+  if (rows.empty())
+    return page.paragraph(fmt::format(
+        "Before the search no curve over a setting is beyond chance, by sign flips of whole conditions (p at most "
+        "{}).{}",
         false_discoveries,
-        search.found.empty() ? "" : " What the verdict names was told by its own shape, which is sharper than these."));
-  } else {
-    page.paragraph(fmt::format(
-        "Before the search the gap followed these settings beyond chance: curves without physics, the strongest first, "
-        "{}. They overlap. p is how often chance does as much, by sign flips of whole conditions.",
-        rows.size() < sure.size()
-            ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
-            : fmt::format("{} in all", rows.size())));
-    const Row header = {"of", "along", "size (root mean square)", "share of what exceeds noise", "p"};
-    page.table(header, rows);
+        d.search.found.empty() ? ""
+                               : " What the verdict names was told by its own shape, which is sharper than these."));
+  page.paragraph(fmt::format(
+      "Before the search the gap followed these settings beyond chance: curves without physics, the largest of each "
+      "observable first, {}. They overlap. x, y and radius are places in the image, incidence is the angle of the "
+      "light "
+      "on the board, a period that of a wave over the distance. p is how often chance does as much, when whole "
+      "conditions change their signs at random.",
+      rows.size() < sure.size()
+          ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+          : fmt::format("{} in all", rows.size())));
+  const Row header = {"of", "along", "size (root mean square)", "p"};
+  page.table(header, rows);
+}
+
+/// Of which the map of what is left is.
+std::size_t rest_observable(const Diagnosis& d) {
+  const SearchResult& search = d.search;
+  if (const auto rest = by_size(search.rest, d.gaps); !rest.empty()) return rest.front().observable;
+  if (!search.rest.empty()) return search.rest.front().observable;
+  std::size_t o = distance;
+  while (search.structure[o] == 0) ++o;
+  return o;
+}
+
+void add_tried(report::Page& page, const SearchResult& search) {
+  std::vector<Row> rows;
+  for (const Found& tried : search.dropped) {
+    Row row = {tried.name, tried.refutation};
+    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
   }
-  if (!few.empty()) page.paragraph(on_few_conditions(few));
+  if (rows.empty()) return;
+  page.fold("What was tried and is not named");
+  const Row header = {"effect", "why not"};
+  page.table(header, rows);
+  page.unfold();
 }
 
 }  // namespace
 
 std::string rest_map(const ReportData& data) {
   const SearchResult& search = data.d.search;
-  std::size_t o = distance;
-  if (!search.rest.empty())
-    o = search.rest.front().observable;
-  else
-    while (search.structure[o] == 0) ++o;
+  const std::size_t o = rest_observable(data.d);
   const std::string title = label(o) + ", what no effect explains";
   if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
   const std::vector<double> pattern = leading_pattern(data.at_the_end, search.after.state, o);
@@ -151,12 +164,15 @@ std::string rest_map(const ReportData& data) {
 void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
   page.heading("What the gap follows, and what no effect explains");
-  add_patterns(page, search);
+  add_patterns(page, data.d);
+  add_tried(page, search);
   if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
   std::vector<Row> rows;
-  for (const Pattern& p : search.rest) rows.push_back({label(p.observable), p.axis, shown(p.size, p.observable)});
+  for (const Pattern& p : shown_patterns(by_size(search.rest, data.d.gaps)))
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
   if (!rows.empty()) {
-    page.paragraph("After the search this is left, and no effect explains it:");
+    page.paragraph(
+        "After the search this is left, and no effect explains it; the largest of each observable, which overlap:");
     const Row header = {"of", "along", "size (root mean square)"};
     page.table(header, rows);
   }
@@ -170,8 +186,11 @@ void add_rest(report::Page& page, const ReportData& data) {
   if (!nearest.empty())
     page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};
-  page.figures(shape,
-               "The largest of what is left. Over the sensor its sign may change from one condition to the next.");
+  page.figures(
+      shape, search.structure[rest_observable(data.d)] == 0
+                 ? "The largest of what is left: measured minus extended, mean over each condition's image. Grey: not "
+                   "measured."
+                 : "The largest of what is left, over the sensor. Its sign may change from one condition to the next.");
 }
 
 }  // namespace tofgraph::diagnosis

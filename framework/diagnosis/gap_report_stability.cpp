@@ -20,9 +20,9 @@ void add_stability(report::Page& page, const ReportData& data) {
   header.insert(header.end(), names.begin(), names.end());
   std::vector<Row> rows;
   for (const Stability& one : all) {
-    rows.push_back({one.put_aside, shown(one.gap.before, distance),
-                    fmt::format("{} ({} to {})", shown(one.gap.after, distance), shown(one.gap.low, distance),
-                                shown(one.gap.high, distance))});
+    const auto text = [&](double gap) { return shown_within(gap, (one.gap.high - one.gap.low) / 2, distance); };
+    rows.push_back({one.put_aside, text(one.gap.before),
+                    fmt::format("{} ({} to {})", text(one.gap.after), text(one.gap.low), text(one.gap.high))});
     for (const std::string& name : names) {
       const auto found = one.chosen.find(name);
       rows.back().push_back(fmt::format("{} of {}", found == one.chosen.end() ? 0 : found->second, one.runs));

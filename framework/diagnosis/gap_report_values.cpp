@@ -14,13 +14,43 @@
 
 namespace tofgraph::diagnosis {
 
-std::string shown(double value, std::size_t observable) {
+std::string shown(double value, std::size_t observable, int digits) {
   if (!std::isfinite(value)) return "-";
-  return fmt::format("{} {}", report::plain(scaled(value, observable)), unit_of(observable));
+  return fmt::format("{} {}", report::plain(scaled(value, observable), digits), unit_of(observable));
 }
 std::string shown_signed(double value, std::size_t observable) {
   if (!std::isfinite(value)) return "-";
   return fmt::format("{} {}", report::plain(scaled(value, observable), 3, true), unit_of(observable));
+}
+std::string shown_within(double value, double uncertainty, std::size_t observable, bool sign) {
+  if (!std::isfinite(value)) return "-";
+  constexpr double smallest = 1e-4;  // mm or percent
+  const double v = scaled(value, observable), u = scaled(uncertainty, observable);
+  // A residual may well be less than its standard deviation; a gap never tells less than its first two digits.
+  double least = u >= smallest ? u : std::abs(v);
+  if (!sign && std::abs(v) >= smallest) least = std::min(least, std::abs(v));
+  if (least < smallest || (!sign && std::abs(v) < smallest)) return "0 " + unit_of(observable);
+  int decimals = 1 - static_cast<int>(std::floor(std::log10(least)));
+  constexpr int most_digits = 3;  // of a large gap beside a small one's interval
+  if (!sign) decimals = std::min(decimals, most_digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(v)))));
+  const double step = std::pow(10, -decimals);
+  const double rounded = std::round(v / step) * step;
+  const int places = std::clamp(decimals, 0, 6);
+  return sign && rounded != 0
+             ? fmt::format("{:+.{}f} {}", rounded, places, unit_of(observable))
+             : fmt::format("{:.{}f} {}", std::abs(rounded) > 0 ? rounded : 0, places, unit_of(observable));
+}
+
+std::string shown_gap(double value, const Gap& gap, std::size_t observable) {
+  return shown_within(value, (gap.held_out_high - gap.held_out_low) / 2, observable);
+}
+std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps) {
+  constexpr double hardly = 1.5;  // of the gap: what is fitted beside a curve takes a little back from any
+  std::erase_if(patterns, [&](const Pattern& p) { return p.size > hardly * gaps[p.observable].before; });
+  std::ranges::stable_sort(patterns, [](const Pattern& one, const Pattern& other) {
+    return one.observable != other.observable ? one.observable < other.observable : one.size > other.size;
+  });
+  return patterns;
 }
 double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
 std::string unit_of(std::size_t observable) { return shown_unit(observable); }
@@ -59,8 +89,8 @@ std::string sentence(const NextCondition& next) {
   return fmt::format(
       "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "
       "conditions measured so far by {:.1f} at most.",
-      setting_of(next.condition), models, next.sigma, shown(next.difference, next.observable), label(next.observable),
-      next.measured_sigma);
+      setting_of(next.condition), models, next.sigma, shown(next.difference, next.observable, 2),
+      label(next.observable), next.measured_sigma);
 }
 
 double mean(const std::vector<double>& values) {

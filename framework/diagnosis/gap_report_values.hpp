@@ -3,6 +3,7 @@
 /// @file Numbers and settings as the gap report shows them.
 #pragma once
 
+#include "diagnosis/diagnosis.hpp"
 #include "diagnosis/evidence.hpp"
 #include "diagnosis/next_condition.hpp"
 #include "report/chart.hpp"
@@ -13,9 +14,16 @@
 namespace tofgraph::diagnosis {
 
 /// Lengths in mm, what is relative in percent.
-std::string shown(double value, std::size_t observable);
+std::string shown(double value, std::size_t observable, int digits = 3);
 /// The same with its sign, as of a residual.
 std::string shown_signed(double value, std::size_t observable);
+/// The same with as many decimals as two digits of its uncertainty have; of a value below that, two digits of its own.
+std::string shown_within(double value, double uncertainty, std::size_t observable, bool sign = false);
+/// A gap of one observable, in the digits that its 95 % interval out of fold leaves.
+std::string shown_gap(double value, const Gap& gap, std::size_t observable);
+/// Patterns of the distance first, and of each observable the largest first. Those that are far larger than the gap
+/// itself are left out: something else beside them takes most of them back.
+std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps);
 double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);
 std::string label(std::size_t observable);

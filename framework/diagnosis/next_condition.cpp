@@ -214,8 +214,9 @@ bool tells(const NextCondition& next) {
 }
 
 const NextCondition* most_telling(const std::vector<NextCondition>& next) {
-  const auto first =
-      std::ranges::find_if(next, [](const NextCondition& one) { return tells(one) && one.sigma > one.measured_sigma; });
+  constexpr double more = 1.1;  // what tells as much as a condition that is there is no reason to go back to the rail
+  const auto first = std::ranges::find_if(
+      next, [](const NextCondition& one) { return tells(one) && one.sigma > more * one.measured_sigma; });
   return first == next.end() ? nullptr : &*first;
 }
 

@@ -68,7 +68,7 @@ bool tells(const NextCondition& next);
 /// then the largest difference. What no condition of the list shows is left out.
 std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions);
 
-/// The first that tells something, and more than what was measured; nullptr: there is none.
+/// The first that tells something, and more than what was measured by a tenth; nullptr: there is none.
 const NextCondition* most_telling(const std::vector<NextCondition>& next);
 
 /// Standard deviations of one condition by which two models differ, in each of a problem's conditions. What is left

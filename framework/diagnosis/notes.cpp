@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace tofgraph::diagnosis {
@@ -17,6 +18,77 @@ constexpr double unlike_profile =
     1.4;  ///< a standard deviation by the profile's, or its inverse: profiles hardly know theirs better
 
 }  // namespace
+
+namespace {
+
+/// What few levels of a setting, or settings that go together, leave open.
+void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
+  std::set<double> distances, times;
+  std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
+  for (const io::Condition& c : conditions) {
+    if (c.is_capped()) continue;
+    distances.insert(c.board_distance);
+    times.insert(c.integration_time);
+    times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
+  }
+  if (distances.size() == 1)
+    notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
+  const auto few = [&](std::size_t levels, std::size_t least, const char* what) {
+    if (levels > 1 && levels < least)
+      notes.push_back(fmt::format(
+          "There are {} {} only: a law over them is hardly tested between them, and not beyond.", levels, what));
+  };
+  few(distances.size(), 5, "distances");
+  few(times.size(), 4, "integration times");
+  const bool together = std::ranges::none_of(times_of_board, [](const auto& board) { return board.second.size() > 1; });
+  if (times.size() > 1 && together && !light_seen)
+    notes.push_back(
+        "No target was measured at one distance with two integration times: what the time does is told from what "
+        "distance and light do by the form of the laws alone.");
+}
+
+/// "0.36 mm and 0.52 % of light", or the one of them that there is.
+std::string length_and_light(double length, double light) {
+  constexpr double none = 5e-5;  // m, and of ln amplitude: would be shown as nothing
+  std::string text = length < none && light >= none ? "" : fmt::format("{:.2f} mm", 1e3 * length);
+  if (light >= none) text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
+  return text;
+}
+
+/// Whether an effect, or one that it is tied with, is light that is added to that of the scene and stays the same.
+bool is_constant_phasor(const Found& found) {
+  const std::vector<std::string> names = found.names();
+  return std::ranges::any_of(
+      names, [](const std::string& name) { return name == "crosstalk" || name == "static_reflection"; });
+}
+
+}  // namespace
+
+std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
+  std::vector<std::string> notes;
+  if (search.found.empty()) return notes;
+  const bool capped = std::ranges::any_of(problem.design.conditions(), &io::Condition::is_capped);
+  for (const Found& found : search.found) {
+    if (!capped && is_constant_phasor(found))
+      notes.push_back(fmt::format(
+          "{} is light that is added to that of the scene and stays the same. It may leak inside the camera or come "
+          "from anything that stands still in front of it: boards do not tell which. Frames with a capped lens do: "
+          "what "
+          "is inside stays.",
+          found.name));
+  }
+  if (!problem.light_seen() && !problem.targets.empty()) {
+    std::string values;
+    for (std::size_t t = 0; t < problem.targets.size(); ++t)
+      values += fmt::format("{}{:.2g} of target {}", t == 0 ? "" : ", ",
+                            unknown_reflectivity * std::exp(search.after.state.light[t]), problem.targets[t]);
+    notes.push_back(
+        fmt::format("Reflectivities are inferred with the model, not measured: {}, where that of the first target is "
+                    "taken as {}. A wrong effect makes them wrong: to measure them is a test of the names.",
+                    values, unknown_reflectivity));
+  }
+  return notes;
+}
 
 std::vector<std::string> notes_on(const Measurements& m, const Problem& problem) {
   std::vector<std::string> notes;
@@ -60,16 +132,11 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
     notes.push_back(
         "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
         "asked.");
-  std::set<double> distances;
-  for (const io::Condition& c : m.design->conditions()) {
-    if (!c.is_capped()) distances.insert(c.board_distance);
-  }
-  if (distances.size() == 1)
-    notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
+  notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(
-        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are estimated from what "
-        "effects do. What stands beside the light, as crosstalk does, is relative to that.",
+        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from what "
+        "effects do, not measured. What stands beside the light, as crosstalk does, is relative to that.",
         unknown_reflectivity));
   return notes;
 }
@@ -85,9 +152,9 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
   if (const double drift = wander_of(design, sd.drift), drift_light = wander_of(design, sd.drift_light);
       uses(&Variances::drift) && (drift > length || drift_light > light))
     notes.push_back(
-        fmt::format("The camera wandered while the conditions were measured, by {:.2f} mm and {:.2f} % of light (root "
-                    "mean square): a nuisance, no effect.",
-                    1e3 * drift, 100 * drift_light));
+        fmt::format("The camera wandered while the conditions were measured, by {} (root mean square): a nuisance, no "
+                    "effect.",
+                    length_and_light(drift, drift_light)));
   for (const auto& [which, what] : {std::pair(&Variances::jitter, "the places of the boards"),
                                     {&Variances::offset, "the camera's offsets"},
                                     {&Variances::light, "the light"},
@@ -103,9 +170,8 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
           what));
   }
   if (uses(&Variances::session) && (sd.session > length || sd.session_light > light))
-    notes.push_back(
-        fmt::format("Sessions differ by {:.2f} mm and {:.2f} % of light (standard deviation): a nuisance, no effect.",
-                    1e3 * sd.session, 100 * sd.session_light));
+    notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, no effect.",
+                                length_and_light(sd.session, sd.session_light)));
   if (problem.allowed.boards)
     notes.push_back(fmt::format(
         "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "

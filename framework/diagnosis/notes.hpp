@@ -15,6 +15,10 @@ namespace tofgraph::diagnosis {
 /// What was left out, and what the measurements cannot tell. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
+/// What the names and values that were found may stand for, and what they rest on that was not measured. Nothing where
+/// nothing was found. @param problem of the measurements
+std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
+
 /// What conditions have of their own, where it is enough to matter. @param problem with what the search allowed
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 

@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "config/quantity.hpp"
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report_values.hpp"
-#include "diagnosis/notes.hpp"
 
 #include <fmt/format.h>
 
@@ -179,100 +177,7 @@ json nuisances_json(const Diagnosis& d) {
   return result;
 }
 
-std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
-
-/// Of the depth where it shrinks by as much as noise, else of the observable that shrinks most in units of its noise.
-std::string shrunk(const Diagnosis& d) {
-  const bool aside = !d.search.cross_fit.empty();
-  const auto ends = [&](std::size_t o) {
-    const Gap& g = d.gaps[o];
-    return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
-  };
-  const auto noise = [&](std::size_t o) { return d.gaps[o].noise_and_scatter; };
-  const auto fall = [&](std::size_t o) {
-    const auto [before, after] = ends(o);
-    return (before * before - after * after) / std::pow(noise(o), 2);
-  };
-  std::size_t most = distance;
-  for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
-    if (fall(o) > fall(most)) most = o;
-  }
-  const char* repeated = std::isnan(d.gaps[most].noise_floor)
-                             ? "{} scatter from one condition to the next, and without repeats nobody knows "
-                               "how much of that is noise"
-                             : "noise and scatter alone leave {}";
-  const std::string rest = fmt::format(fmt::runtime(repeated), shown(noise(most), most));
-  return fmt::format("the {} gap {}goes from {} to {}, {}", observable_labels[most],
-                     aside ? "on held-out conditions " : "", shown(ends(most).first, most),
-                     shown(ends(most).second, most), rest);
-}
-
-/// Of the model's own effects, what the data want otherwise: "wiggling amplitude 6 mm -> 4 mm".
-std::string refitted(const Diagnosis& d) {
-  std::vector<std::string> changes;
-  for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
-    for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
-      const ParameterResult& p = d.effects[t].parameters[k];
-      const std::vector<double>& written = d.model_terms[t].values;  // refinements come after these
-      const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
-      if (before < p.interval.low || before > p.interval.high)
-        changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
-                                      config::format_quantity(before, p.unit),
-                                      config::format_quantity(p.value, p.unit)));
-    }
-  }
-  return list_of(changes);
-}
-
-/// What came out of the search, in a sentence.
-/// Where nothing was measured twice, what no effect explains may as well be noise: that is no agreement.
-std::string agreement(const Diagnosis& d) {
-  const Gap& gap = d.gaps[distance];
-  if (!std::isnan(gap.noise_floor)) return "The model agrees with these data as far as they can show.";
-  return fmt::format(
-      "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
-      "twice, so nobody knows.",
-      shown(gap.before, distance));
-}
-
-std::string outcome(const Diagnosis& d) {
-  std::vector<std::string> names;
-  std::vector<const EffectResult*> added;
-  for (const EffectResult& effect : d.effects) {
-    if (effect.change == "added") added.push_back(&effect);
-  }
-  std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
-  for (const EffectResult* effect : added)
-    names.push_back(effect->tied_with.empty() ? effect->name
-                                              : fmt::format("{} (or {})", effect->name, list_of(effect->tied_with)));
-  const std::string shrink = shrunk(d);
-  switch (d.verdict) {
-    case Verdict::named:
-      return fmt::format("The model lacks {}: {}.", list_of(names), shrink);
-    case Verdict::tie:
-      return fmt::format("The model lacks {}, which these data cannot tell apart: {}.", list_of(names), shrink);
-    case Verdict::named_with_rest:
-      return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
-                         shrink);
-    case Verdict::unknown:
-      return "Measurement and simulation differ, and no known effect explains how.";
-    default:
-      if (refitted(d).empty()) return agreement(d);
-      return fmt::format("No effect is missing, but the model's own values are off: {}; {}.", refitted(d), shrink);
-  }
-}
-
 }  // namespace
-
-std::string summary(const Diagnosis& d) {
-  constexpr std::size_t told = 3;  // misplaced boards; the notes have all
-  const std::vector<std::string> misplaced = notes_on_misplaced(*d.measurements.design, d.search);
-  std::string text = outcome(d);
-  for (std::size_t i = 0; i < std::min(told, misplaced.size()); ++i) text += " " + misplaced[i];
-  if (misplaced.size() > told)
-    text += fmt::format(" {} more conditions are off likewise, see the notes.", misplaced.size() - told);
-  return text;
-}
 
 json report_json(const Diagnosis& d) {
   json report = {
@@ -304,6 +209,7 @@ json report_json(const Diagnosis& d) {
   report["notes"] = d.notes;
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   report["nuisances"] = nuisances_json(d);
+  report["campaign"] = {{"name", d.campaign_name}, {"notes", d.campaign_notes}};
   report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};

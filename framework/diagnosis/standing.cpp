@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -18,13 +19,19 @@ struct Scale {
   std::string_view unit, shown;
   double factor;
 };
-constexpr std::array<Scale, 3> scales = {{{"m", "mm", 1e3}, {"s", "ms", 1e3}, {"rad", "deg", 180 / std::numbers::pi}}};
+constexpr std::array<Scale, 4> scales = {
+    {{"m", "mm", 1e3}, {"s", "ms", 1e3}, {"rad", "deg", 180 / std::numbers::pi}, {"m/s", "mm/ms", 1}}};
 
 /// Digits behind the point with which an uncertainty has two digits; below 0: of whole tens.
 int digits_of(double uncertainty) {
   if (!(uncertainty > 0)) return 4;
   const int leading = static_cast<int>(std::floor(std::log10(uncertainty)));
   return 1 - leading;
+}
+
+/// So many significant digits, without the exponent that large numbers would get.
+std::string rounded(double value, int digits) {
+  return fmt::format("{}", std::stod(fmt::format("{:.{}e}", value, digits - 1)));
 }
 
 std::string number(double value, int digits) {
@@ -52,17 +59,16 @@ std::string_view standing_name(Standing standing) {
   return names.at(static_cast<std::size_t>(standing));
 }
 
-std::string with_uncertainty(double value, const Interval& interval, std::string_view unit) {
+std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits) {
   const auto found = std::ranges::find(scales, unit, &Scale::unit);
   const double factor = found == scales.end() ? 1 : found->factor;
   const std::string_view shown = found == scales.end() ? unit : found->shown;
   const std::string after = shown.empty() ? "" : " " + std::string(shown);
-  if (!std::isfinite(interval.low) || !std::isfinite(interval.high))
-    return fmt::format("{:.4g}{}", factor * value, after);
+  if (!std::isfinite(interval.low) || !std::isfinite(interval.high)) return rounded(factor * value, digits) + after;
   const double half = factor * (interval.high - interval.low) / 2;
   const double off_centre = factor * std::abs((interval.low + interval.high) / 2 - value);
-  const int digits = digits_of(half);
-  const auto text = [&](double v) { return number(v, digits) + after; };
+  const int decimals = digits_of(half);
+  const auto text = [&](double v) { return number(v, decimals) + after; };
   if (off_centre > skewed * half)
     return fmt::format("{} ({} to {})", text(factor * value), text(factor * interval.low),
                        text(factor * interval.high));

@@ -24,7 +24,7 @@ std::string_view standing_name(Standing standing);
 
 /// A value in a lab's units, lengths in mm, times in ms, angles in deg, with two digits of its uncertainty:
 /// "4.001 mm ± 0.020 mm"; "1.00 ms (0.90 ms to 2.00 ms)" where the ends are not as far
-/// from it, by a fifth. @param unit SI
-std::string with_uncertainty(double value, const Interval& interval, std::string_view unit);
+/// from it, by a fifth. @param unit SI @param digits where no interval is known
+std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits = 3);
 
 }  // namespace tofgraph::diagnosis

@@ -207,12 +207,34 @@ std::string detail::distance_problem(double distance, const io::Camera* camera) 
                      config::format_quantity(distance, "m"), config::format_quantity(lens, "m"));
 }
 
+namespace {
+
+/// A text, or a list of them.
+std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnostics& diagnostics) {
+  const config::Value& value = entry.value;
+  std::vector<std::string> notes;
+  bool right = value.kind == config::Value::Kind::scalar || (value.is_list() && !value.items.empty());
+  if (value.kind == config::Value::Kind::scalar) notes.push_back(value.text);
+  for (const config::Value& item : value.items) {
+    right = right && item.kind == config::Value::Kind::scalar;
+    notes.push_back(item.text);
+  }
+  if (!right)
+    diagnostics.error(value.kind == config::Value::Kind::null ? entry.at : value.at,
+                      fmt::format("'note' is {}, expected a text or a list of texts", value.described()),
+                      "example: note: the board of 2 m was moved by hand");
+  return notes;
+}
+
+}  // namespace
+
 Campaign read_campaign(const config::Value& document, config::Diagnostics& diagnostics, Captures captures) {
   Campaign campaign;
   config::check_version(document, "campaign", 1, diagnostics);
   config::Reader reader(document, diagnostics, "the campaign");
   reader.take("campaign");
   campaign.name = reader.word("name", "");
+  if (const config::Entry* note = reader.take("note")) campaign.notes = read_notes(*note, diagnostics);
   if (const config::Entry* camera = reader.need("camera", "camcube2")) {
     campaign.camera_name = camera->value.text;
     campaign.camera = find_camera(camera->value, diagnostics);

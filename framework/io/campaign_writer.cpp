@@ -135,6 +135,8 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
     throw std::invalid_argument("a campaign of statistics is written as a table, not as captures");
   std::string text = "campaign: 1\n";
   if (!campaign.name.empty()) text += fmt::format("name: {}\n", config::yaml_word(campaign.name));
+  if (!campaign.notes.empty()) text += "note:\n";
+  for (const std::string& note : campaign.notes) text += fmt::format("  - {}\n", config::yaml_word(note));
   text += fmt::format("camera: {}\n", config::yaml_word(campaign.camera_name));
   if (campaign.pattern) text += pattern_text(*campaign.pattern);
   text += "conditions:\n";

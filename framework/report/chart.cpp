@@ -39,11 +39,15 @@ std::string linked(const std::optional<std::size_t>& condition) {
 }
 
 std::string picture(int width, int height, const std::string& title, const std::string& body) {
+  // What is wider than a telephone is not made smaller than letters stay legible: it scrolls.
+  constexpr int narrow = 400;
+  constexpr double legible = 0.85;
   return fmt::format(
-      R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart" role="img" aria-label="{}" width="{}" height="{}" )"
+      R"(<svg xmlns="http://www.w3.org/2000/svg" class="chart" role="img" aria-label="{}" width="{}" height="{}"{} )"
       R"(viewBox="0 0 {} {}" font-family="system-ui, sans-serif" font-size="{}">)"
       R"(<rect class="paper" width="100%" height="100%" fill="#ffffff"/>{}</svg>)",
-      escaped(title), width, height, width, height, font, body);
+      escaped(title), width, height,
+      width > narrow ? fmt::format(" style=\"min-width:{:.0f}px\"", legible * width) : "", width, height, font, body);
 }
 
 /// An axis: from values to pixels, with ticks at round numbers.
@@ -100,7 +104,7 @@ std::string axes(const Frame& f, const Axis& x, const Axis& y, const Chart& char
             text(x.at(tick), f.bottom + 17, fmt::format("{:.4g}", tick));
   body += fmt::format(R"(<path {} d="M{} {}V{}H{}"/>)", axis, f.left, f.top, f.bottom, f.right);
   body += text((f.left + f.right) / 2, f.bottom + 34, chart.x_label) + text(8, f.top - 8, chart.y_label, "start");
-  return body + text((f.left + f.right) / 2, 16, chart.title, "middle", "font-weight=\"600\"");
+  return body + text(8, 16, chart.title, "start", "font-weight=\"600\"");  // in sight where a narrow screen scrolls
 }
 
 std::string drawn(const Series& series, std::size_t number, const Axis& x, const Axis& y) {
@@ -109,14 +113,19 @@ std::string drawn(const Series& series, std::size_t number, const Axis& x, const
     if (!std::isfinite(m.x) || !std::isfinite(m.y)) continue;
     const double px = x.at(m.x), py = y.at(m.y);
     path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", px, py);
-    if (series.style != Series::Style::points) continue;
+    if (!series.of_marks()) continue;
     points += fmt::format("<g{}>{}", linked(m.condition), tooltip(m.title));
+    if (series.style == Series::Style::ticks) {
+      points += fmt::format(R"(<path d="M{:.1f} {:.1f}h14" fill="none" stroke="currentColor" stroke-width="2.5"/></g>)",
+                            px - 7, py);
+      continue;
+    }
     if (m.error > 0)
       points += fmt::format(R"(<path d="M{:.1f} {:.1f}V{:.1f}" fill="none" stroke="currentColor"/>)", px,
                             y.at(m.y - m.error), y.at(m.y + m.error));
     points += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="3.2" fill="currentColor"/></g>)", px, py);
   }
-  if (series.style != Series::Style::points)
+  if (!series.of_marks())
     points = fmt::format(R"(<path d="{}" fill="none" stroke="currentColor" stroke-width="2"{}/>)", path,
                          series.style == Series::Style::dashes ? " stroke-dasharray=\"6 4\"" : "");
   return fmt::format("<g {}>{}</g>", colour_of(series.colour.value_or(number)), points);
@@ -254,8 +263,9 @@ std::string field_map(const FieldMap& map, int width, int height) {
     const bool there = std::isfinite(field.value);
     const io::Colour colour =
         there ? io::colour_at(io::signed_colours, 0.5 + field.value / (2 * map.limit)) : io::invalid_colour;
-    body += fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.2f}" height="{:.2f}" fill="{}"{}>{}</rect>)", x, y,
-                        w + 0.3, h + 0.3, colour_text(colour), linked(field.condition), tooltip(field.title));
+    body += fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.2f}" height="{:.2f}" )"
+                        R"(shape-rendering="crispEdges" fill="{}"{}>{}</rect>)",
+                        x, y, w + 0.3, h + 0.3, colour_text(colour), linked(field.condition), tooltip(field.title));
     if (map.write_values && there)
       body += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="middle" font-size="11" fill="{}">{:.2f}</text>)",
                           x + w / 2, y + h / 2 + 4, std::abs(field.value) > 0.7 * map.limit ? "#ffffff" : "#222222",

@@ -26,11 +26,13 @@ struct Mark {
 inline constexpr std::size_t of_measured = 0, of_simulated = 1, of_extended = 2, of_neither = 5;
 
 struct Series {
-  enum class Style { points, line, dashes };
+  enum class Style { points, ticks, line, dashes };
   std::string name;
   Style style = Style::points;
   std::vector<Mark> marks;                 ///< lines join them in this order; what is not finite is left out
   std::optional<std::size_t> colour = {};  ///< of io::line_colours; nothing: that of its place in the chart
+
+  bool of_marks() const { return style == Style::points || style == Style::ticks; }
 };
 
 /// Series over two axes, in the colours of io/palettes.hpp.

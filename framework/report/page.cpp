@@ -34,7 +34,7 @@ h2 { font-size: 19px; margin: 34px 0 8px; border-bottom: 1px solid var(--rule); 
 table { border-collapse: collapse; margin: 10px 0; font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--rule); padding: 4px 12px 4px 0; text-align: left; vertical-align: top; white-space: pre-line; }
 th { border-bottom: 2px solid #999; }
-p, figcaption { max-width: 90ch; overflow-wrap: anywhere; }
+p, li, figcaption { max-width: 90ch; overflow-wrap: anywhere; }
 figure { margin: 12px 0; } figure > div { display: flex; flex-wrap: wrap; gap: 8px; }
 figure svg { height: auto; max-width: 100%; flex: none; } figcaption { color: var(--quiet); font-size: 13.5px; }
 .chart .paper { fill: var(--paper); } .chart .ink { fill: var(--text); } .chart .rule { stroke: var(--rule); }
@@ -44,7 +44,7 @@ summary { cursor: pointer; color: var(--link); margin: 8px 0; } select { max-wid
 .facts { margin: 0; display: grid; grid-template-columns: 6em 1fr; } .facts b { font-weight: 600; }
 nav { columns: 4 180px; font-size: 14px; } nav a { display: block; } a { color: var(--link); text-decoration: none; }
 footer { color: var(--quiet); font-size: 13px; margin-top: 40px; }
-@media (max-width: 600px) { main { padding: 12px; } td, th { min-width: 6em; } figure svg { min-width: min(100%, 460px); } }
+@media (max-width: 600px) { main { padding: 12px; } td, th { min-width: 6em; } figure svg { min-width: 100%; } }
 )";
 
 }  // namespace
@@ -72,20 +72,9 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-void Page::verdict(std::string_view text, std::string_view severity) {
-  body_ += fmt::format("<p class=\"verdict {}\">{}</p>\n", severity, escaped(text));
-}
-
-void Page::heading(std::string_view text) {
-  headings_.emplace_back(text);
-  body_ += fmt::format("<h2 id=\"s{}\">{}</h2>\n", headings_.size(), escaped(text));
-}
-
-void Page::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", escaped(text)); }
-
 namespace {
 
-/// Text for a cell: lines do not break between a number and its unit or its sign.
+/// Text in which lines do not break between a number and its unit or its sign.
 std::string unbroken(std::string_view text) {
   constexpr std::string_view plus_minus = "\u00b1";
   std::string result;
@@ -98,6 +87,23 @@ std::string unbroken(std::string_view text) {
 }
 
 }  // namespace
+
+void Page::verdict(std::string_view text, std::string_view severity) {
+  body_ += fmt::format("<p class=\"verdict {}\">{}</p>\n", severity, unbroken(text));
+}
+
+void Page::heading(std::string_view text) {
+  headings_.emplace_back(text);
+  body_ += fmt::format("<h2 id=\"s{}\">{}</h2>\n", headings_.size(), escaped(text));
+}
+
+void Page::paragraph(std::string_view text) { body_ += fmt::format("<p>{}</p>\n", unbroken(text)); }
+
+void Page::list(std::span<const std::string> texts) {
+  body_ += "<ul>\n";
+  for (const std::string& text : texts) body_ += fmt::format("<li>{}</li>\n", unbroken(text));
+  body_ += "</ul>\n";
+}
 
 void Page::table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows) {
   body_ += "<div class=\"scroll\"><table><tr>";

@@ -22,6 +22,7 @@ class Page {
   void verdict(std::string_view text, std::string_view severity = "plain");
   void heading(std::string_view text);
   void paragraph(std::string_view text);
+  void list(std::span<const std::string> texts);
   void table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows);
   /// Lines of a name and what it stands for; they break where a narrow screen needs it.
   void facts(std::span<const std::vector<std::string>> rows);

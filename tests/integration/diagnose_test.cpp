@@ -256,6 +256,12 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   }
   EXPECT_EQ(said.at("resampled").size(), 3U);
   EXPECT_NE(read_text(folder.path() / "found/report.html").find("How often each effect is chosen"), std::string::npos);
+  // What weighs against the names is said where they stand: by the campaign, and by what the data have.
+  const std::string html = read_text(folder.path() / "found/report.html");
+  for (const char* text : {"2941.4, 3033.1", "no prediction", "inferred with the model, not measured", "capped lens",
+                           "No target was measured at one distance with two integration times"})
+    EXPECT_NE(html.find(text), std::string::npos) << text;
+  EXPECT_EQ(said["campaign"]["notes"].size(), 2U);
   // What is left is shown.
   EXPECT_EQ(said["unexplained"]["map"], "unexplained.svg");
   EXPECT_NE(read_text(folder.path() / "found/unexplained.svg").find("<svg"), std::string::npos);

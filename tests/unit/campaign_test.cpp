@@ -43,6 +43,24 @@ TEST(Campaign, PatternsThatCannotBeAreRefusedAtTheirPlace) {
   EXPECT_EQ(with(charuco + "4x4_100"), "");
 }
 
+TEST(Campaign, ANoteIsATextOrAListOfTexts) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "c.h5", "");
+  const auto file = folder.path() / "c.yaml";
+  const auto write = [&](const std::string& note) {
+    write_text(file, "campaign: 1\ncamera: camcube2\nnote: " + note +
+                         "\nconditions:\n  - {id: a, capture: c.h5, board: {distance: 1 m}}\n");
+  };
+  write("one");
+  EXPECT_THAT(read(file).notes, testing::ElementsAre("one"));
+  write("[one, two]");
+  EXPECT_THAT(read(file).notes, testing::ElementsAre("one", "two"));
+  for (const char* wrong : {"", "[]", "{a: b}", "[{a: b}]"}) {
+    write(wrong);
+    EXPECT_THAT(mistakes(file), testing::HasSubstr("c.yaml:3:")) << wrong;
+  }
+}
+
 TEST(Campaign, ReadsTheExampleOfTheFormat) {
   const TemporaryFolder folder;
   write_text(folder.path() / "captures/white_0500.h5", "");
@@ -155,6 +173,7 @@ TEST(Campaign, ComesBackAsWritten) {
   write_text(folder.path() / "data/scene.yaml", "");
   Campaign campaign;
   campaign.name = "a: \"name\" # of 'signs' \u00e4";
+  campaign.notes = {"the board of 2 m: moved by hand", "- and back"};
   campaign.camera_name = "camcube2";
   campaign.pattern = Pattern{7, 5, 0.1 / 3};
   Condition c;
@@ -190,6 +209,7 @@ TEST(Campaign, ComesBackAsWritten) {
   write_campaign(campaign, file);
   const Campaign again = read(file);
   EXPECT_EQ(again.name, campaign.name);
+  EXPECT_EQ(again.notes, campaign.notes);
   EXPECT_EQ(again.pattern->square, campaign.pattern->square);
   ASSERT_EQ(again.conditions.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {

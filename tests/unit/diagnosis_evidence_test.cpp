@@ -3,7 +3,9 @@
 // What the gap report shows, against closed forms and brute force.
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/evidence.hpp"
+#include "diagnosis/gap_report_values.hpp"
 #include "diagnosis/inputs.hpp"
+#include "diagnosis/notes.hpp"
 #include "diagnosis/standing.hpp"
 #include "tests/unit/rail.hpp"
 
@@ -118,6 +120,28 @@ TEST(Standing, NumbersHaveTheDigitsOfTheirUncertainty) {
   EXPECT_EQ(with_uncertainty(0.5, {0.49, 0.51}, "rad"), "28.65 deg ± 0.57 deg");
   EXPECT_EQ(with_uncertainty(1e-3, {0.9e-3, 2e-3}, "s"), "1.00 ms (0.90 ms to 2.00 ms)") << "its ends are not alike";
   EXPECT_EQ(with_uncertainty(0.03, {NAN, NAN}, ""), "0.03") << "no interval is known";
+  EXPECT_EQ(with_uncertainty(0.005, {NAN, NAN}, "rad", 2), "0.29 deg");
+  EXPECT_EQ(with_uncertainty(1500, {NAN, NAN}, "counts/s", 2), "1500 counts/s") << "no exponent";
+  EXPECT_EQ(with_uncertainty(2.8134, {2.2, 3.4}, "m/s"), "2.81 mm/ms \u00b1 0.60 mm/ms");
+}
+
+/// The digits of a gap are those that its interval leaves, two at least.
+TEST(Shown, GapsHaveTheDigitsOfTheirUncertainty) {
+  Gap gap;
+  gap.held_out_low = 16.3e-3, gap.held_out_high = 40.4e-3;
+  EXPECT_EQ(shown_gap(90.2e-3, gap, distance), "90 mm");
+  EXPECT_EQ(shown_gap(28.3e-3, gap, distance), "28 mm");
+  EXPECT_EQ(shown_gap(0.1234e-3, gap, distance), "0.12 mm");
+  gap.held_out_low = 0.723e-3, gap.held_out_high = 1.02e-3;
+  EXPECT_EQ(shown_gap(3.4512e-3, gap, distance), "3.45 mm");
+  EXPECT_EQ(shown_gap(0.88e-3, gap, distance), "0.88 mm");
+  EXPECT_EQ(shown_gap(41.83e-3, gap, distance), "41.8 mm") << "three digits at most";
+  gap.held_out_low = gap.held_out_high = NAN;
+  EXPECT_EQ(shown_gap(3.4512e-3, gap, distance), "3.5 mm") << "nothing was held out";
+  EXPECT_EQ(shown_gap(NAN, gap, distance), "-");
+  EXPECT_EQ(shown_within(-0.004e-3, 0.5e-3, distance, true), "0.00 mm") << "a residual below its deviation";
+  EXPECT_EQ(shown_within(4.5512e-3, 0.45e-3, distance, true), "+4.55 mm");
+  EXPECT_EQ(shown_within(1234.5e-3, 120e-3, distance, true), "+1230 mm");
 }
 
 TEST_F(Rail, WhatTheDataSayOfAParameter) {
@@ -128,6 +152,35 @@ TEST_F(Rail, WhatTheDataSayOfAParameter) {
   EXPECT_EQ(standing(size, {-1, 1}, 9000), Standing::not_determined) << "the prior alone has 100^2";
   EXPECT_EQ(standing(angle, {-3, 4}, 2), Standing::not_determined) << "a whole turn";
   EXPECT_EQ(standing(angle, {-0.1, 0.1}, 1e-3), Standing::determined) << "no angle changes nothing";
+}
+
+/// What a campaign cannot tell by its settings alone is said before anything is searched.
+TEST_F(Rail, FewLevelsAndSettingsThatGoTogetherAreNoted) {
+  const auto notes = [&](bool light) {
+    measure();
+    for (Observations& o : blank) {
+      for (std::size_t row = design->superpixels(); !light && row < design->rows(); ++row)
+        o.variance[row] = std::numeric_limits<double>::infinity();
+    }
+    const Problem problem = make_problem(*design, blank);
+    Measurements m;
+    m.design = std::make_shared<const Design>(*design);
+    m.observations = blank;
+    m.replicates = m.taps = true;
+    std::string all;
+    for (const std::string& note : notes_on(m, problem)) all += note + "\n";
+    return all;
+  };
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    conditions[i].board_distance = 1 + static_cast<double>(i) / 10;
+    conditions[i].integration_time = i % 2 == 0 ? 1e-3 : 2e-3;
+  }
+  EXPECT_NE(notes(true).find("There are 2 integration times only"), std::string::npos);
+  EXPECT_EQ(notes(true).find("No target was measured"), std::string::npos) << "the light is known";
+  EXPECT_NE(notes(false).find("No target was measured at one distance with two integration times"), std::string::npos);
+  conditions[1].board_distance = conditions[0].board_distance;
+  conditions[1].target = conditions[0].target;
+  EXPECT_EQ(notes(false).find("No target was measured"), std::string::npos);
 }
 
 /// SHA-256 of "abc" (FIPS 180-2, appendix B.1).
