@@ -28,7 +28,7 @@ constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
 std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
-  if (c.lens == "capped") return "the lens is capped";
+  if (c.is_capped()) return "the lens is capped";
   if (!c.sources.empty() && !single_sources) return "not all sources are on";
   if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
   if (table && !std::isfinite(c.measured.depth) && !std::isfinite(c.measured.distance))

@@ -24,7 +24,7 @@ struct Read {
 
 Read read(const io::Campaign& campaign, const io::Condition& condition) {
   Read result;
-  if (condition.lens == "capped") {
+  if (condition.is_capped()) {
     result.left_out = "the lens is capped";
     return result;
   }

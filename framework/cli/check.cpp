@@ -76,9 +76,6 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   const CampaignArguments captures{campaign, diagnostics};
   run_module("campaign", &captures);
   const std::size_t conditions = campaign.conditions.size();
-  const std::string problem =
-      campaign.camera ? physics::not_the_four(physics::exposures_of(campaign.camera->view())) : std::string();
-  if (!problem.empty()) diagnostics.warning(document.at, fmt::format("diagnose {}", problem));
   if (campaign.camera)
     warn_of_camera(*campaign.camera, "diagnose", simulation::missing_for_light(campaign.camera->view()), document.at,
                    diagnostics);

@@ -78,7 +78,8 @@ class Axes {
     settings("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
     settings("ambient", [](const io::Condition& c) { return c.ambient; });
     settings("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
-    settings(lens_axis, [](const io::Condition& c) { return std::string(c.is_capped() ? "capped" : "open"); });
+    const auto capped = [this](std::size_t i, std::size_t) { return design_.shows_board(i) ? 0.0 : 1.0; };
+    if (std::ranges::any_of(design_.conditions(), &io::Condition::is_capped)) axes_.push_back({lens_axis, {capped}});
     settings("rail", [](const io::Condition& c) { return c.rail; });
     settings("reference", [](const io::Condition& c) { return c.reference; });
     for (int cycles = 1; cycles <= most_cycles; ++cycles) cycle(cycles);
@@ -140,7 +141,7 @@ class Axes {
   template <class Label> void levels(const char* name, Label label) {
     std::set<std::string> words;
     for (std::size_t i = 0; i < design_.size(); ++i) {
-      if (design_.shows_board(i) || name == lens_axis) words.insert(label(design_.conditions()[i]));
+      if (design_.shows_board(i)) words.insert(label(design_.conditions()[i]));
     }
     if (words.size() < 2) return;
     Axis axis{name, {}};

@@ -150,6 +150,7 @@ BoardShapes::BoardShapes(const Problem& problem) {
     grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
   });
   for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
     Eigen::MatrixXd& of_target = information_[design.conditions()[i].target];
     if (of_target.size() == 0) of_target = Eigen::MatrixXd::Zero(count, count);
     of_target += grams[i].selfadjointView<Eigen::Lower>();
@@ -165,6 +166,7 @@ BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const 
   const Eigen::Index count = heights_.front().cols();
   double excess = 0;
   for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
     const Observations& data = problem.data[i];
     Eigen::MatrixXd left = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(design.rows()), 1);
     for (std::size_t row = 0; row < design.rows(); ++row) {
@@ -218,10 +220,12 @@ std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
     result.cost += values[name].squaredNorm() / (sd * sd) + (sd * sd * factors.vectorD().array()).log().sum();
   }
   for (std::size_t i = 0; i < design.size(); ++i) {
+    result.rows[i].assign(design.rows(), 0);
+    if (!design.shows_board(i)) continue;
     const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);
-    result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.size());
+    result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.boards());
     for (std::size_t row = 0; row < design.rows(); ++row)
-      result.rows[i].push_back(design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels())));
+      result.rows[i][row] = (design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels())));
   }
   result.sd = std::sqrt(result.sd);
   if (result.sd > most_bent) return nullptr;

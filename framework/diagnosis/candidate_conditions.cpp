@@ -141,7 +141,8 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const std::vector<double> times = times_of(design), since = power_on_times_of(design),
                             distances = distances_of(design);
   std::vector<io::Condition> all;
-  for (const double time : times) {
+  // Without amplitudes a capped lens says nothing.
+  for (const double time : problem.light_seen() && design.superpixels() > 1 ? times : std::vector<double>{}) {
     io::Condition capped;
     capped.id = "next";
     capped.lens = "capped";
@@ -213,19 +214,25 @@ Observations NoiseLaw::blank(const Design& design, std::size_t condition, double
   constexpr double none = std::numeric_limits<double>::infinity();
   const std::size_t n = design.superpixels();
   const double factor = std::exp(light), well = design.camera().full_well;
+  const double pixels_a_superpixel =
+      static_cast<double>(design.camera().width) * static_cast<double>(design.camera().height) / static_cast<double>(n);
   Observations result{std::vector<double>(design.rows(), 0), std::vector<double>(design.rows(), none)};
   for (std::size_t s = 0; s < n; ++s) {
     const Signal& ideal = design.ideal(condition)[s];
-    // A stand-in has no noise: what a capped camera sees is nearly nothing.
-    const double lit = design.shows_board(condition) ? factor : 0;
-    const double mean = lit * ideal.intensity, strength = lit * std::abs(ideal.phasor);
+    const bool lit = design.shows_board(condition);
+    const double mean = lit ? factor * ideal.intensity : 0, strength = lit ? factor * std::abs(ideal.phasor) : 0;
     if (well > 0 && mean + strength / 2 > full * well) continue;
     for (std::size_t o = 0; o < observables; ++o) {
       const double level = factor * sample_level(ideal, o);
-      if (laws_[o].known) result.variance[o * n + s] = (laws_[o].constant + laws_[o].slope * mean) / (level * level);
+      const double variance = (laws_[o].constant + laws_[o].slope * mean) / (level * level);
+      if (laws_[o].known && variance > 0) result.variance[o * n + s] = variance;
     }
     if (!(result.variance[amplitude * n + s] * too_dark * too_dark < 1) && laws_[amplitude].known) {
       for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] = none;
+    }
+    if (!lit) {  // taps may be clipped at zero: one superpixel with the noise of a pixel, as where it was measured
+      for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] *= pixels_a_superpixel;
+      if (std::isfinite(result.variance[amplitude * n + s])) break;
     }
   }
   return result;

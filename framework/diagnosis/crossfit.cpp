@@ -138,6 +138,7 @@ class Prediction {
   void sums(const std::vector<double>& rows, std::size_t i, std::array<double, observables>& squares) {
     const std::size_t n = held_.design.superpixels();
     conditions_[i].count = {};
+    if (!held_.design.shows_board(i)) return;  // it has no gap to a board
     for (std::size_t o = 0; o < observables; ++o) {
       for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
         if (std::isinf(held_.data[i].variance[row])) continue;

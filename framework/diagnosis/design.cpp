@@ -79,8 +79,8 @@ void require_enough(std::size_t conditions, const std::vector<std::string>& left
 }
 
 io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camera) {
-  io::Condition board = capped;
-  board.lens.clear();
+  io::Condition board;
+  board.integration_time = capped.integration_time;
   board.board_distance = physics::unambiguous_range(camera.modulation_frequency) / 2;
   return board;
 }
@@ -102,7 +102,9 @@ std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const
   if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
   std::vector<Signal> result = demodulated(expectation.taps, pixels.size());
   if (shows_board(i)) return result;
-  const std::vector<Signal> board = &pixels == &pixels_ ? ideal_[i] : ideal_signals(pixels, i);
+  const std::vector<Signal> board = &pixels == &pixels_ ? ideal_[i]
+                                    : &pixels == &fine_ ? fine_ideal_[i]
+                                                        : ideal_signals(pixels, i);
   for (std::size_t s = 0; s < pixels.size(); ++s) result[s] += board[s];
   return result;
 }

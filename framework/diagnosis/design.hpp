@@ -61,6 +61,10 @@ class Design {
 
   /// Not where the lens is capped: such a condition has no distance, no reflectivity and no place.
   bool shows_board(std::size_t condition) const { return !conditions_[condition].is_capped(); }
+  /// Conditions that do.
+  std::size_t boards() const {
+    return size() - static_cast<std::size_t>(std::ranges::count_if(conditions_, &io::Condition::is_capped));
+  }
 
   /// What the model expects, observables x superpixels. @param light logarithm of the factor on the reflectivity
   /// @throws simulation::EffectError

@@ -47,7 +47,13 @@ class Folds {
   std::vector<Fold> halves(std::size_t count, std::uint64_t seed) {
     const std::vector<std::size_t> cluster = clusters_of(design_);
     Levels levels(1 + std::ranges::max(cluster));
-    for (std::size_t i = 0; i < cluster.size(); ++i) levels[cluster[i]].second.push_back(i);
+    for (std::size_t i = 0; i < cluster.size(); ++i) {
+      const io::Condition& c = design_.conditions()[i];
+      if (!design_.shows_board(i)) continue;
+      levels[cluster[i]].first = fmt::format("{:.4g} m", c.board_distance) + (c.session.empty() ? "" : " " + c.session);
+      levels[cluster[i]].second.push_back(i);
+    }
+    std::erase_if(levels, [](const auto& level) { return level.second.empty(); });
     std::vector<std::size_t> order(levels.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::mt19937_64 random(seed);
@@ -99,7 +105,7 @@ class Folds {
     }
     std::ranges::sort(fold.held);
     fold.levels = fmt::format("{}", fmt::join(names, ", "));
-    if (design_.size() - fold.held.size() >= fewest_conditions) folds_.push_back(std::move(fold));
+    if (design_.boards() - fold.held.size() >= fewest_conditions) folds_.push_back(std::move(fold));
   }
 
   void ordered(const std::string& setting, const Levels& levels) {

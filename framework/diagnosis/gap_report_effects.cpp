@@ -114,6 +114,7 @@ std::string apart(const ReportData& data, const EffectResult& e, const Rival& ri
   const auto sigma = differences_in_sigma(data.at_the_end, data.d.search.after.state, rival.state);
   report::Series points{"", report::Series::Style::points, {}, report::of_neither};
   for (std::size_t i = 0; i < change.size(); ++i) {
+    if (!data.design.shows_board(i)) continue;
     const io::Condition& c = data.design.conditions()[i];
     std::vector<double> depths;
     for (std::size_t s = 0; s < data.design.superpixels(); ++s)

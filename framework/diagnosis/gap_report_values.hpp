@@ -40,7 +40,7 @@ double mean(const std::vector<double>& values);
 /// The end of a map's colours: 98 % of the values, in mm or percent, are within it.
 double scale_of(const std::vector<double>& values);
 
-/// Values over the superpixels, in mm or percent, or in `unit` as they are. @param sd one a superpixel, for tooltips
+/// Values over the superpixels, in mm or percent. @param sd one a superpixel, for tooltips
 report::FieldMap sensor_map(const Design& design, const std::vector<double>& values, const std::vector<double>& sd,
                             std::size_t observable, const std::string& title);
 

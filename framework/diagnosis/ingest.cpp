@@ -69,6 +69,7 @@ struct Read {
   double recorded_time = io::unknown;  ///< s
   std::size_t saturated = 0, frames = 0;
   FrameSums::Kind kind = FrameSums::Kind::phases;
+  std::string why_not;  ///< it cannot be used, or nothing
 };
 
 class Reader {
@@ -77,7 +78,12 @@ class Reader {
       : camera_(campaign.camera->view()),
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
-        pixels_(simulation::whole_image(camera_)) {}
+        pixels_(simulation::whole_image(camera_)),
+        edge_(grid * grid, false) {
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] = true;
+    }
+  }
 
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
 
@@ -98,15 +104,16 @@ class Reader {
     result.recorded_time = capture.metadata(0).integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     const FrameSums sums = sums_of(recording, condition, camera_);
-    if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances)
-      throw std::runtime_error("has distances only: where the lens is capped they say nothing without amplitudes");
+    if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
+      result.why_not = "its lens is capped: distances without amplitudes say nothing there";
+      return result;
+    }
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations =
         reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
                {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
                condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
-    leave_out_lens_edge(result.observations);
     result.saturated = sums.saturated();
     result.frames = sums.frames();
     result.kind = sums.kind();
@@ -114,18 +121,6 @@ class Reader {
   }
 
  private:
-  /// A superpixel that is partly outside the lens model has no middle that stands for it.
-  void leave_out_lens_edge(Observations& observations) const {
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (!std::isnan(pixels_.rays[i].z)) continue;
-      const std::size_t s = superpixel_of(i, pixels_.rows, pixels_.columns, grid);
-      for (std::size_t row = s; row < observations.value.size(); row += grid * grid) {
-        observations.value[row] = 0;
-        observations.variance[row] = std::numeric_limits<double>::infinity();
-      }
-    }
-  }
-
   std::vector<Signal> ideal(const io::Condition& condition) const {
     const io::Condition board = condition.is_capped() ? stand_in(condition, camera_) : condition;
     const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(board));
@@ -135,7 +130,8 @@ class Reader {
     signals.reserve(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
-      if (std::isnan(signals.back().intensity)) signals.back() = {};
+      // A superpixel that is partly outside the lens model has no middle that stands for it.
+      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -150,7 +146,46 @@ class Reader {
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
   simulation::Pixels pixels_;
+  std::vector<bool> edge_;  ///< superpixels
 };
+
+/// What the conditions that can be used say. @param why not, one a condition, or nothing
+Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
+                      const std::vector<std::string>& why) {
+  Measurements result;
+  std::vector<io::Condition> used;
+  std::vector<double> noise;  // of conditions, by the profile's
+  std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (!why[i].empty()) {
+      result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
+      continue;
+    }
+    Read& r = read[i];
+    used.push_back(std::move(r.condition));
+    result.observations.push_back(std::move(r.observations));
+    result.recorded_times.push_back(r.recorded_time);
+    result.frames += r.frames;
+    pixels += r.counts.pixels;
+    bad += r.counts.bad;
+    if (r.counts.compared > 0) noise.push_back(std::sqrt(r.counts.noise / static_cast<double>(r.counts.compared)));
+    saturated += r.saturated;
+    single += r.frames < 2 ? 1U : 0U;
+    result.taps |= r.kind == FrameSums::Kind::taps;
+    result.phases |= r.kind == FrameSums::Kind::phases;
+  }
+  const auto capped = static_cast<std::size_t>(std::ranges::count_if(used, &io::Condition::is_capped));
+  require_enough(used.size() - capped, result.left_out);
+  if (!noise.empty()) {
+    const auto [least, most] = std::ranges::minmax(noise);
+    result.noise = {physics::median(noise), least, most};
+  }
+  result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.replicates = single == 0;
+  result.design = std::make_shared<const Design>(campaign.camera, physical, std::move(used));
+  return result;
+}
 
 }  // namespace
 
@@ -159,7 +194,6 @@ FrameSums frames_of(const io::Condition& condition, const tofgraph_camera& camer
 }
 
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
-  Measurements result;
   const Reader reader(campaign, options);
   const std::size_t n = campaign.conditions.size();
   std::vector<Read> read(n);
@@ -170,7 +204,10 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     const io::Condition& condition = campaign.conditions[i];
     why[i] = problem_of(condition);
     try {
-      if (why[i].empty()) read[i] = reader.read(condition, own, found);
+      if (why[i].empty()) {
+        read[i] = reader.read(condition, own, found);
+        why[i] = read[i].why_not;
+      }
       const auto known = [](double variance) { return std::isfinite(variance); };
       if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
         why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
@@ -189,40 +226,12 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       [](PixelPhases one, const PixelPhases& other) { return one += other; });
   if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
 
-  std::vector<io::Condition> used;
-  std::vector<double> noise;  // of conditions, by the profile's
-  std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (missing[i] != 0 && !options.skip_missing)
       throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing goes on without it",
                                            campaign.conditions[i].id, why[i]));
-    if (!why[i].empty()) {
-      result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
-      continue;
-    }
-    Read& r = read[i];
-    used.push_back(std::move(r.condition));
-    result.observations.push_back(std::move(r.observations));
-    result.recorded_times.push_back(r.recorded_time);
-    result.frames += r.frames;
-    pixels += r.counts.pixels;
-    bad += r.counts.bad;
-    if (r.counts.compared > 0) noise.push_back(std::sqrt(r.counts.noise / static_cast<double>(r.counts.compared)));
-    saturated += r.saturated;
-    single += r.frames < 2 ? 1U : 0U;
-    result.taps |= r.kind == FrameSums::Kind::taps;
-    result.phases |= r.kind == FrameSums::Kind::phases;
   }
-  require_enough(used.size(), result.left_out);
-  if (!noise.empty()) {
-    const auto [least, most] = std::ranges::minmax(noise);
-    result.noise = {physics::median(noise), least, most};
-  }
-  result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
-  result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
-  result.replicates = single == 0;
-  result.design = std::make_shared<const Design>(campaign.camera, options.physical, std::move(used));
-  return result;
+  return together(campaign, options.physical, std::move(read), why);
 }
 
 }  // namespace tofgraph::diagnosis

@@ -81,7 +81,8 @@ std::string next_condition_yaml(const Diagnosis& d) {
   if (std::isfinite(c.time_since_power_on))
     text += fmt::format("time_since_power_on: {:.9g} s\n", c.time_since_power_on);
   if (c.roll != 0) text += fmt::format("roll: {:.9g} rad\n", c.roll);
-  if (c.is_capped()) return text + "lens: capped\nobjects: []\n";
+  if (c.is_capped())
+    return text + "lens: capped\nobjects:\n  - {name: board, type: board, distance: 1 m}  # which nobody sees\n";
   const simulation::BoardPose pose = pose_of(c);
   return text +
          fmt::format(

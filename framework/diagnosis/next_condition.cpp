@@ -136,7 +136,7 @@ void keep_best(const Problem& problem, const Question& question, NextCondition& 
   const auto ask = [&](const Problem& of, std::size_t first) {
     const std::vector<double> sigma = differences_in_sigma(of, question.one, question.other);
     const auto most = static_cast<std::size_t>(std::ranges::max_element(sigma) - sigma.begin());
-    if (sigma[most] <= best.sigma) return;
+    if (!(sigma[most] > best.sigma)) return;
     best.sigma = sigma[most];
     best.condition = conditions[first + most];
   };

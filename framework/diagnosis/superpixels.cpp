@@ -48,6 +48,7 @@ std::vector<bool> inliers(const std::vector<Relative>& pixels) {
 
 FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation)
     : kind_(kind),
+      camera_(demodulation),
       demodulation_(kind == Kind::taps || kind == Kind::phases ? demodulation : four_steps()),
       width_(width),
       height_(height),
@@ -158,7 +159,9 @@ class Reduction {
     if (std::ranges::any_of(kept, [this](std::size_t i) { return brightest(i) > near_full * sums_.limit_; })) return;
     if (kept.size() < fewest_pixels) return;
     const std::complex<double> ratio = summarise(kept, s, n, out);
-    if (sums_.frames_ > 1 && noise_.known() && !stands_in_ && std::isfinite(out.variance[distance * n + s])) {
+    const bool knows_light = sums_.kind_ != FrameSums::Kind::distances;
+    if (knows_light && sums_.frames_ > 1 && noise_.known() && !stands_in_ &&
+        std::isfinite(out.variance[distance * n + s])) {
       double expected = 0;
       for (const std::size_t i : kept) expected += profile_variance(i) / static_cast<double>(kept.size());
       counts.noise += sample_variance(kept) / expected * static_cast<double>(kept.size());
@@ -215,12 +218,17 @@ class Reduction {
         return noise_.sample_variance(sums_.intensity_[i] / frames_);
       case FrameSums::Kind::phases:
         return noise_.sample_variance(ideal_[i].intensity * gain);
-      case FrameSums::Kind::decoded:  // a component of the phasor is half the difference of two samples
-        return noise_.sample_variance(ideal_[i].intensity * gain) / 2;
+      case FrameSums::Kind::decoded:
+        return noise_.sample_variance(ideal_[i].intensity * gain) * of_components(i);
       case FrameSums::Kind::distances:
         break;
     }
-    return noise_.sample_variance(ideal_[i].intensity) / 2 / (ideal * ideal);
+    return noise_.sample_variance(ideal_[i].intensity) * of_components(i) / (ideal * ideal);
+  }
+  /// The mean of a decoded phasor's two components, for samples of variance 1.
+  double of_components(std::size_t i) const {
+    const auto [along, across] = sums_.camera_.variance(sums_.mean(i).phasor);
+    return (along + across) / 2;
   }
 
   /// Variances of the components of a pixel's phasor; a decoded one's are those of a sample.
@@ -258,14 +266,19 @@ class Reduction {
     const double number = static_cast<double>(pixels.size());
     // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it. Of
     // a board that is too dark. That a capped camera sees nearly nothing is worth knowing: it is wrong by less than the
-    // noise of one tap, in all superpixels in the same way, so that one stands for all.
+    // noise of one tap, in all superpixels in the same way, so that one stands for all. What is made of taps may have
+    // been clipped, too.
     const double own_light = stands_in_ ? light - ideal_light : light;
     const double own_amplitudes = stands_in_ ? std::abs(ratio - 1.0) * amplitudes : gain * amplitudes;
-    const bool clipped = sums_.kind_ == FrameSums::Kind::taps &&
-                         own_light - own_amplitudes / 2 < empty * std::sqrt(variance / 2) * number;
+    const bool is_taps = sums_.kind_ == FrameSums::Kind::taps;
+    const bool dark = own_light - own_amplitudes / 2 < empty * std::sqrt(variance / 2) * number;
+    const bool clipped = is_taps ? dark : stands_in_;
     const auto known = [](double v) { return std::isfinite(v); };
     if (clipped && (!stands_in_ || std::ranges::any_of(out.variance, known))) return ratio;
-    const double wrong = clipped ? variance / 2 : 0;  // counts^2, of a mean of pixels
+    // counts^2, of a mean of pixels: taps that are all zero have no noise to go by
+    constexpr double rounding = 1.0 / 12;
+    const double read = noise_.known() ? noise_.read_noise * noise_.read_noise : 0;
+    const double wrong = clipped ? std::max({variance / 2, read, rounding}) : 0;
     const double turned = wrong * number / square;
     const auto set = [&](std::size_t observable, double value, double its_variance) {
       out.value[observable * n + s] = value;

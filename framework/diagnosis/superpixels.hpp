@@ -44,7 +44,8 @@ class FrameSums {
   std::span<const double> sums(std::size_t pixel) const { return {&sum_[pixel * exposures_], exposures_}; }
 
   Kind kind_;
-  Demodulation demodulation_;
+  Demodulation camera_;        ///< that of the taps or phases, of which decoded frames were made
+  Demodulation demodulation_;  ///< of what is summed
   std::size_t width_, height_, exposures_, frames_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();  ///< counts of a saturated tap
   std::vector<double> sum_;                                 ///< pixels x exposures, of c_k

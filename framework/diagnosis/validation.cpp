@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <random>
 
 namespace tofgraph::diagnosis {
@@ -146,11 +147,19 @@ std::vector<Column> unseen_columns(const Problem& problem, const State& state,
     const Candidate& candidate = *state.terms[t].candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
       if (candidate.refined(r)) continue;
-      std::vector<double> off;
-      for (const FreeParameter& p : candidate.refinements()[r].parameters) off.push_back(p.off);
-      State open = state;
-      open.terms[t] = refined(open.terms[t], r, off);
-      columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+      // Of an angle, which may be anything, both quadratures.
+      std::vector<double> off, quarter;
+      for (const FreeParameter& p : candidate.refinements()[r].parameters) {
+        off.push_back(p.off);
+        quarter.push_back(p.shape && p.is_angle() ? p.off + std::numbers::pi / 2 : p.off);
+      }
+      std::vector<std::vector<double>> both = {off};
+      if (quarter != off) both.push_back(std::move(quarter));
+      for (const std::vector<double>& values : both) {
+        State open = state;
+        open.terms[t] = refined(open.terms[t], r, values);
+        columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+      }
     }
   }
   return columns;
@@ -197,9 +206,10 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
       const double likely = 1.96 * std::sqrt(whole.covariance(j, j));
       // Where unseen refinements would move a value, the interval is about both.
       const double moved = own < columns.size() ? whole.values(j) : 0;
-      const double below = std::min(drawn[c][draws / 40], -likely) + std::min(moved, 0.0),
-                   above = std::max(drawn[c][draws - 1 - draws / 40], likely) + std::max(moved, 0.0);
-      const double unit = term.candidate->free()[k].typical * std::sqrt(std::max(lack_of_fit, 1.0));
+      const double wider = std::sqrt(std::max(lack_of_fit, 1.0));
+      const double below = wider * std::min(drawn[c][draws / 40], -likely) + std::min(moved, 0.0),
+                   above = wider * std::max(drawn[c][draws - 1 - draws / 40], likely) + std::max(moved, 0.0);
+      const double unit = term.candidate->free()[k].typical;
       const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
       result.push_back({term.values[k] + low, term.values[k] + high});
     }

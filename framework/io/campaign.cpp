@@ -82,7 +82,7 @@ void read_board(const config::Value& value, const io::Camera* camera, Condition&
 void check_truth(const Campaign& campaign, const config::Value& map, const Condition& condition,
                  config::Diagnostics& diagnostics) {
   if (!map.is_map() || map.find("board") != nullptr || map.find("scene") != nullptr || campaign.pattern ||
-      condition.lens == "capped")
+      condition.is_capped())
     return;
   diagnostics.error(map.at,
                     "the condition does not say what stood before the camera: a board, a scene, or a capped lens",

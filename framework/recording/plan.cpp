@@ -74,7 +74,7 @@ std::string setup_text(const io::Condition& c) {
     if (c.board_tilt_y != 0 && !std::isnan(c.board_tilt_y))
       board += ", tilted about y by " + format_quantity(c.board_tilt_y, "rad");
     parts.push_back(board);
-  } else if (c.lens == "capped") {
+  } else if (c.is_capped()) {
     parts.emplace_back("the lens capped");
   } else {
     parts.push_back(c.scene.empty() ? "scene " + c.id : "scene " + c.scene.filename().string());

@@ -39,7 +39,7 @@ Acquisition acquisition_of(const tofgraph_camera& camera, const Condition& condi
   tofgraph_condition& c = acquisition.condition;
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
   c.flags = flag(condition.reference == "laser", TOFGRAPH_CONDITION_LASER) |
-            flag(condition.lens == "capped", TOFGRAPH_CONDITION_LENS_CAPPED) |
+            flag(condition.is_capped(), TOFGRAPH_CONDITION_LENS_CAPPED) |
             flag(condition.rail == "covered", TOFGRAPH_CONDITION_RAIL_COVERED);
   c.target = condition.target.c_str();
   c.ambient = condition.ambient.c_str();

@@ -5,6 +5,7 @@
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
 #include "tests/hidden_effects/designs.hpp"
+#include "tests/hidden_effects/draws.hpp"
 #include "tests/hidden_effects/like.hpp"
 #include "tests/hidden_effects/truth.hpp"
 
@@ -25,13 +26,6 @@ namespace tofgraph::hidden {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::mt19937_64 generator(std::uint64_t seed, std::uint64_t purpose) {
-  std::seed_seq sequence{seed, seed >> 32, purpose};
-  return std::mt19937_64(sequence);
-}
-
-enum Purpose : std::uint64_t { camera_draw = 1, order_draw, maps_draw, drift_draw, bad_pixels_draw, condition_draw };
 
 /// Settings that the search is not told: light power and noise of this very camera.
 Camera this_camera(const CampaignOptions& options) {
@@ -66,7 +60,7 @@ View view_of(const io::Condition& condition) {
   view.roll = condition.roll;
   view.velocity = condition.velocity;
   view.laser = condition.reference == "laser";
-  view.capped = condition.lens == "capped";
+  view.capped = condition.is_capped();
   view.covered = condition.rail == "covered";
   return view;
 }
@@ -320,31 +314,6 @@ class Writer {
 };
 
 }  // namespace
-
-PixelMaps draw_maps(const Camera& camera, std::uint64_t seed) {
-  std::mt19937_64 random = generator(seed, maps_draw);
-  std::normal_distribution<double> normal;
-  const auto draw = [&](std::size_t count, double sd) {
-    Image values(count);
-    for (double& value : values) value = sd * normal(random);
-    return values;
-  };
-  const std::size_t width = static_cast<std::size_t>(camera.width), height = static_cast<std::size_t>(camera.height);
-  const Image rows = draw(height, 1.5e-3), columns = draw(width, 2e-3);
-  PixelMaps maps;
-  maps.fixed_pattern = draw(camera.pixels(), 3e-3);
-  maps.fixed_pattern_slope.assign(camera.pixels(), 0.0);
-  maps.response = draw(camera.pixels(), 0.02);
-  maps.dark = draw(camera.pixels(), 2);
-  maps.dark_rate = draw(camera.pixels(), 500);
-  for (std::size_t i = 0; i < camera.pixels(); ++i) {
-    const double x = static_cast<double>(i % width) / 102.0 - 1, y = static_cast<double>(i / width) / 102.0 - 1;
-    maps.fixed_pattern[i] += rows[i / width] + columns[i % width] + 4e-3 * std::sin(3 * x + 2 * y);
-    maps.dark[i] += 30;
-    maps.dark_rate[i] = std::abs(maps.dark_rate[i]);
-  }
-  return maps;
-}
 
 void make_campaign(const CampaignOptions& options) {
   if (fs::exists(options.folder))

@@ -24,6 +24,7 @@ class CappedLens : public testing::TestWithParam<Case> {
     const tests::TemporaryFolder folder;
     CampaignOptions options;
     options.design = "small";
+    const bool open = experiments.empty() && *GetParam().effect != 0;
     options.experiments = std::move(experiments);
     options.seed = 8806;
     options.output = GetParam().output;
@@ -33,9 +34,15 @@ class CappedLens : public testing::TestWithParam<Case> {
     if (effect == "static_reflection") options.effects.add(effect, {{"strength", 1400}, {"distance", 0.3}});
     make_campaign(options);
     const tests::Outcome outcome = tests::shell(
-        "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found",
+        "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found --resample "
+        "2",
         folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    if (open) {
+      const tests::Outcome next =
+          tests::shell("\"$TOFGRAPH\" simulate found/next_condition.yaml -o next.h5", folder.path());
+      EXPECT_EQ(next.exit_code, 0) << next.err;
+    }
     return nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json"));
   }
 };
@@ -59,7 +66,30 @@ TEST_P(CappedLens, TellsWhatIsInsideTheCamera) {
   std::size_t without_gap = 0;
   for (const auto& condition : capped.at("conditions")) without_gap += condition.at("held_out_gap_before").is_null();
   EXPECT_EQ(without_gap, 4U) << "they show no board";
+  for (const auto& again : capped.at("resampled")) EXPECT_TRUE(again.at("gap_after").is_number()) << again;
   EXPECT_EQ(capped.at("conditions").size(), 40U) << "none is left out";
+}
+
+TEST(CappedLensCampaign, AloneTellsNothingOfBoards) {
+  const tests::TemporaryFolder folder;
+  CampaignOptions options;
+  options.design = "small";
+  options.experiments = {"capped"};
+  options.seed = 8807;
+  options.folder = folder.path() / "campaign";
+  make_campaign(options);
+  std::string boards;
+  for (const auto& file : std::filesystem::directory_iterator(options.folder / "captures")) {
+    const std::string id = file.path().stem().string();
+    if (id >= "002" && id < "036") boards += (boards.empty() ? "" : ",") + id;
+  }
+  const tests::Outcome outcome = tests::shell(
+      "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found --skip " +
+          boards,
+      folder.path());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("2 conditions can be used, and a search needs 3"), std::string::npos)
+      << outcome.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Hidden, CappedLens,

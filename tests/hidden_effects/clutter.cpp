@@ -112,7 +112,7 @@ DrawnClutter add_clutter(const Clutter& clutter, std::uint64_t seed, std::uint64
   }
   if (clutter.misplaced != 0) {
     drawn.misplaced = generator(seed, misplaced_draw)() % views.size();
-    while (conditions[drawn.misplaced].lens == "capped") drawn.misplaced = (drawn.misplaced + 1) % views.size();
+    while (conditions[drawn.misplaced].is_capped()) drawn.misplaced = (drawn.misplaced + 1) % views.size();
     views[drawn.misplaced].distance += clutter.misplaced;
   }
   return drawn;

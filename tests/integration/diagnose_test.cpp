@@ -255,6 +255,8 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
     EXPECT_NE(tutorial.find(row), std::string::npos) << row;
   }
   EXPECT_EQ(said.at("resampled").size(), 3U);
+  for (const auto& next : said.at("next"))
+    EXPECT_EQ(next.at("condition").at("lens"), "open") << "means have no amplitudes";
   EXPECT_NE(read_text(folder.path() / "found/report.html").find("How often each effect is chosen"), std::string::npos);
   // What weighs against the names is said where they stand: by the campaign, and by what the data have.
   const std::string html = read_text(folder.path() / "found/report.html");

@@ -270,6 +270,7 @@ TEST_F(Exposures, OfACaptureAreThoseOfTheCampaignsCamera) {
   write("rail.yaml", rail);
   write("ideal.yaml", "model: 1\neffects: []\n");
   ASSERT_EQ(run("simulate rail.yaml -o rail").exit_code, 0);
+  EXPECT_EQ(run("check rail/campaign.yaml").err.find("warning"), std::string::npos);
   write("small.yaml", profile_with("exposures:\n  - {phase: 0 deg}\n  - {phase: 240 deg}\n  - {phase: 120 deg}\n"));
   expect_error("diagnose --model ideal.yaml --data rail/campaign.yaml -o found",
                {"3 exposures: 0, 120, 240 deg", "the camera 'small' has 3 exposures: 0, 240, 120 deg"});

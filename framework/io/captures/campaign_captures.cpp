@@ -47,6 +47,7 @@ class Check {
     if (purpose_ == CapturesFor::anything && !campaign_.pattern) integration_times(opened);
     same_frames();
     times();
+    frequencies();
   }
 
  private:
@@ -161,15 +162,19 @@ class Check {
     }
   }
 
+  void frequencies() {
+    if (!campaign_.camera || campaign_.conditions.empty()) return;
+    const std::string problem = physics::not_one_frequency(physics::exposures_of(campaign_.camera->view()));
+    if (problem.empty()) return;
+    Conditions all;
+    for (const Condition& condition : campaign_.conditions) all.push_back(&condition);
+    obstacle(all, "capture", fmt::format("the camera '{}': a search {}", campaign_.camera_name, problem),
+             "decode it with phase_decoder and search its distances, with a profile of one frequency");
+  }
+
   void exposures(const Condition& condition, const CaptureReader& capture) {
     const tofgraph_camera* camera = campaign_.camera ? &campaign_.camera->view() : nullptr;
     if (camera == nullptr) return;
-    if (const std::string problem = physics::not_one_frequency(physics::exposures_of(*camera)); !problem.empty()) {
-      if (&condition == &campaign_.conditions.front())
-        obstacle({&condition}, "capture", fmt::format("the camera '{}': a search {}", campaign_.camera_name, problem),
-                 "decode it with phase_decoder and search its distances, with a profile of one frequency");
-      return;
-    }
     if (const std::string problem = other_exposures(capture, *camera); !problem.empty())
       obstacle(condition, "capture", "its capture " + problem,
                "write the exposures that it was recorded with into the camera's profile");
