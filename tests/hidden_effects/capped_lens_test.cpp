@@ -88,8 +88,7 @@ TEST(CappedLensCampaign, AloneTellsNothingOfBoards) {
           boards,
       folder.path());
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("2 conditions can be used, and a search needs 3"), std::string::npos)
-      << outcome.err;
+  EXPECT_NE(outcome.err.find("2 conditions can be used, and a search needs 3"), std::string::npos) << outcome.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Hidden, CappedLens,
