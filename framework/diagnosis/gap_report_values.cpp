@@ -65,7 +65,7 @@ std::string setting_of(const io::Condition& c) {
   };
   tilted(c.board_tilt_x, "x");
   tilted(c.board_tilt_y, "y");
-  if (!c.target.empty()) text += ", target " + c.target;
+  if (!c.target.empty() && !c.is_capped()) text += ", target " + c.target;
   if (std::isfinite(c.integration_time)) text += ", " + config::format_quantity(c.integration_time, "s");
   if (!c.sources.empty()) text += fmt::format(", source {}", fmt::join(c.sources, " + "));
   if (c.ambient != "dark") text += ", ambient " + c.ambient;
