@@ -111,10 +111,15 @@ class Run {
   io::Campaign read() {
     config::Diagnostics diagnostics;
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
-    io::Campaign campaign = io::read_campaign(
-        options_.data, diagnostics, options_.skip_missing ? io::Captures::may_be_missing : io::Captures::must_be_there);
+    io::Campaign campaign = io::read_campaign(options_.data, diagnostics, io::Captures::may_be_missing);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     leave_out(campaign, options_.skip, d_->notes);
+    for (const io::Condition& condition : campaign.conditions) {
+      if (!options_.skip_missing && !condition.capture.empty() && !std::filesystem::exists(condition.capture))
+        diagnostics.error(
+            condition.place("capture"), fmt::format("'capture': there is no file {}", condition.capture.string()),
+            fmt::format("--skip {} goes on without it, --skip-missing without all that are not there", condition.id));
+    }
     if (!simulation::is_for(d_->model, *campaign.camera))
       diagnostics.error(d_->model.camera_at,
                         fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",

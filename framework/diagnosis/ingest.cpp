@@ -212,7 +212,8 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
         why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
     } catch (const std::runtime_error& error) {
-      why[i] = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+      const std::string file = condition.capture.string(), what = error.what();  // which may begin with the file
+      why[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
       missing[i] = 1;
     }
     if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));

@@ -5,6 +5,7 @@
 #include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -55,27 +56,18 @@ std::string length_and_light(double length, double light) {
   return text;
 }
 
-/// Whether an effect, or one that it is tied with, is light that is added to that of the scene and stays the same.
-bool is_constant_phasor(const Found& found) {
-  const std::vector<std::string> names = found.names();
-  return std::ranges::any_of(
-      names, [](const std::string& name) { return name == "crosstalk" || name == "static_reflection"; });
-}
-
 }  // namespace
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
   if (search.found.empty()) return notes;
-  const bool capped = std::ranges::any_of(problem.design.conditions(), &io::Condition::is_capped);
   for (const Found& found : search.found) {
-    if (!capped && is_constant_phasor(found))
-      notes.push_back(fmt::format(
-          "{} is light that is added to that of the scene and stays the same. It may leak inside the camera or come "
-          "from anything that stands still in front of it: boards do not tell which. Frames with a capped lens do: "
-          "what "
-          "is inside stays.",
-          found.name));
+    std::vector<std::string> tied = found.names();
+    tied.erase(tied.begin());
+    const std::string& experiment = found.candidate->border().experiment;
+    if (!tied.empty() && !experiment.empty())
+      notes.push_back(fmt::format("{} may be {} as well: these data do not tell. What does: {}.", found.name,
+                                  fmt::join(tied, " or "), experiment));
   }
   if (!problem.light_seen() && !problem.targets.empty()) {
     std::string values;
