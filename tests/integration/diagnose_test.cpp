@@ -147,6 +147,9 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   const Outcome without = diagnose(folder, "--skip-missing", "without");
   ASSERT_EQ(without.exit_code, 0) << without.err;
   EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
+  const std::string id = missing.stem().string();
+  EXPECT_TRUE(says(absent, "--skip " + id + " goes on without it")) << absent.err;
+  EXPECT_EQ(diagnose(folder, "--skip " + id, "one").exit_code, 0);
 }
 
 TEST(Diagnose, TwoConditionsAreTooFew) {
