@@ -3,7 +3,7 @@
 // Any exposures of one frequency, against least squares by Eigen and against what draws of noise say.
 #include "diagnosis/demodulation.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -98,8 +98,9 @@ TEST(Demodulation, RefusesWhatIsNoPhaseOfOneFrequency) {
   };
   physics::Exposures two = steps({0, 120, 240}, 80e6);
   for (const auto& exposure : steps({0, 120, 240}, 60e6)) two.push_back(exposure);
-  EXPECT_THAT(message(two), testing::HasSubstr("a search needs exposures of one frequency; there are 6 exposures"));
-  EXPECT_THAT(message(steps({0, 180, 360})), testing::HasSubstr("only 2 different ones"));
+  EXPECT_NE(message(two).find("a search needs exposures of one frequency; there are 6 exposures"), std::string::npos)
+      << message(two);
+  EXPECT_NE(message(steps({0, 180, 360})).find("only 2 different ones"), std::string::npos);
 }
 
 }  // namespace
