@@ -9,8 +9,6 @@
 #include "simulation/files/model.hpp"
 #include "simulation/files/scene_file.hpp"
 
-#include <tofgraph/physics/exposures.hpp>
-
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

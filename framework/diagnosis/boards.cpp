@@ -225,7 +225,7 @@ std::shared_ptr<const Boards> BoardShapes::shaped(const Design& design,
     const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);
     result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.boards());
     for (std::size_t row = 0; row < design.rows(); ++row)
-      result.rows[i][row] = (design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels())));
+      result.rows[i][row] = design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels()));
   }
   result.sd = std::sqrt(result.sd);
   if (result.sd > most_bent) return nullptr;

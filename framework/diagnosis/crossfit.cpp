@@ -24,7 +24,7 @@ Problem problem_like(const Problem& other, const Design& design, const std::vect
   Problem problem{design, data, other.targets, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
     auto found = std::ranges::find(problem.targets, condition.target);
-    const bool known = !std::isnan(condition.reflectivity) || condition.is_capped();
+    const bool known = is_light_known(condition);
     if (!known && found == problem.targets.end() && problem.light_seen())
       found = problem.targets.insert(found, condition.target);
     problem.target.push_back(

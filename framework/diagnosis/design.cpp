@@ -85,6 +85,8 @@ io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camer
   return board;
 }
 
+bool is_light_known(const io::Condition& c) { return !std::isnan(c.reflectivity) || c.is_capped(); }
+
 simulation::BoardPose pose_of(const io::Condition& c) {
   const auto known = [](double value, double otherwise) { return std::isnan(value) ? otherwise : value; };
   return {

@@ -35,6 +35,9 @@ void require_enough(std::size_t conditions, const std::vector<std::string>& left
 /// unknown_reflectivity: the same is added to what is measured and to what a model expects.
 io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camera);
 
+/// Whether the light of a condition is no unknown of the search: its reflectivity is stated, or no board is seen.
+bool is_light_known(const io::Condition& condition);
+
 /// The board of a condition; where its reflectivity is not known it is unknown_reflectivity.
 simulation::BoardPose pose_of(const io::Condition& condition);
 

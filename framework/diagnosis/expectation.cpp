@@ -47,7 +47,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
   }
   Problem problem{design, data, {}, {}, nuisances_of(design)};
   for (const io::Condition& condition : design.conditions()) {
-    if (!std::isnan(condition.reflectivity) || condition.is_capped()) {
+    if (is_light_known(condition)) {
       problem.target.push_back(-1);
       continue;
     }

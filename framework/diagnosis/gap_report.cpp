@@ -139,7 +139,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
                 "it; a gap as large has nothing left to explain.{}",
                 folds.folds.size(),
                 std::isfinite(d.gaps[null1].before)
-                    ? " N1 / 2I and N2 / a are the null channels: sums of the four samples that are zero in an ideal "
+                    ? " N1 / 2I and N2 / a are the null channels: sums of the samples that are zero in an ideal "
                       "camera, relative to intensity I and amplitude a."
                     : ""));
   add_gaps(page, d);

@@ -15,12 +15,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double unlike_profile =
-    1.4;  ///< a standard deviation by the profile's, or its inverse: profiles hardly know theirs better
-
-}  // namespace
-
-namespace {
+/// A standard deviation by the profile's, or its inverse: profiles hardly know theirs better.
+constexpr double unlike_profile = 1.4;
 
 /// What few levels of a setting, or settings that go together, leave open.
 void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
