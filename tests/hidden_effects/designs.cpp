@@ -216,6 +216,10 @@ void name_conditions(std::vector<io::Condition>& all) {
 
 void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more) {
   for (io::Condition one : more) {
+    if (one.is_capped()) {
+      conditions.push_back(one);
+      continue;
+    }
     const auto known = std::ranges::find(conditions, one.target, &io::Condition::target);
     if (known == conditions.end()) throw std::invalid_argument("the design has no target '" + one.target + "'");
     one.reflectivity = known->reflectivity;
