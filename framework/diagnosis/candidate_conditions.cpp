@@ -7,6 +7,7 @@
 #include <tofgraph/physics/constants.hpp>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <set>
 
@@ -17,6 +18,7 @@ constexpr double beyond_nearest = 0.7, beyond_farthest = 1.3;  ///< of the campa
 constexpr double tilt = 20 * std::numbers::pi / 180;           ///< rad
 /// m, of the unambiguous range: what sources beside the sensor and effects may add to a distance.
 constexpr double before_the_wrap = 0.1;
+constexpr double cold = 60;  ///< s since power-on: as soon as a lab can measure
 constexpr std::size_t max_distances = 6, max_times = 3, max_targets = 3;
 constexpr double too_dark = 10;  ///< as for measured superpixels: amplitude in standard deviations of its mean
 constexpr double full = 0.98;    ///< of the full well, likewise
@@ -87,11 +89,44 @@ std::vector<double> times_of(const Design& design) {
   return chosen;
 }
 
-/// Of all conditions the latest, and twice that; not known where none knows it.
-std::vector<double> power_on_times_of(const Design& design) {
+/// Seconds since power-on; NaN where no condition knows it.
+double latest_of(const Design& design) {
   double latest = io::unknown;
   for (const io::Condition& c : design.conditions()) latest = std::fmax(latest, c.time_since_power_on);
-  return std::isnan(latest) || latest == 0 ? std::vector{latest} : std::vector{latest, 2 * latest};
+  return latest;
+}
+
+/// A capped lens may be exposed as long as the camera can, or the profile knows: nothing from outside fills the well.
+std::vector<double> capped_times_of(const Design& design, std::vector<double> times) {
+  const double longest = design.camera().integration_time[1];
+  if (longest > times.back()) times.push_back(longest);
+  return times;
+}
+
+using Surroundings = std::function<void(io::Condition&)>;
+
+/// One thing at a time that is other than in most campaigns, as far as this camera and this campaign can have it: a
+/// camera that was on for longer or was off, one of its sources alone, a lamp, a covered rail, a laser that tells the
+/// distance, a camera that is turned.
+std::vector<Surroundings> surroundings_of(const Design& design) {
+  constexpr double quarter = std::numbers::pi / 2;
+  const auto& conditions = design.conditions();
+  const auto set = [](auto io::Condition::*member, auto value) {
+    return [member, value](io::Condition& c) { c.*member = value; };
+  };
+  std::vector<Surroundings> all;
+  const double latest = latest_of(design);
+  if (latest > 0) all.emplace_back(set(&io::Condition::time_since_power_on, 2 * latest));
+  if (latest > cold) all.emplace_back(set(&io::Condition::time_since_power_on, cold));
+  const std::span lights(design.camera().lights, design.camera().light_count);
+  for (const tofgraph_light& light : lights.size() > 1 ? lights : lights.first(0))
+    all.emplace_back(set(&io::Condition::sources, std::vector<std::string>{light.name}));
+  const auto lit = std::ranges::find_if(conditions, [](const io::Condition& c) { return c.ambient != "dark"; });
+  all.emplace_back(set(&io::Condition::ambient, lit == conditions.end() ? "lamp" : lit->ambient));
+  all.emplace_back(set(&io::Condition::rail, std::string("covered")));
+  all.emplace_back(set(&io::Condition::reference, std::string("laser")));
+  if (design.superpixels() > 1) all.emplace_back(set(&io::Condition::roll, quarter));
+  return all;
 }
 
 /// One condition of each target, from the darkest to the brightest.
@@ -138,38 +173,37 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const Tilts tilts =
       design.superpixels() > 1 ? Tilts{{0, 0}, {tilt, 0}, {-tilt, 0}, {0, tilt}, {0, -tilt}} : Tilts{{0, 0}};
   const Reach reach(design);
-  const std::vector<double> times = times_of(design), since = power_on_times_of(design),
-                            distances = distances_of(design);
+  const double latest = latest_of(design);
+  const std::vector<double> times = times_of(design), distances = distances_of(design);
+  const std::vector<Surroundings> surroundings = surroundings_of(design);
   std::vector<io::Condition> all;
   // Without amplitudes a capped lens says nothing.
-  for (const double time : problem.light_seen() && design.superpixels() > 1 ? times : std::vector<double>{}) {
+  const bool capped_tells = problem.light_seen() && design.superpixels() > 1;
+  for (const double time : capped_tells ? capped_times_of(design, times) : std::vector<double>{}) {
     io::Condition capped;
     capped.id = "next";
     capped.lens = "capped";
     capped.integration_time = time;
-    capped.time_since_power_on = since.front();
+    capped.time_since_power_on = latest;
     all.push_back(std::move(capped));
   }
   for (io::Condition c : targets_of(problem, light)) {
     c = as_next(c);
-    std::vector<std::array<double, 3>> poses;  // those that the camera can tell, once for all settings
+    c.time_since_power_on = latest;
     for (const auto& [x, y] : tilts) {
       for (const double z : distances) {
         c.board_distance = z;
         c.board_tilt_x = x;
         c.board_tilt_y = y;
-        if (reach.has(c)) poses.push_back({z, x, y});
-      }
-    }
-    for (const double time : times) {
-      for (const double seconds : since) {
-        for (const auto& [z, x, y] : poses) {
-          c.board_distance = z;
-          c.board_tilt_x = x;
-          c.board_tilt_y = y;
+        if (!reach.has(c)) continue;
+        for (const double time : times) {
           c.integration_time = time;
-          c.time_since_power_on = seconds;
           all.push_back(c);
+          if (x != 0 || y != 0) continue;  // one thing at a time
+          for (const Surroundings& change : surroundings) {
+            all.push_back(c);
+            change(all.back());
+          }
         }
       }
     }

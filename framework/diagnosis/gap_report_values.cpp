@@ -69,8 +69,16 @@ std::string setting_of(const io::Condition& c) {
   if (std::isfinite(c.integration_time)) text += ", " + config::format_quantity(c.integration_time, "s");
   if (!c.sources.empty()) text += fmt::format(", source {}", fmt::join(c.sources, " + "));
   if (c.ambient != "dark") text += ", ambient " + c.ambient;
+  if (c.rail == "covered") text += ", rail covered";
+  if (c.reference == "laser") text += ", distance by a laser";
   if (c.roll != 0) text += fmt::format(", rolled by {:.3g} deg", c.roll * 180 / std::numbers::pi);
   return text;
+}
+
+std::string setting_of(const NextCondition& next) {
+  const double since = next.condition.time_since_power_on;
+  return setting_of(next.condition) +
+         (std::isfinite(since) ? fmt::format(", {:.3g} min after power-on", since / 60) : "");
 }
 
 std::string sentence(const NextCondition& next) {
@@ -89,7 +97,7 @@ std::string sentence(const NextCondition& next) {
   return fmt::format(
       "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "
       "conditions measured so far by {:.1f} at most.",
-      setting_of(next.condition), models, next.sigma, shown(next.difference, next.observable, 2),
+      setting_of(next), models, next.sigma, shown(next.difference, next.observable, 2),
       label(next.observable), next.measured_sigma);
 }
 

@@ -30,6 +30,8 @@ std::string label(std::size_t observable);
 
 /// "board at 1.20 m, tilted by 20 deg about y, target white, 2 ms": what distinguishes a condition.
 std::string setting_of(const io::Condition& condition);
+/// Likewise, and how long the camera was on.
+std::string setting_of(const NextCondition& next);
 
 /// What to measure, and what it would tell.
 std::string sentence(const NextCondition& next);

@@ -80,6 +80,8 @@ std::string next_condition_yaml(const Diagnosis& d) {
   if (c.ambient != "dark") text += fmt::format("ambient: {}\n", config::yaml_word(c.ambient));
   if (std::isfinite(c.time_since_power_on))
     text += fmt::format("time_since_power_on: {:.9g} s\n", c.time_since_power_on);
+  if (c.rail == "covered") text += "rail: covered\n";
+  if (c.reference == "laser") text += "reference: laser\n";
   if (c.roll != 0) text += fmt::format("roll: {:.9g} rad\n", c.roll);
   if (c.is_capped())
     return text + "lens: capped\nobjects:\n  - {name: board, type: board, distance: 1 m}  # which nobody sees\n";

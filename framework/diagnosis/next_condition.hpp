@@ -30,7 +30,9 @@ class NoiseLaw {
 
 /// The product of a few levels of each setting: distances of the campaign, between and beyond them; its integration
 /// times, half and twice; its targets; boards that face the camera or are tilted by 20 deg to each side about x or y
-/// (not where the data are means over boards); its latest time since power-on and twice that.
+/// (not where the data are means over boards), at the latest time since power-on. Where boards face the camera, each
+/// also with one thing changed: twice that time, a minute; a source alone; a lamp; a covered rail; a laser that tells
+/// the distance; the camera turned by 90 deg. And captures of a capped lens, up to the longest time of the camera.
 /// @param light ln of each target's factor on the reflectivity: the darkest, the brightest and one between are listed
 std::vector<io::Condition> candidate_conditions(const Problem& problem, std::span<const double> light);
 

@@ -136,7 +136,12 @@ json next_of(const Diagnosis& d) {
                      {"tilt_y", number(c.board_tilt_y)},
                      {"target", c.target},
                      {"integration_time", c.integration_time},
-                     {"time_since_power_on", number(c.time_since_power_on)}}},
+                     {"time_since_power_on", number(c.time_since_power_on)},
+                     {"sources", c.sources},
+                     {"ambient", c.ambient},
+                     {"rail", c.rail == "covered" ? "covered" : "bare"},
+                     {"reference", c.reference == "laser" ? "laser" : "rail"},
+                     {"roll", c.roll}}},
                    {"text", sentence(next)}});
   }
   return all;

@@ -67,11 +67,18 @@ io::Condition proposed(const json& from) {
   condition.target = from["target"];
   condition.integration_time = number(from["integration_time"]);
   condition.time_since_power_on = number(from["time_since_power_on"]);
+  condition.sources = from["sources"];
+  condition.ambient = from["ambient"];
+  condition.rail = from["rail"];
+  condition.reference = from["reference"];
+  condition.roll = from["roll"];
   return condition;
 }
 
 /// Anything that a lab could measure on the same rail: a target of the campaign, from 0.7 times its shortest to 1.3
-/// times its longest distance, half its shortest to twice its longest time, facing the camera or tilted by 20 deg.
+/// times its longest distance, half its shortest to twice its longest time, facing the camera or tilted by 20 deg, a
+/// camera that was just switched on or was on for as long or twice as long; every other one with the lens capped, a
+/// source alone, a lamp, the rail covered, a laser, or the camera turned.
 io::Condition random_one(const std::vector<io::Condition>& campaign, std::mt19937_64& random) {
   const auto range = [&](double io::Condition::*value) {
     const auto [least, most] = std::ranges::minmax(campaign, {}, value);
@@ -85,19 +92,30 @@ io::Condition random_one(const std::vector<io::Condition>& campaign, std::mt1993
   condition.target = campaign[any(campaign.size())].target;
   condition.board_distance = between(0.7 * near, 1.3 * far);
   condition.integration_time = std::exp(between(std::log(shortest / 2), std::log(2 * longest)));
-  condition.time_since_power_on = campaign[any(campaign.size())].time_since_power_on * (any(2) == 0 ? 1 : 2);
+  const double since = campaign[any(campaign.size())].time_since_power_on;
+  condition.time_since_power_on = std::array{60.0, since, 2 * since}.at(any(3));
   constexpr double tilt = 20 * std::numbers::pi / 180;
   constexpr std::array<std::array<double, 2>, 5> tilts = {{{0, 0}, {tilt, 0}, {-tilt, 0}, {0, tilt}, {0, -tilt}}};
   const auto [x, y] = tilts.at(any(tilts.size()));
   condition.board_tilt_x = x;
   condition.board_tilt_y = y;
+  switch (any(12)) {
+    case 0: condition.lens = "capped"; break;
+    case 1: condition.sources = {any(2) == 0 ? "left" : "right"}; break;
+    case 2: condition.ambient = "lamp"; break;
+    case 3: condition.rail = "covered"; break;
+    case 4: condition.reference = "laser"; break;
+    case 5: condition.roll = std::numbers::pi / 2; break;
+    default: break;
+  }
   return condition;
 }
 
-Score search(const Asked& asked, const hidden::Case& what, const std::vector<io::Condition>& more, json& report) {
+Score search(const Asked& asked, const hidden::Case& what, const char* with, const std::vector<io::Condition>& more,
+             json& report) {
   hidden::CampaignOptions options = campaign_of(what);
   options.more = more;
-  options.folder = asked.bench.scratch / fmt::format("{}_{}", asked.design, what.seed);
+  options.folder = asked.bench.scratch / fmt::format("{}_{}_{}", asked.design, what.seed, with);
   std::filesystem::remove_all(options.folder);
   make_campaign(options);
   report = searched(options.folder, asked.bench, fmt::format(" --seed {}", what.seed));
@@ -112,17 +130,22 @@ std::string outcome(const Score& score) {
 }
 
 std::string text_of(const io::Condition& c) {
-  if (c.is_capped()) return fmt::format("lens capped, {:.2f} ms", c.integration_time * 1e3);
-  return fmt::format("{} at {:.2f} m, {:.2f} ms, {:.0f} s, tilted by {:.0f} and {:.0f} deg", c.target, c.board_distance,
-                     c.integration_time * 1e3, c.time_since_power_on, c.board_tilt_x * 180 / std::numbers::pi,
-                     c.board_tilt_y * 180 / std::numbers::pi);
+  std::string text = c.is_capped() ? "lens capped"
+                                   : fmt::format("{} at {:.2f} m, tilted by {:.0f} and {:.0f} deg", c.target,
+                                                 c.board_distance, c.board_tilt_x * 180 / std::numbers::pi,
+                                                 c.board_tilt_y * 180 / std::numbers::pi);
+  text += fmt::format(", {:.2f} ms, {:.0f} s", c.integration_time * 1e3, c.time_since_power_on);
+  if (!c.sources.empty()) text += ", " + c.sources.front();
+  for (const std::string& other : {c.ambient, c.rail, c.reference})
+    if (other == "lamp" || other == "covered" || other == "laser") text += ", " + other;
+  return text + (c.roll != 0 ? ", turned" : "");
 }
 
 void run(const Asked& asked, const std::string& effect, std::uint64_t seed, Count& tied, Count& unseen) {
   const hidden::Case what{
       .suite = "proposed", .design = asked.design, .effects = {effect}, .size = asked.size, .seed = seed};
   json report;
-  const Score before = search(asked, what, {}, report);
+  const Score before = search(asked, what, "alone", {}, report);
   if (names(before, effect) && before.tied.empty() && before.wrong == 0) return;
   Count& count = before.found > 0 ? tied : unseen;
   ++count.open;
@@ -132,7 +155,7 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, Coun
   ++count.proposed;
   const auto try_one = [&](const char* which, const io::Condition& condition, int& closed) {
     json again;
-    const Score after = search(asked, what, std::vector(asked.repeats, condition), again);
+    const Score after = search(asked, what, which, std::vector(asked.repeats, condition), again);
     if (is_closed(after, (*proposal)["effects"])) ++closed;
     fmt::print("  {}, {}: {}\n", which, text_of(condition), outcome(after));
   };
@@ -158,6 +181,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", asked.repeats, "how often the condition is measured, the board set up anew each time")
       ->capture_default_str();
   app.add_option("--program", asked.bench.program, "the tofgraph to score")->capture_default_str();
+  app.add_flag("--keep", asked.bench.keep, "keeps the campaigns");
   app.add_option("--scratch", asked.bench.scratch, "a folder for the campaigns")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   Count tied, unseen;
