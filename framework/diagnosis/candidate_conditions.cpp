@@ -76,11 +76,16 @@ class Reach {
   double most_;  ///< m
 };
 
-/// Those of the campaign, and shorter and longer ones as far as the camera can be set to them.
-std::vector<double> times_of(const Design& design) {
+/// Those of the campaign, a few of them. @returns rising
+std::vector<double> measured_times(const Design& design) {
   std::set<double> levels;
   for (const io::Condition& c : design.conditions()) levels.insert(c.integration_time);
-  std::vector<double> chosen = thinned(std::vector(levels.begin(), levels.end()), max_times);
+  return thinned(std::vector(levels.begin(), levels.end()), max_times);
+}
+
+/// And shorter and longer ones as far as the camera can be set to them.
+std::vector<double> times_of(const Design& design) {
+  std::vector<double> chosen = measured_times(design);
   // What the profile does not tell is NaN, which fmax and fmin pass over.
   const double shorter = std::fmax(chosen.front() / 2, design.camera().integration_time[0]),
                longer = std::fmin(2 * chosen.back(), design.camera().integration_time[1]);
@@ -173,6 +178,7 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const Tilts tilts =
       design.superpixels() > 1 ? Tilts{{0, 0}, {tilt, 0}, {-tilt, 0}, {0, tilt}, {0, -tilt}} : Tilts{{0, 0}};
   const Reach reach(design);
+  const std::vector<double> measured = measured_times(design);
   const double latest = latest_of(design);
   const std::vector<double> times = times_of(design), distances = distances_of(design);
   const std::vector<Surroundings> surroundings = surroundings_of(design);
@@ -199,7 +205,8 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
         for (const double time : times) {
           c.integration_time = time;
           all.push_back(c);
-          if (x != 0 || y != 0) continue;  // one thing at a time
+          const bool other_time = time < measured.front() || time > measured.back();
+          if (x != 0 || y != 0 || other_time) continue;  // one thing at a time
           for (const Surroundings& change : surroundings) {
             all.push_back(c);
             change(all.back());

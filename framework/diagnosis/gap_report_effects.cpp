@@ -111,7 +111,7 @@ std::string deviance_text(double deviance) {
 std::string apart(const ReportData& data, const EffectResult& e, const Rival& rival) {
   const Column change =
       difference(expected(data.at_the_end, rival.state), expected(data.at_the_end, data.d.search.after.state));
-  const auto sigma = differences_in_sigma(data.at_the_end, data.d.search.after.state, rival.state);
+  const auto sigma = differences_in_sigma(data.at_the_end, {{}, data.d.search.after.state, rival.state, {}});
   report::Series points{"", report::Series::Style::points, {}, report::of_neither};
   for (std::size_t i = 0; i < change.size(); ++i) {
     if (!data.design.shows_board(i)) continue;

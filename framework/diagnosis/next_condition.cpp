@@ -30,6 +30,26 @@ bool matters(const Problem& problem, std::size_t i, const std::vector<double>& c
   return false;
 }
 
+/// A problem's unknowns, linear about a state.
+Solution solved_about(const Problem& problem, const State& state) {
+  const auto rows = expected(problem, state);
+  const std::vector<Column> columns = own_columns(problem, state, rows);
+  std::vector<Gram> grams = grams_of(problem, rows, columns);
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
+  const Unknowns unknowns = problem.unknowns(columns.size());
+  const std::vector<double> all(grams.size(), 1);
+  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances);
+}
+
+/// What the campaign tells of the values of a state's effects, in steps of their typical values: an information matrix.
+Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
+  Eigen::Index count = 0;
+  for (const Term& term : state.terms) count += static_cast<Eigen::Index>(term.values.size());
+  if (count == 0) return {};
+  return solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+}
+
 /// A state with its parameters and reflectivities moved to make up for a change of what it expects, as far as they can.
 State absorbing(const Problem& problem, const State& state, const Column& change) {
   const auto rows = expected(problem, state);
@@ -37,14 +57,7 @@ State absorbing(const Problem& problem, const State& state, const Column& change
   for (std::size_t i = 0; i < data.size(); ++i) {
     for (std::size_t row = 0; row < rows[i].size(); ++row) data[i].value[row] = rows[i][row] - change[i][row];
   }
-  const Problem other = with_data(problem, data);
-  const std::vector<Column> columns = own_columns(other, state, rows);
-  std::vector<Gram> grams = grams_of(other, rows, columns);
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
-  const Unknowns unknowns = other.unknowns(columns.size());
-  const std::vector<double> all(grams.size(), 1);
-  const Eigen::VectorXd step = solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances).values;
+  const Eigen::VectorXd step = solved_about(with_data(problem, data), state).values;
   State moved = state;
   Eigen::Index j = 0;
   for (Term& term : moved.terms) {
@@ -57,11 +70,42 @@ State absorbing(const Problem& problem, const State& state, const Column& change
   return moved;
 }
 
+/// How far the data of one model are from another, whose values may change as far as the campaign leaves them open.
+/// @param told of the other one's values; empty: they stay as they are
+std::vector<double> sigma_between(const Problem& lit, const State& one, const State& other,
+                                  const Eigen::MatrixXd& told) {
+  const auto rows = expected(lit, other);
+  std::vector<Column> columns = {difference(expected(lit, one), rows)};
+  if (told.size() > 0) std::ranges::move(own_columns(lit, other, rows), std::back_inserter(columns));
+  const std::vector<Gram> grams = grams_of(lit, rows, columns);
+  const Variances& sd = other.variances;
+  const Eigen::Index values = told.rows();
+  std::vector<double> sigma;
+  for (std::size_t i = 0; i < grams.size(); ++i) {
+    double determinant = 0;
+    const Gram gram = marginal(grams[i], sd, determinant);
+    double square = gram(0, 0);
+    if (values > 0) {
+      const Eigen::VectorXd cross = gram.block(1, 0, values, 1);
+      square -= cross.dot(Eigen::MatrixXd(told + gram.block(1, 1, values, values)).ldlt().solve(cross));
+    }
+    square = std::max(square, 0.0);
+    std::vector<double>& rest = columns.front()[i];
+    const auto taken = take_out_jitter(lit, i, rest);
+    if (!matters(lit, i, rest))  // only as much as the board, the camera's offset and the light differ by
+      square = std::min(square, std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
+                                    std::pow(taken(2) / sd.light, 2));
+    sigma.push_back(std::sqrt(square));
+  }
+  return sigma;
+}
+
 /// One for each size of an effect at half its typical value.
 std::vector<Question> blind_questions(const Problem& problem, const State& state, const Candidate& candidate) {
   std::vector<Question> questions;
   const auto rows = expected(problem, state);
   const std::vector<double> start = probes_of(candidate.free()).front();
+  const Eigen::MatrixXd told = told_of_values(problem, state);
   for (std::size_t k = 0; k < start.size(); ++k) {
     const FreeParameter& p = candidate.free()[k];
     if (p.shape) continue;
@@ -73,7 +117,7 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
       State other = absorbing(problem, state, change);
       other.terms.push_back(with.terms.back());
       expected(problem, other);
-      questions.push_back({{candidate.name()}, state, std::move(other), candidate.border().experiment});
+      questions.push_back({{candidate.name()}, state, std::move(other), candidate.border().experiment, told, {}});
     } catch (const simulation::EffectError&) {
       continue;  // it cannot be computed for these boards: nothing can be said of it
     }
@@ -134,7 +178,7 @@ std::vector<io::Condition> some(const std::vector<io::Condition>& all, std::size
 void keep_best(const Problem& problem, const Question& question, NextCondition& best) {
   const std::vector<io::Condition>& conditions = problem.design.conditions();
   const auto ask = [&](const Problem& of, std::size_t first) {
-    const std::vector<double> sigma = differences_in_sigma(of, question.one, question.other);
+    const std::vector<double> sigma = differences_in_sigma(of, question);
     const auto most = static_cast<std::size_t>(std::ranges::max_element(sigma) - sigma.begin());
     if (!(sigma[most] > best.sigma)) return;
     best.sigma = sigma[most];
@@ -187,25 +231,13 @@ void describe(const Problem& problem, const Question& question, NextCondition& b
 
 }  // namespace
 
-std::vector<double> differences_in_sigma(const Problem& problem, const State& one, const State& other) {
+std::vector<double> differences_in_sigma(const Problem& problem, const Question& question) {
   Problem lit = problem;
   lit.correction.clear();
-  brighten(lit, one);
-  const auto rows = expected(lit, one);
-  std::vector<Column> columns = {difference(expected(lit, other), rows)};
-  const std::vector<Gram> grams = grams_of(lit, rows, columns);
-  const Variances& sd = one.variances;
-  std::vector<double> sigma;
-  for (std::size_t i = 0; i < grams.size(); ++i) {
-    double determinant = 0;
-    double square = std::max(marginal(grams[i], sd, determinant)(0, 0), 0.0);
-    std::vector<double>& rest = columns.front()[i];
-    const auto taken = take_out_jitter(lit, i, rest);
-    if (!matters(lit, i, rest))  // only as much as the board, the camera's offset and the light differ by
-      square = std::min(square, std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
-                                    std::pow(taken(2) / sd.light, 2));
-    sigma.push_back(std::sqrt(square));
-  }
+  brighten(lit, question.one);
+  std::vector<double> sigma = sigma_between(lit, question.one, question.other, question.told_of_other);
+  const std::vector<double> back = sigma_between(lit, question.other, question.one, question.told_of_one);
+  for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] = std::min(sigma[i], back[i]);
   return sigma;
 }
 
@@ -226,8 +258,12 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
   for (const Found& one : found) {
     for (const Rival& rival : one.rivals) {
       if (rival.tied && beside_the_same(state, one, rival))
-        questions.push_back(
-            {{one.name, rival.candidate->name()}, state, rival.state, one.candidate->border().experiment});
+        questions.push_back({{one.name, rival.candidate->name()},
+                             state,
+                             rival.state,
+                             one.candidate->border().experiment,
+                             told_of_values(problem, state),
+                             told_of_values(problem, rival.state)});
     }
   }
   for (const Visibility& seen : audit.effects) {
@@ -250,7 +286,7 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   std::vector<NextCondition> best;
   for (const Question& q : questions) {
     best.push_back({.effects = q.effects, .condition = {}, .candidates = list.size(), .experiment = q.experiment});
-    best.back().measured_sigma = std::ranges::max(differences_in_sigma(problem, q.one, q.other));
+    best.back().measured_sigma = std::ranges::max(differences_in_sigma(problem, q));
   }
   for (std::size_t first = 0; first < list.size(); first += together) {
     const std::size_t count = std::min(together, list.size() - first);

@@ -41,6 +41,9 @@ struct Question {
   std::vector<std::string> effects;  ///< two that are tied, or one that these data could not have shown
   State one, other;                  ///< with reflectivities of the problem's targets
   std::string experiment;            ///< what the effect's author advises
+  /// What the campaign tells of the values of each one's effects, an information matrix in their typical values: as far
+  /// as it leaves them open, they make up for the other one in a new condition, too. Empty: they stay as they are.
+  Eigen::MatrixXd told_of_one = {}, told_of_other = {};
 };
 
 /// Of a tie, and of each blind effect at half its typical size beside the model, refitted linearly to the campaign.
@@ -52,7 +55,8 @@ struct NextCondition {
   std::vector<std::string> effects;
   io::Condition condition;
   double reflectivity = 0;     ///< of its target, as the model found it
-  double sigma = 0;            ///< by which the two models differ there: sqrt(d' C^-1 d), C with jitter and light
+  /// By which the two models differ there: sqrt(d' C^-1 d), C with jitter, light and what the values leave open.
+  double sigma = 0;
   double measured_sigma = 0;   ///< the largest of the campaign's own conditions
   std::size_t observable = 0;  ///< that carries most of it
   double difference = 0;       ///< root mean square over superpixels of that observable, SI, distances as depths
@@ -73,9 +77,10 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
 /// The first that tells something, and more than what was measured by a tenth; nullptr: there is none.
 const NextCondition* most_telling(const std::vector<NextCondition>& next);
 
-/// Standard deviations of one condition by which two models differ, in each of a problem's conditions. What is left
-/// beside the board's place, the camera's offset and the light counts only where it is as large as matters
-/// (least_change): below that the simulation itself is not exact.
-std::vector<double> differences_in_sigma(const Problem& problem, const State& one, const State& other);
+/// Standard deviations of one condition by which a question's models differ, in each of a problem's conditions,
+/// whichever of the two is right: the other one's values are fitted anew. What is left beside the board's place, the
+/// camera's offset and the light counts only where it is as large as matters (least_change): below that the simulation
+/// itself is not exact.
+std::vector<double> differences_in_sigma(const Problem& problem, const Question& question);
 
 }  // namespace tofgraph::diagnosis

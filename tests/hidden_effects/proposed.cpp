@@ -38,12 +38,15 @@ bool names(const Score& score, const std::string& effect) {
   return std::ranges::find(score.names, effect) != score.names.end();
 }
 
-/// What was asked for is told: the effect is named, and not tied with what the proposal was to tell it from.
+/// What was asked for is told: the hidden effect is found, nothing wrong is named, and of what the proposal was to tell
+/// apart all that is not hidden is out; of two that are both not hidden, which are alike to what is, one of them.
 bool is_closed(const Score& score, const std::vector<std::string>& effects) {
   const std::string& hidden = score.what.effects.front();
-  return score.found == 1 && score.wrong == 0 && std::ranges::none_of(effects, [&](const std::string& other) {
-           return other != hidden && (names(score, other) || std::ranges::find(score.tied, other) != score.tied.end());
-         });
+  const auto is_in = [&](const std::string& effect) {
+    return effect != hidden && (names(score, effect) || std::ranges::find(score.tied, effect) != score.tied.end());
+  };
+  const bool among_them = std::ranges::find(effects, hidden) != effects.end();
+  return score.found == 1 && score.wrong == 0 && std::ranges::count_if(effects, is_in) <= (among_them ? 0 : 1);
 }
 
 double number(const json& value) { return value.is_null() ? io::unknown : value.get<double>(); }

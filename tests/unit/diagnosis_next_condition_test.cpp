@@ -4,6 +4,8 @@
 #include "diagnosis/next_condition.hpp"
 #include "tests/unit/rail.hpp"
 
+#include <fmt/ranges.h>
+
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -98,9 +100,10 @@ TEST_F(Next, TheListHasWhatTheCampaignHasAndMore) {
   const Problem problem = make_problem(*design, blank);
   const std::vector<io::Condition> list = candidate_conditions(problem, std::vector<double>(2, light));
   std::set<double> distances, times, since;
-  std::set<std::string> targets;
+  std::set<std::string> targets, others;
   std::set<std::pair<double, double>> tilts;
   std::set<double> capped;  // times, s
+  std::size_t changed = 0;
   for (const io::Condition& c : list) {
     if (c.is_capped()) {
       capped.insert(c.integration_time);
@@ -112,16 +115,32 @@ TEST_F(Next, TheListHasWhatTheCampaignHasAndMore) {
     targets.insert(c.target);
     tilts.emplace(std::round(c.board_tilt_x * 180 / std::numbers::pi),
                   std::round(c.board_tilt_y * 180 / std::numbers::pi));
+    std::vector<std::string> other = c.sources;
+    if (c.time_since_power_on != 3600) other.push_back(fmt::format("{} s", c.time_since_power_on));
+    if (c.ambient != "dark") other.push_back(c.ambient);
+    if (!c.rail.empty()) other.push_back(c.rail);
+    if (!c.reference.empty()) other.push_back(c.reference);
+    if (c.roll != 0) other.push_back(fmt::format("{:.0f} deg", c.roll * 180 / std::numbers::pi));
+    if (other.empty()) continue;
+    EXPECT_EQ(other.size(), 1U) << "one thing at a time";
+    EXPECT_TRUE(c.board_tilt_x == 0 && c.board_tilt_y == 0);
+    EXPECT_TRUE(c.integration_time == 1e-3 || c.integration_time == 4e-3);
+    others.insert(other.front());
+    ++changed;
   }
   EXPECT_LT(*distances.begin(), 0.6);
   EXPECT_GT(*distances.rbegin(), 0.6 + 9 * 0.43);
   EXPECT_EQ(times, (std::set<double>{5e-4, 1e-3, 4e-3, 8e-3}));
-  EXPECT_EQ(since, (std::set<double>{3600, 7200}));
+  EXPECT_EQ(since, (std::set<double>{60, 3600, 7200}));
   EXPECT_EQ(targets, (std::set<std::string>{"grey", "white"}));
   EXPECT_EQ(tilts, (std::set<std::pair<double, double>>{{0, 0}, {20, 0}, {-20, 0}, {0, 20}, {0, -20}}));
-  EXPECT_EQ(capped, times);
-  EXPECT_EQ(list.size(),
-            capped.size() + distances.size() * times.size() * since.size() * targets.size() * tilts.size());
+  EXPECT_EQ(others,
+            (std::set<std::string>{"60 s", "7200 s", "left", "right", "lamp", "covered", "laser", "90 deg"}));
+  std::set<double> longer = times;
+  longer.insert(50e-3);
+  EXPECT_EQ(capped, longer) << "nothing fills the well: as long as the camera can";
+  EXPECT_EQ(changed, distances.size() * 2 * targets.size() * others.size());
+  EXPECT_EQ(list.size() - changed, capped.size() + distances.size() * times.size() * targets.size() * tilts.size());
 }
 
 /// Rail to 6.4 m: 1.3 times that is beyond the 7.49 m of 20 MHz, and so is a corner of a tilted board at 6.4 m.
@@ -167,6 +186,7 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   for (const io::Condition& c : candidate_conditions(problem, one.light)) {
     if (!c.is_capped()) best = std::max(best, brute_force(c, one, other));
   }
+
   EXPECT_NEAR(next[0].sigma, best, 1e-3 * best);
   EXPECT_NEAR(brute_force(next[0].condition, one, other), best, 1e-3 * best);
   // Those that were measured, likewise.
@@ -174,6 +194,29 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   for (const io::Condition& c : conditions) measured = std::max(measured, brute_force(c, one, other));
   EXPECT_NEAR(next[0].measured_sigma, measured, 1e-3 * measured);
   EXPECT_GT(next[0].sigma, next[0].measured_sigma) << "the list has more to offer than what is there";
+}
+
+/// Two sizes, of which one time tells a sum: at another time they make up for a zero that is off, but at 1 ms, where
+/// the effect is none.
+TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
+  for (io::Condition& c : conditions) c.integration_time = 5e-3;
+  measure();
+  const Problem problem = make_problem(*design, blank);
+  const State zero = state_with({{&effect("zero_offset"), {8e-3}}});
+  const auto question = [&](const char* name, std::vector<double> values) {
+    State other = state_with({{&effect(name), std::move(values)}});
+    Found found;
+    found.candidate = &effect("zero_offset"), found.name = "zero_offset";
+    found.rivals = {{&effect(name), 0, 0, true, other}};
+    return open_questions(problem, zero, {found}, {}).at(0);
+  };
+  ASSERT_EQ(effect("integration_time_offset").free().size(), 2U);
+  Question times = question("integration_time_offset", {8e-3 / std::log(5.0), 0});
+  const NextCondition open = next_conditions(problem, {times}).at(0);
+  EXPECT_LT(open.sigma, 1) << open.condition.board_distance << " m, " << open.condition.integration_time << " s, "
+                           << open.condition.time_since_power_on << fmt::format(" {}", open.condition.sources);
+  times.told_of_other = {};
+  EXPECT_GT(next_conditions(problem, {times}).at(0).sigma, 5) << "with its values as they are";
 }
 
 /// A difference that is sure and does not matter is none: the simulation itself is not that exact.
@@ -204,7 +247,7 @@ TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
   // At the distance of the campaign the offset makes up for half a typical scale: s z = -o.
   const double scale = questions[0].other.terms[1].values[0];
   EXPECT_NEAR(scale, effect("rail_scale").free()[0].typical / 2, 1e-12);
-  EXPECT_LT(std::ranges::max(differences_in_sigma(problem, questions[0].one, questions[0].other)), 0.1);
+  EXPECT_LT(std::ranges::max(differences_in_sigma(problem, questions[0])), 0.1);
   const std::vector<NextCondition> next = next_conditions(problem, questions);
   ASSERT_EQ(next.size(), 1U);
   EXPECT_NEAR(std::abs(next[0].condition.board_distance - 2), 0.6, 1e-9) << "0.7 and 1.3 of the only distance";
