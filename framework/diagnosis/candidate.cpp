@@ -46,7 +46,7 @@ std::vector<double> tried(const FreeParameter& shape) {
     return values;
   }
   std::vector<double> values;
-  for (const double factor : {1.0, 0.3, 3.0}) {
+  for (const double factor : {1.0, 0.3, 3.0, 10.0, 30.0}) {
     const double value = std::clamp(factor * shape.typical, shape.minimum, shape.maximum);
     if (std::ranges::find(values, value) == values.end()) values.push_back(value);
   }

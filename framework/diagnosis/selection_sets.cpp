@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the noise that the best fit before has left
 constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
+constexpr std::size_t most_singles = 8, sure_singles = 3;  ///< effects that are fitted alone; those that always are
+constexpr double bends = 0.3;  ///< of the best single effect's promise: less does not become the best once it is fitted
 
 /// Gain that is nearly all of what the best set promises.
 double needed_of(const std::vector<Subset>& sets) {
@@ -36,9 +38,15 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed
   }
   std::vector<Subset> chosen;
   bool larger = false;
+  std::size_t alone = 0;
+  double most = 0;  // of a single effect; the first one is the best
   for (const Subset& set : sets) {
     const std::size_t count = set.choices.size();
     if (set.merit < Selection::worth && !(singles && count == 1)) continue;
+    if (count == 1) {
+      most = std::max(most, set.gain);
+      if (++alone > sure_singles && set.gain < bends * most) continue;
+    }
     if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
   }
   std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
@@ -64,6 +72,7 @@ std::optional<Fit> Selection::leap(double least) {
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));
   options.prior = 1 / (prior_width * prior_width);
+  options.singles = most_singles;
   options.share_of_all = nearly_all, options.less_than_all = by_chance;
   options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
   Fit reference = best_.fit, best = best_.fit;
@@ -118,7 +127,7 @@ std::optional<Fit> Selection::leap(double least) {
 void Selection::note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options) {
   SubsetOptions alone = options;
   alone.most_effects = 1;
-  alone.kept = all.choices.size();
+  alone.singles = all.choices.size();
   for (const Subset& subset : best_subsets(score.information, score.score(), all.choices, alone))
     note({"ranked",
           names_of(all, subset),
