@@ -201,10 +201,11 @@ class Search : private Selection {
     const std::vector<Interval> all =
         intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
     bool dropped = false;
-    return drop_refuted([&](const Found& found, std::size_t t) {
+    return drop_refuted([&](Found& found, std::size_t t) {
       std::string why = dropped ? "" : untold(best().fit, t, all, rest);
       if (!why.empty()) note({"valued", {found.name}, {}, why});
-      dropped = dropped || !why.empty();
+      found.untold = !why.empty();
+      dropped = dropped || found.untold;
       return why;
     });
   }

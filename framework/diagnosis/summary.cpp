@@ -73,12 +73,22 @@ std::string agreement(const Diagnosis& d) {
       shown_gap(gap.before, gap, distance));
 }
 
+/// What fits but for its values, or nothing: "warm_up fits, but ..".
+std::string untold(const Diagnosis& d) {
+  const auto fits = std::ranges::find(d.search.dropped, true, &Found::untold);
+  if (fits == d.search.dropped.end()) return "";
+  const std::string& experiment = fits->candidate->border().experiment;
+  return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,
+                     experiment.empty() ? "" : " (what does: " + experiment + ")");
+}
+
 /// How large the gap is where nothing is named, and the largest of what is left.
 std::string not_known(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
-  std::string text =
-      fmt::format("Measurement and simulation differ, and no known effect explains how. The distance gap is {}",
-                  shown_gap(gap.before, gap, distance));
+  const std::string fits = untold(d);
+  std::string text = fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
+                                 fits.empty() ? "no known effect explains how" : fits,
+                                 shown_gap(gap.before, gap, distance));
   text += std::isfinite(gap.noise_floor)
               ? fmt::format(", noise alone makes {}.", shown_gap(gap.noise_floor, gap, distance))
               : ", and how much of it is noise is not known.";

@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // hidden_effects_mistyped: how often the check before the gap search names a condition that was written wrongly, and
-// how often one that was not. Prints what was missed and accused, then a table.
+// how often one that was not; and whether the search, without what was named, finds the hidden effect. Prints what was
+// missed and accused, then a table.
 #include "diagnosis/plausibility.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
-#include "tests/hidden_effects/score_cases.hpp"
+#include "tests/hidden_effects/score_run.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -19,6 +21,7 @@ using namespace tofgraph;
 
 struct Count {
   int made = 0, named = 0, accused = 0;  ///< campaigns: all wrong conditions named; some right condition named
+  int searched = 0, found = 0;           ///< of those that the design can show: right, without what was named
 };
 
 struct Asked {
@@ -26,8 +29,8 @@ struct Asked {
   std::uint64_t seed = 61000;
   std::size_t first = 0;  ///< effects; 0: all
   int draws = 1;
-  bool clutter = false;
-  std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects_mistyped";
+  bool clutter = false, search = false;
+  hidden::Bench bench{.scratch = std::filesystem::temp_directory_path() / "hidden_effects_mistyped"};
 };
 
 /// Measurements of a campaign of which only some conditions were written anew.
@@ -52,7 +55,8 @@ diagnosis::Measurements updated(const diagnosis::Measurements& before, const io:
   return after;
 }
 
-void count(const std::string& name, const io::Campaign& campaign, const diagnosis::Measurements& measurements,
+/// @returns whether it named all that is wrong, and nothing else
+bool count(const std::string& name, const io::Campaign& campaign, const diagnosis::Measurements& measurements,
            const std::vector<std::size_t>& wrong, std::map<std::string, Count>& counts) {
   std::size_t named = 0;
   bool accused = false;
@@ -66,10 +70,24 @@ void count(const std::string& name, const io::Campaign& campaign, const diagnosi
   ++here.made;
   if (named == wrong.size()) ++here.named;
   if (accused) ++here.accused;
-  if (named == wrong.size() && !accused) return;
+  if (named == wrong.size() && !accused) return true;
   fmt::print("{}: {}", campaign.name, name);
   for (const std::size_t i : wrong) fmt::print(", {} is wrong", campaign.conditions[i].id);
   fmt::print("\n{}", said);
+  return false;
+}
+
+/// The search as who was told of a mistake repeats it: those conditions are skipped.
+void search_beside(const Asked& asked, const hidden::CampaignOptions& made, const std::string& effect,
+                   const io::Campaign& campaign, const std::vector<std::size_t>& wrong, Count& here) {
+  std::string skipped = fmt::format(" --seed {}", made.seed);
+  for (const std::size_t i : wrong) skipped += fmt::format(" --skip '{}'", campaign.conditions[i].id);
+  const hidden::Case what{.suite = "mistyped", .design = asked.design, .effects = {effect}, .seed = made.seed};
+  const hidden::Score score = judge(what, hidden::searched(made.folder, asked.bench, skipped), made.effects, 0);
+  if (score.blind) return;
+  ++here.searched;
+  if (is_right(score)) ++here.found;
+  if (!is_right(score)) fmt::print("{}: {}, {}\n", campaign.name, score.verdict, fmt::join(score.names, ", "));
 }
 
 void run(const Asked& asked, const std::string& effect, std::uint64_t seed, std::map<std::string, Count>& counts) {
@@ -77,7 +95,7 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, std:
   options.design = asked.design;
   options.seed = seed;
   options.frames = 2;
-  options.folder = asked.scratch / fmt::format("{}_{}", asked.design, seed);
+  options.folder = asked.bench.scratch / fmt::format("{}_{}", asked.design, seed);
   options.effects.add_text(effect, 1, seed);
   if (asked.clutter) options.clutter = hidden::clutter_of({"warp", "sessions", "residue", "misplaced"});
   std::filesystem::remove_all(options.folder);
@@ -96,8 +114,12 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, std:
         if (at.empty()) continue;
         diagnosis::Measurements after = updated(measured, wrong, at);
         if (!recorded) std::ranges::fill(after.recorded_times, io::unknown);
-        count(fmt::format("{}{}", hidden::mistake_names.at(m), recorded ? "" : ", no recorded times"), wrong, after, at,
-              counts);
+        const std::string name =
+            fmt::format("{}{}", hidden::mistake_names.at(m), recorded ? "" : ", no recorded times");
+        const bool right_ones = count(name, wrong, after, at, counts);
+        // A search takes long: of one mistake a campaign, each in turn.
+        const bool turn = draw == 0 && recorded && seed % hidden::mistake_names.size() == m;
+        if (asked.search && right_ones && turn) search_beside(asked, options, effect, right, at, counts[name]);
       }
     }
   }
@@ -114,7 +136,9 @@ int main(int argc, char** argv) {
   app.add_option("--first", asked.first, "campaigns; default: one an effect");
   app.add_option("--draws", asked.draws, "of each mistake in each campaign")->capture_default_str();
   app.add_flag("--clutter", asked.clutter, "warp, sessions, residue and a misplaced board at their usual sizes");
-  app.add_option("--scratch", asked.scratch, "a folder for the campaigns");
+  app.add_flag("--search", asked.search, "searches without what was named, one mistake a campaign");
+  app.add_option("--program", asked.bench.program, "the tofgraph that searches")->capture_default_str();
+  app.add_option("--scratch", asked.bench.scratch, "a folder for the campaigns");
   CLI11_PARSE(app, argc, argv);
   std::map<std::string, Count> counts;
   std::size_t made = 0;
@@ -128,8 +152,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "hidden_effects_mistyped: {}\n", failure.what());
     return 1;
   }
-  fmt::print("\n| mistake | named | right ones accused |\n| --- | --- | --- |\n");
+  fmt::print("\n| mistake | named | right ones accused | right effect beside it |\n| --- | --- | --- | --- |\n");
   for (const auto& [name, c] : counts)
-    fmt::print("| {} | {} of {} | {} of {} |\n", name, c.named, c.made, c.accused, c.made);
+    fmt::print("| {} | {} of {} | {} of {} | {} of {} |\n", name, c.named, c.made, c.accused, c.made, c.found,
+               c.searched);
   return 0;
 }
