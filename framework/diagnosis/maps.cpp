@@ -146,11 +146,22 @@ Response chosen_maps(const Problem& problem, const Base& base, const Response& a
   }
 }
 
+/// No more scatter between conditions than is usual. Where maps are off by a mean that goes with the distance, the scatter
+/// has grown until nothing pulls them back.
+Variances at_most_usual(Variances found) {
+  constexpr Variances usual;
+  found.jitter = std::min(found.jitter, usual.jitter);
+  found.offset = std::min(found.offset, usual.offset);
+  found.light = std::min(found.light, usual.light);
+  return found;
+}
+
 /// The same values, and what a scan adds to them.
 State corrected(const Problem& problem, State state, std::size_t term) {
   const Term before = state.terms[term];
   Fit fit;
   fit.state = state;
+  fit.state.variances = at_most_usual(state.variances);
   const auto rows = expected(problem, state);
   std::vector<Column> own = own_columns(problem, state, rows);
   std::size_t scale = 0;
