@@ -67,6 +67,7 @@ void Selection::grow() {
   add_all();
   grow_from_maps();
   drop_needless();
+  replace_maps();
   grow_beside_conditions();
 }
 

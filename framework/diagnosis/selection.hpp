@@ -93,6 +93,7 @@ class Selection {
   std::optional<Fit> good_maps();
   std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);
   void grow_from_maps();
+  void replace_maps();
   void add_all();
   void drop_needless();
   void refine(State state);

@@ -95,4 +95,33 @@ void Selection::grow_from_maps() {
     restore(std::move(before));
 }
 
+/// Where several effects with maps were added: the search for effects with a few parameters in the place of each. A map
+/// can do what a lens does to the amplitude, at the price of all its numbers.
+void Selection::replace_maps() {
+  std::vector<const Candidate*> with_maps;
+  for (std::size_t t = model_.size(); t < terms().size(); ++t) {
+    if (terms()[t].maps) with_maps.push_back(terms()[t].candidate);
+  }
+  if (problem_.allowed.residue || with_maps.size() < 2) return;
+  for (const Candidate* one : with_maps) {
+    Kept before = kept();
+    const double reached = bic(best_.fit);
+    State state = best_.fit.state;
+    std::erase_if(state.terms, [&](const Term& term) { return term.candidate == one; });
+    if (!try_refine(std::move(state)).empty()) continue;
+    for (std::size_t round = 0; round < options_.max_effects; ++round) {
+      std::optional<Fit> next = leap();
+      if (!next || !try_refine(std::move(next->state)).empty()) break;
+    }
+    drop_needless();
+    const bool better = bic(best_.fit) < reached - worth;
+    note({"maps",
+          {one->name()},
+          {{"bic_fall", reached - bic(best_.fit)}},
+          better ? "others do more in its place" : "stays"});
+    if (better) return;
+    restore(std::move(before));
+  }
+}
+
 }  // namespace tofgraph::diagnosis
