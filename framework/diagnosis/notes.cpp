@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 
 namespace tofgraph::diagnosis {
@@ -52,11 +53,29 @@ std::string length_and_light(double length, double light) {
   return text;
 }
 
+/// Of maps of lengths whose mean over the pixels matters: an offset of all pixels would be the same.
+void note_means(const State& state, std::vector<std::string>& notes) {
+  for (const Term& term : state.terms) {
+    if (!term.maps) continue;
+    const double scale = term.values.front() / term.candidate->free().front().typical;
+    for (const EstimatedMaps::Map& map : term.maps->maps()) {
+      const double sum = std::reduce(map.values.begin(), map.values.end());
+      const double mean = scale * sum / static_cast<double>(map.values.size());
+      if (map.parameter.unit == "m" && std::abs(mean) > least_change[distance])
+        notes.push_back(fmt::format(
+            "The {} of {} has a mean of {:.2f} mm over the pixels: an offset of all of them, as zero_offset is, and a "
+            "pattern about it would be the same.",
+            map.parameter.name, term.candidate->name(), 1e3 * mean));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
   if (search.found.empty()) return notes;
+  note_means(search.after.state, notes);
   for (const Found& found : search.found) {
     std::vector<std::string> tied = found.names();
     tied.erase(tied.begin());
