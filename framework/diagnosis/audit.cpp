@@ -30,7 +30,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
             const std::vector<std::unique_ptr<Candidate>>& candidates) {
   Fit fit;
   fit.state = {model, std::vector<double>(problem.targets.size(), 0), {}};
-  Probes probes = probes_of(problem, fit.state, candidates);
+  Probes probes = probes_of(problem, fit.state, candidates, Shapes::usual);
   Audit result;
   Group together{"all", {}};
   std::vector<Eigen::Index> columns;  // of each effect

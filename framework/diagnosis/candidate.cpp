@@ -8,6 +8,7 @@
 #include "io/image_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -37,7 +38,7 @@ bool FreeParameter::is_angle() const {
 namespace {
 
 /// A few values of a shape. An angle that may be anything: around the circle; else about what is usual, within bounds.
-std::vector<double> tried(const FreeParameter& shape) {
+std::vector<double> tried(const FreeParameter& shape, Shapes shapes) {
   constexpr double turn = 2 * std::numbers::pi;
   if (shape.is_angle()) {
     constexpr int steps = 6;
@@ -46,7 +47,8 @@ std::vector<double> tried(const FreeParameter& shape) {
     return values;
   }
   std::vector<double> values;
-  for (const double factor : {1.0, 0.3, 3.0, 10.0, 30.0}) {
+  constexpr std::array factors = {1.0, 0.3, 3.0, 10.0, 30.0};
+  for (const double factor : std::span(factors).first(shapes == Shapes::usual ? 3 : factors.size())) {
     const double value = std::clamp(factor * shape.typical, shape.minimum, shape.maximum);
     if (std::ranges::find(values, value) == values.end()) values.push_back(value);
   }
@@ -174,9 +176,9 @@ std::vector<std::vector<double>> combinations(std::span<const std::vector<double
   return all;
 }
 
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters) {
+std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters, Shapes shapes) {
   std::vector<std::vector<double>> values;
-  for (const FreeParameter& p : parameters) values.push_back(p.shape ? tried(p) : std::vector<double>{p.off});
+  for (const FreeParameter& p : parameters) values.push_back(p.shape ? tried(p, shapes) : std::vector<double>{p.off});
   return combinations(values);
 }
 

@@ -70,8 +70,11 @@ class EstimatedMaps {
 /// Every choice of one value of each, the last varying fastest.
 std::vector<std::vector<double>> combinations(std::span<const std::vector<double>> values);
 
+/// Whether shapes that are far from what is usual (10 and 30 times) are tried, too.
+enum class Shapes : std::uint8_t { usual, any };
+
 /// Sizes where they change nothing, with shapes at which a search begins: the product of a few of each shape.
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters);
+std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters, Shapes shapes = Shapes::any);
 
 class Candidate {
  public:

@@ -134,7 +134,12 @@ std::vector<Surroundings> surroundings_of(const Design& design) {
   return all;
 }
 
-/// One condition of each target, from the darkest to the brightest.
+/// With nothing of what surroundings_of() changes.
+bool is_plain(const io::Condition& c) {
+  return c.sources.empty() && c.ambient == "dark" && c.rail != "covered" && c.reference != "laser" && c.roll == 0;
+}
+
+/// One condition of each target, a plain one where there is one, from the darkest to the brightest.
 std::vector<io::Condition> targets_of(const Problem& problem, std::span<const double> light) {
   std::map<std::string, std::pair<double, std::size_t>> brightness;
   const auto& conditions = problem.design.conditions();
@@ -142,7 +147,9 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
     if (!problem.design.shows_board(i)) continue;
     const int t = problem.target[i];
     const double ln = t < 0 ? 0 : light[static_cast<std::size_t>(t)];
-    brightness.try_emplace(conditions[i].target, std::log(pose_of(conditions[i]).reflectivity) + ln, i);
+    const std::pair here(std::log(pose_of(conditions[i]).reflectivity) + ln, i);
+    const auto [known, first] = brightness.try_emplace(conditions[i].target, here);
+    if (!first && is_plain(conditions[i]) && !is_plain(conditions[known->second.second])) known->second = here;
   }
   std::vector<std::pair<double, std::size_t>> order;
   for (const auto& [name, place] : brightness) order.push_back(place);

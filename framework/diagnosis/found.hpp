@@ -36,7 +36,7 @@ struct Found {
   std::vector<Rival> rivals;   ///< best first
   std::vector<Pattern> where;  ///< what the gap looks like without it
   std::string refutation;      ///< why it is not to be named, or empty
-  bool untold = false;         ///< that is because the conditions do not tell its values: it may be there all the same
+  bool untold = false;         ///< that is because the conditions do not tell a shape, where it leaves nothing else
   double chosen = NAN;         ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
   Fall fall;                   ///< what it brings out of fold
 

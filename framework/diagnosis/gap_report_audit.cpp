@@ -64,7 +64,8 @@ Silent silent_questions(const Diagnosis& d) {
 /// One sentence for all, and the advice to be unfolded.
 void add_silent(report::Page& page, const Silent& silent) {
   if (silent.blind.empty()) return;
-  page.paragraph(fmt::format("No board of this rail tells whether there is {}.", fmt::join(silent.blind, ", or ")));
+  page.paragraph(fmt::format("None of the conditions that were compared tells whether there is {}.",
+                             fmt::join(silent.blind, ", or ")));
   page.fold("What tells these, from experience");
   const Row header = {"to know", "from experience"};
   page.table(header, silent.advice);
@@ -157,8 +158,9 @@ void add_next(report::Page& page, const ReportData& data) {
   page.heading("What to measure next");
   for (const NextCondition& tie : d.next) {
     if (tie.effects.size() > 1 && !tells(tie))
-      page.verdict(fmt::format("To tell {}: no board of this rail does. What does, from experience: {}.", question(tie),
-                               experiments(d, tie)));
+      page.verdict(
+          fmt::format("To tell {}: none of the conditions that were compared does. What does, from experience: {}.",
+                      question(tie), experiments(d, tie)));
   }
   if (const NextCondition* const first = most_telling(d.next); first != nullptr) {
     page.verdict(sentence(*first));
@@ -166,13 +168,15 @@ void add_next(report::Page& page, const ReportData& data) {
         "The most telling of these conditions is beside this report as a scene, next_condition.yaml, for tofgraph "
         "simulate.");
   } else {
-    page.verdict("No other board at this campaign's settings, or somewhat beyond them, would tell more.");
+    page.verdict("Nothing that was compared, at this campaign's settings or somewhat beyond them, would tell more.");
   }
   if (!d.next.empty())
     page.paragraph(fmt::format(
         "Compared were {} conditions with this campaign's settings and some beyond: distances, integration times, "
-        "tilts of 20 deg, targets, time since power-on. Two models differ there by so many standard deviations (sd) of "
-        "one condition: noise, and what boards and light differ by. What is less than 0.1 mm or 0.1 % beside these "
+        "tilts of 20 deg, targets; time since power-on, one source alone, a lamp, a covered rail, a laser, a turned "
+        "camera, a capped lens. Two models differ there by so many standard deviations (sd) of one condition: noise, "
+        "what boards and light differ by, and what these data leave open of their values. What is less than 0.1 mm or "
+        "0.1 % beside these "
         "does not count; below {} sd a condition tells nothing.",
         d.next.front().candidates, telling));
   const Row header = {"to know", "the best condition", "the models differ there by",

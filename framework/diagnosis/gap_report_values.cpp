@@ -97,8 +97,8 @@ std::string sentence(const NextCondition& next) {
   return fmt::format(
       "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "
       "conditions measured so far by {:.1f} at most.",
-      setting_of(next), models, next.sigma, shown(next.difference, next.observable, 2),
-      label(next.observable), next.measured_sigma);
+      setting_of(next), models, next.sigma, shown(next.difference, next.observable, 2), label(next.observable),
+      next.measured_sigma);
 }
 
 double mean(const std::vector<double>& values) {

@@ -42,12 +42,28 @@ Solution solved_about(const Problem& problem, const State& state) {
   return solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances);
 }
 
-/// What the campaign tells of the values of a state's effects, in steps of their typical values: an information matrix.
+/// What the campaign tells of the values of a state's effects, in steps of their typical values, and of the targets' ln
+/// reflectivities: an information matrix. Empty where an effect gives no derivative.
 Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
-  Eigen::Index count = 0;
+  Eigen::Index count = static_cast<Eigen::Index>(problem.targets.size());
   for (const Term& term : state.terms) count += static_cast<Eigen::Index>(term.values.size());
   if (count == 0) return {};
-  return solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+  try {
+    return solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+  } catch (const simulation::EffectError&) {
+    return {};
+  }
+}
+
+/// What a change of a target's ln reflectivity changes: one column a target.
+void append_light(const Problem& problem, std::vector<Column>& columns) {
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    Column& column = columns.emplace_back(problem.design.size(), std::vector<double>(problem.design.rows(), 0));
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      if (problem.target[i] != static_cast<int>(t)) continue;
+      for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = problem.light_response(i, row);
+    }
+  }
 }
 
 /// A state with its parameters and reflectivities moved to make up for a change of what it expects, as far as they can.
@@ -70,42 +86,71 @@ State absorbing(const Problem& problem, const State& state, const Column& change
   return moved;
 }
 
+/// How far two models are apart in each of a problem's conditions.
+struct Apart {
+  std::vector<double> sigma;
+  Column left;  ///< of the difference, when the values have made up for what they can
+};
+
 /// How far the data of one model are from another, whose values may change as far as the campaign leaves them open.
 /// @param told of the other one's values; empty: they stay as they are
-std::vector<double> sigma_between(const Problem& lit, const State& one, const State& other,
-                                  const Eigen::MatrixXd& told) {
+Apart between(const Problem& lit, const State& one, const State& other, const Eigen::MatrixXd& told) {
   const auto rows = expected(lit, other);
   std::vector<Column> columns = {difference(expected(lit, one), rows)};
-  if (told.size() > 0) std::ranges::move(own_columns(lit, other, rows), std::back_inserter(columns));
+  if (told.size() > 0) {
+    std::ranges::move(own_columns(lit, other, rows), std::back_inserter(columns));
+    append_light(lit, columns);
+  }
   const std::vector<Gram> grams = grams_of(lit, rows, columns);
   const Variances& sd = other.variances;
   const Eigen::Index values = told.rows();
-  std::vector<double> sigma;
+  Apart apart{{}, columns.front()};
   for (std::size_t i = 0; i < grams.size(); ++i) {
     double determinant = 0;
     const Gram gram = marginal(grams[i], sd, determinant);
     double square = gram(0, 0);
     if (values > 0) {
       const Eigen::VectorXd cross = gram.block(1, 0, values, 1);
-      square -= cross.dot(Eigen::MatrixXd(told + gram.block(1, 1, values, values)).ldlt().solve(cross));
+      const Eigen::VectorXd moved = Eigen::MatrixXd(told + gram.block(1, 1, values, values)).ldlt().solve(cross);
+      square -= cross.dot(moved);
+      for (Eigen::Index k = 0; k < values; ++k) {
+        const std::vector<double>& column = columns[1 + static_cast<std::size_t>(k)][i];
+        for (std::size_t row = 0; row < column.size(); ++row) apart.left[i][row] -= moved(k) * column[row];
+      }
     }
     square = std::max(square, 0.0);
-    std::vector<double>& rest = columns.front()[i];
+    std::vector<double> rest = apart.left[i];
     const auto taken = take_out_jitter(lit, i, rest);
     if (!matters(lit, i, rest))  // only as much as the board, the camera's offset and the light differ by
       square = std::min(square, std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
                                     std::pow(taken(2) / sd.light, 2));
-    sigma.push_back(std::sqrt(square));
+    apart.sigma.push_back(std::sqrt(square));
   }
-  return sigma;
+  return apart;
+}
+
+/// Whichever of the two is right: of each condition the one that the other comes nearer to.
+Apart apart(const Problem& problem, const Question& question) {
+  Problem lit = problem;
+  lit.correction.clear();
+  brighten(lit, question.one);
+  Apart nearer = between(lit, question.one, question.other, question.told_of_other);
+  Apart back = between(lit, question.other, question.one, question.told_of_one);
+  for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
+    if (!(back.sigma[i] < nearer.sigma[i])) continue;
+    nearer.sigma[i] = back.sigma[i];
+    nearer.left[i] = std::move(back.left[i]);
+  }
+  return nearer;
 }
 
 /// One for each size of an effect at half its typical value.
-std::vector<Question> blind_questions(const Problem& problem, const State& state, const Candidate& candidate) {
+/// @param told of the state's values, see Question
+std::vector<Question> blind_questions(const Problem& problem, const State& state, const Eigen::MatrixXd& told,
+                                      const Candidate& candidate) {
   std::vector<Question> questions;
   const auto rows = expected(problem, state);
   const std::vector<double> start = probes_of(candidate.free()).front();
-  const Eigen::MatrixXd told = told_of_values(problem, state);
   for (std::size_t k = 0; k < start.size(); ++k) {
     const FreeParameter& p = candidate.free()[k];
     if (p.shape) continue;
@@ -203,9 +248,10 @@ void keep_best(const Problem& problem, const Question& question, NextCondition& 
   }
 }
 
-/// The observable that differs most in standard deviations of a superpixel, what conditions differ by included.
+/// The observable that differs most in standard deviations of a superpixel, what conditions differ by included, when
+/// the values have made up for what they can.
 void describe(const Problem& problem, const Question& question, NextCondition& best) {
-  const Column apart = difference(expected(problem, question.other), expected(problem, question.one));
+  const Column left = apart(problem, question).left;
   const Variances& sd = question.one.variances;
   const std::size_t n = problem.design.superpixels();
   double largest = -1;
@@ -214,12 +260,12 @@ void describe(const Problem& problem, const Question& question, NextCondition& b
     for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
       const double variance = problem.data[0].variance[row];
       if (std::isinf(variance)) continue;
-      relative += std::pow(apart[0][row], 2) / (variance + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
-                                                std::pow(sd.offset * problem.offset_response(0, row), 2) +
-                                                std::pow(sd.light * problem.light_response(0, row), 2));
+      relative += std::pow(left[0][row], 2) / (variance + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
+                                               std::pow(sd.offset * problem.offset_response(0, row), 2) +
+                                               std::pow(sd.light * problem.light_response(0, row), 2));
       // Half paths become depths.
       const double scale = o == distance && problem.design.shows_board(0) ? 1 / problem.design.shift(0)[row] : 1;
-      square += std::pow(scale * apart[0][row], 2);
+      square += std::pow(scale * left[0][row], 2);
       ++count;
     }
     if (count == 0 || relative / count <= largest) continue;
@@ -232,13 +278,7 @@ void describe(const Problem& problem, const Question& question, NextCondition& b
 }  // namespace
 
 std::vector<double> differences_in_sigma(const Problem& problem, const Question& question) {
-  Problem lit = problem;
-  lit.correction.clear();
-  brighten(lit, question.one);
-  std::vector<double> sigma = sigma_between(lit, question.one, question.other, question.told_of_other);
-  const std::vector<double> back = sigma_between(lit, question.other, question.one, question.told_of_one);
-  for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] = std::min(sigma[i], back[i]);
-  return sigma;
+  return apart(problem, question).sigma;
 }
 
 bool tells(const NextCondition& next) {
@@ -255,6 +295,7 @@ const NextCondition* most_telling(const std::vector<NextCondition>& next) {
 std::vector<Question> open_questions(const Problem& problem, const State& state, const std::vector<Found>& found,
                                      const Audit& audit) {
   std::vector<Question> questions;
+  const Eigen::MatrixXd told = told_of_values(problem, state);
   for (const Found& one : found) {
     for (const Rival& rival : one.rivals) {
       if (rival.tied && beside_the_same(state, one, rival))
@@ -262,7 +303,7 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
                              state,
                              rival.state,
                              one.candidate->border().experiment,
-                             told_of_values(problem, state),
+                             told,
                              told_of_values(problem, rival.state)});
     }
   }
@@ -271,23 +312,35 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
     const bool in_model =
         std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == seen.candidate->name(); });
     if (in_model) continue;
-    for (Question& question : blind_questions(problem, state, *seen.candidate))
+    for (Question& question : blind_questions(problem, state, told, *seen.candidate))
       questions.push_back(std::move(question));
   }
   return questions;
 }
 
-std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions) {
+std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& all) {
   std::vector<NextCondition> result;
+  std::vector<Question> questions;
+  std::vector<double> measured;
+  for (const Question& q : all) {
+    try {
+      measured.push_back(std::ranges::max(differences_in_sigma(problem, q)));
+      questions.push_back(q);
+    } catch (const simulation::EffectError&) {
+      continue;  // it cannot be computed for these boards: nothing can be said of it
+    }
+  }
   if (questions.empty()) return result;
   const State& state = questions.front().one;
   const NoiseLaw noise(problem, state.light);
   const std::vector<io::Condition> list = candidate_conditions(problem, state.light);
   std::vector<NextCondition> best;
-  for (const Question& q : questions) {
-    best.push_back({.effects = q.effects, .condition = {}, .candidates = list.size(), .experiment = q.experiment});
-    best.back().measured_sigma = std::ranges::max(differences_in_sigma(problem, q));
-  }
+  for (std::size_t q = 0; q < questions.size(); ++q)
+    best.push_back({.effects = questions[q].effects,
+                    .condition = {},
+                    .measured_sigma = measured[q],
+                    .candidates = list.size(),
+                    .experiment = questions[q].experiment});
   for (std::size_t first = 0; first < list.size(); first += together) {
     const std::size_t count = std::min(together, list.size() - first);
     const Unmeasured part(problem, some(list, first, count), noise, state);

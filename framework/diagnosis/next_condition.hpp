@@ -30,9 +30,10 @@ class NoiseLaw {
 
 /// The product of a few levels of each setting: distances of the campaign, between and beyond them; its integration
 /// times, half and twice; its targets; boards that face the camera or are tilted by 20 deg to each side about x or y
-/// (not where the data are means over boards), at the latest time since power-on. Where boards face the camera, each
-/// also with one thing changed: twice that time, a minute; a source alone; a lamp; a covered rail; a laser that tells
-/// the distance; the camera turned by 90 deg. And captures of a capped lens, up to the longest time of the camera.
+/// (not where the data are means over boards), at the latest time since power-on. Where boards face the camera and the
+/// time is one of the campaign's, each also with one thing changed: twice that time, a minute; a source alone; a lamp;
+/// a covered rail; a laser that tells the distance; the camera turned by 90 deg. And captures of a capped lens, up to
+/// the longest time of the camera.
 /// @param light ln of each target's factor on the reflectivity: the darkest, the brightest and one between are listed
 std::vector<io::Condition> candidate_conditions(const Problem& problem, std::span<const double> light);
 
@@ -41,8 +42,9 @@ struct Question {
   std::vector<std::string> effects;  ///< two that are tied, or one that these data could not have shown
   State one, other;                  ///< with reflectivities of the problem's targets
   std::string experiment;            ///< what the effect's author advises
-  /// What the campaign tells of the values of each one's effects, an information matrix in their typical values: as far
-  /// as it leaves them open, they make up for the other one in a new condition, too. Empty: they stay as they are.
+  /// What the campaign tells of the values of each one's effects, in their typical values, and of the targets' ln
+  /// reflectivities, an information matrix: as far as it leaves them open, they make up for the other one in a new
+  /// condition, too. Empty: they stay as they are.
   Eigen::MatrixXd told_of_one = {}, told_of_other = {};
 };
 
@@ -54,12 +56,14 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
 struct NextCondition {
   std::vector<std::string> effects;
   io::Condition condition;
-  double reflectivity = 0;     ///< of its target, as the model found it
+  double reflectivity = 0;  ///< of its target, as the model found it
   /// By which the two models differ there: sqrt(d' C^-1 d), C with jitter, light and what the values leave open.
   double sigma = 0;
   double measured_sigma = 0;   ///< the largest of the campaign's own conditions
   std::size_t observable = 0;  ///< that carries most of it
-  double difference = 0;       ///< root mean square over superpixels of that observable, SI, distances as depths
+  /// Root mean square over superpixels of that observable, SI, distances as depths, when the values have made up for
+  /// what they can.
+  double difference = 0;
   std::size_t candidates = 0;  ///< that were compared
   std::string experiment;
 };

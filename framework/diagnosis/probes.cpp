@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -30,7 +31,7 @@ Column change(const Problem& problem, const State& state, const std::vector<std:
 
 /// A probe and its group for each of the shapes at which a piece is scored. @param piece see Probe
 void probe(const Problem& problem, const State& state, const std::vector<std::vector<double>>& rows,
-           const Candidate& candidate, const Piece& piece, Probes& probes) {
+           const Candidate& candidate, const Piece& piece, Shapes shapes, Probes& probes) {
   Probe one{&candidate, piece, {}, {}, {}};
   const std::vector<FreeParameter>& parameters = one.parameters();
   for (std::size_t k = 0; k < parameters.size(); ++k) {
@@ -41,11 +42,18 @@ void probe(const Problem& problem, const State& state, const std::vector<std::ve
   if (one.sizes.empty()) return;
   const std::string name =
       piece.refinement ? candidate.name() + "." + candidate.refinements()[*piece.refinement].name : candidate.name();
-  for (std::vector<double>& values : probes_of(parameters)) {
+  bool first = true;
+  for (std::vector<double>& values : probes_of(parameters, shapes)) {
     one.values = std::move(values);
     Group group{name, {}};
-    for (std::size_t c = 0; c < one.sizes.size(); ++c)
-      group.columns.push_back(change(problem, state, rows, one, one.sizes[c], one.steps[c]));
+    try {
+      for (std::size_t c = 0; c < one.sizes.size(); ++c)
+        group.columns.push_back(change(problem, state, rows, one, one.sizes[c], one.steps[c]));
+    } catch (const simulation::EffectError&) {
+      if (std::exchange(first, false)) throw;  // at its usual shapes it has to give numbers
+      continue;
+    }
+    first = false;
     probes.groups.push_back(std::move(group));
     probes.list.push_back(one);
   }
@@ -67,15 +75,15 @@ bool is_in(const State& state, const Candidate& candidate) {
   return std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == candidate.name(); });
 }
 
-Probes probes_of(const Problem& problem, const State& state,
-                 const std::vector<std::unique_ptr<Candidate>>& candidates) {
+Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                 Shapes shapes) {
   Probes probes;
   const auto rows = expected(problem, state);
   for (const auto& candidate : candidates) {
     if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
     const std::size_t before = probes.list.size();
     try {
-      probe(problem, state, rows, *candidate, {state.terms.size(), std::nullopt}, probes);
+      probe(problem, state, rows, *candidate, {state.terms.size(), std::nullopt}, shapes, probes);
     } catch (const simulation::EffectError& error) {
       probes.refused[candidate->name()] = error.what();
       probes.list.resize(before);
@@ -94,7 +102,7 @@ Probes refinement_probes(const Problem& problem, const State& state) {
       if (candidate.refined(r)) continue;
       const std::size_t before = probes.list.size();
       try {
-        probe(problem, state, rows, candidate.with(r), {t, r}, probes);
+        probe(problem, state, rows, candidate.with(r), {t, r}, Shapes::any, probes);
       } catch (const simulation::EffectError&) {
         probes.list.resize(before);
         probes.groups.resize(before);

@@ -35,7 +35,8 @@ struct Probes {
 };
 
 /// @param state what the changes are made to; candidates that are in it are left out
-Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates);
+Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                 Shapes shapes = Shapes::any);
 
 /// Of the refinements that the terms of a state do not have. Those that give no number are not among them.
 Probes refinement_probes(const Problem& problem, const State& state);

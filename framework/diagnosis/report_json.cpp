@@ -118,6 +118,8 @@ json conditions_of(const Diagnosis& d) {
   return all;
 }
 
+json stated(const std::string& word) { return word.empty() ? json() : json(word); }
+
 json next_of(const Diagnosis& d) {
   json all = json::array();
   for (const NextCondition& next : d.next) {
@@ -139,8 +141,8 @@ json next_of(const Diagnosis& d) {
                      {"time_since_power_on", number(c.time_since_power_on)},
                      {"sources", c.sources},
                      {"ambient", c.ambient},
-                     {"rail", c.rail == "covered" ? "covered" : "bare"},
-                     {"reference", c.reference == "laser" ? "laser" : "rail"},
+                     {"rail", stated(c.rail)},
+                     {"reference", stated(c.reference)},
                      {"roll", c.roll}}},
                    {"text", sentence(next)}});
   }

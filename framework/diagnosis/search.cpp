@@ -204,8 +204,8 @@ class Search : private Selection {
     return drop_refuted([&](Found& found, std::size_t t) {
       std::string why = dropped ? "" : untold(best().fit, t, all, rest);
       if (!why.empty()) note({"valued", {found.name}, {}, why});
-      found.untold = !why.empty();
-      dropped = dropped || found.untold;
+      dropped = dropped || !why.empty();
+      found.untold = !why.empty() && why != may_be_off && rest < explained;
       return why;
     });
   }

@@ -95,14 +95,15 @@ void Selection::grow_from_maps() {
     restore(std::move(before));
 }
 
-/// Where several effects with maps were added: the search for effects with a few parameters in the place of each. A map
-/// can do what a lens does to the amplitude, at the price of all its numbers.
+/// Where several effects with maps were added: the search for effects with a few parameters in the place of one of
+/// them. A map can do what a lens does to the amplitude, at the price of all its numbers. With boards that are not flat
+/// there is no comparison.
 void Selection::replace_maps() {
   std::vector<const Candidate*> with_maps;
   for (std::size_t t = model_.size(); t < terms().size(); ++t) {
     if (terms()[t].maps) with_maps.push_back(terms()[t].candidate);
   }
-  if (problem_.allowed.residue || with_maps.size() < 2) return;
+  if (problem_.allowed.residue || problem_.allowed.boards || with_maps.size() < 2) return;
   for (const Candidate* one : with_maps) {
     Kept before = kept();
     const double reached = bic(best_.fit);

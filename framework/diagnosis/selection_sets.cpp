@@ -39,14 +39,12 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed
   std::vector<Subset> chosen;
   bool larger = false;
   std::size_t alone = 0;
-  double most = 0;  // of a single effect; the first one is the best
+  double most = 0;  // that a single effect promises
+  for (const Subset& set : sets) most = std::max(most, set.choices.size() == 1 ? set.gain : 0);
   for (const Subset& set : sets) {
     const std::size_t count = set.choices.size();
     if (set.merit < Selection::worth && !(singles && count == 1)) continue;
-    if (count == 1) {
-      most = std::max(most, set.gain);
-      if (++alone > sure_singles && set.gain < bends * most) continue;
-    }
+    if (count == 1 && ++alone > sure_singles && set.gain < bends * most) continue;
     if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
   }
   std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });

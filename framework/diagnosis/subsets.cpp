@@ -179,10 +179,9 @@ class Enumeration {
       std::vector<std::size_t> effects;
       for (const std::size_t c : node.choices) effects.push_back(choices_[c].effect);
       std::ranges::sort(effects);
-      const std::size_t effects_in_one = effects.size();
       const auto [at, first] = best.try_emplace(std::move(effects), node);
       if (!first && node.merit > at->second.merit) at->second = std::move(node);
-      if (best.size() <= (effects_in_one == 1 ? options_.singles : options_.kept)) continue;
+      if (best.size() <= (node.choices.size() == 1 ? options_.singles : options_.kept)) continue;
       best.erase(std::ranges::min_element(best, {}, merit));
       least = merit(*std::ranges::min_element(best, {}, merit));
     }

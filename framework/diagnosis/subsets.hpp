@@ -27,7 +27,7 @@ struct Subset {
 
 struct SubsetOptions {
   std::size_t most_effects = 4;
-  std::size_t kept = 3;     ///< sets of each size that are returned, each of other effects
+  std::size_t kept = 3;     ///< sets of each size above one that are returned, each of other effects
   std::size_t singles = 3;  ///< likewise, of one effect
   double price = 5;         ///< of a parameter, in deviance: ln of the number of conditions
   double prior = 1e-4;      ///< added to the diagonal of the information, see prior_width

@@ -75,8 +75,13 @@ std::string agreement(const Diagnosis& d) {
 
 /// What fits but for its values, or nothing: "warm_up fits, but ..".
 std::string untold(const Diagnosis& d) {
-  const auto fits = std::ranges::find(d.search.dropped, true, &Found::untold);
-  if (fits == d.search.dropped.end()) return "";
+  const std::vector<Found>& dropped = d.search.dropped;
+  const auto fits = std::ranges::find_if(dropped, [&](const Found& one) {  // and nothing was said of it later
+    return one.untold && std::ranges::none_of(&one + 1, dropped.data() + dropped.size(), [&](const Found& later) {
+             return later.name == one.name && !later.untold;
+           });
+  });
+  if (fits == dropped.end()) return "";
   const std::string& experiment = fits->candidate->border().experiment;
   return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,
                      experiment.empty() ? "" : " (what does: " + experiment + ")");
@@ -86,9 +91,9 @@ std::string untold(const Diagnosis& d) {
 std::string not_known(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   const std::string fits = untold(d);
-  std::string text = fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
-                                 fits.empty() ? "no known effect explains how" : fits,
-                                 shown_gap(gap.before, gap, distance));
+  std::string text =
+      fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
+                  fits.empty() ? "no known effect explains how" : fits, shown_gap(gap.before, gap, distance));
   text += std::isfinite(gap.noise_floor)
               ? fmt::format(", noise alone makes {}.", shown_gap(gap.noise_floor, gap, distance))
               : ", and how much of it is noise is not known.";

@@ -49,7 +49,7 @@ std::string untold(const Fit& fit, std::size_t term, std::span<const Interval> a
       return fmt::format("these conditions do not tell its {}", p.name);
     }
   }
-  return off && holds_off(fit, from, at, lack_of_fit) ? "all of its sizes may as well be off" : "";
+  return off && holds_off(fit, from, at, lack_of_fit) ? may_be_off : "";
 }
 
 }  // namespace tofgraph::diagnosis

@@ -10,6 +10,9 @@
 
 namespace tofgraph::diagnosis {
 
+/// What untold() says of sizes.
+inline constexpr const char* may_be_off = "all of its sizes may as well be off";
+
 /// Why the values of a term say nothing, or nothing: a shape that may be anything, or sizes that may as well be off,
 /// each of them and all together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation

@@ -11,7 +11,8 @@ struct WarmUp final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
       .confused_with = "integration_time_offset rail_offset",
-      .experiment = "one board again and again from a minute after power-on; a random order of the conditions; temperatures"};
+      .experiment =
+          "one board again and again from a minute after power-on; a random order of the conditions; temperatures"};
   Param<double> drift{this,
                       "drift",
                       {.unit = "m",

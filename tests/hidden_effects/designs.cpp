@@ -210,8 +210,11 @@ const std::vector<NamedConditions>& experiments() {
 }
 
 void name_conditions(std::vector<io::Condition>& all) {
-  for (std::size_t i = 0; i < all.size(); ++i)
-    all[i].id = fmt::format("{:03}-{:04.0f}mm-{:.1f}ms", i, all[i].board_distance * 1e3, all[i].integration_time * 1e3);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const double mm = all[i].board_distance * 1e3;
+    all[i].id = fmt::format("{:03}-{}-{:.1f}ms", i, std::isnan(mm) ? "capped" : fmt::format("{:04.0f}mm", mm),
+                            all[i].integration_time * 1e3);
+  }
 }
 
 void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more) {

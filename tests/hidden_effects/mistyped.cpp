@@ -21,7 +21,7 @@ using namespace tofgraph;
 
 struct Count {
   int made = 0, named = 0, accused = 0;  ///< campaigns: all wrong conditions named; some right condition named
-  int searched = 0, found = 0;           ///< of those that the design can show: right, without what was named
+  int searched = 0, found = 0;  ///< of those named exactly that the design can show: right, without what was named
 };
 
 struct Asked {
@@ -116,10 +116,10 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, std:
         if (!recorded) std::ranges::fill(after.recorded_times, io::unknown);
         const std::string name =
             fmt::format("{}{}", hidden::mistake_names.at(m), recorded ? "" : ", no recorded times");
-        const bool right_ones = count(name, wrong, after, at, counts);
+        const bool exactly = count(name, wrong, after, at, counts);
         // A search takes long: of one mistake a campaign, each in turn.
         const bool turn = draw == 0 && recorded && seed % hidden::mistake_names.size() == m;
-        if (asked.search && right_ones && turn) search_beside(asked, options, effect, right, at, counts[name]);
+        if (asked.search && exactly && turn) search_beside(asked, options, effect, right, at, counts[name]);
       }
     }
   }
@@ -152,7 +152,9 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "hidden_effects_mistyped: {}\n", failure.what());
     return 1;
   }
-  fmt::print("\n| mistake | named | right ones accused | right effect beside it |\n| --- | --- | --- | --- |\n");
+  fmt::print(
+      "\n| mistake | named | right ones accused | of these searched, right effect beside it |\n| --- | --- | --- | --- "
+      "|\n");
   for (const auto& [name, c] : counts)
     fmt::print("| {} | {} of {} | {} of {} | {} of {} |\n", name, c.named, c.made, c.accused, c.made, c.found,
                c.searched);

@@ -38,16 +38,17 @@ bool names(const Score& score, const std::string& effect) {
   return std::ranges::find(score.names, effect) != score.names.end();
 }
 
-/// What was asked for is told: the hidden effect is found, nothing wrong is named, and of what the proposal was to tell
-/// apart all that is not hidden is out; of two that are both not hidden, which are alike to what is, one of them.
+/// What was asked for is told: the hidden effect is found, and not tied with what the proposal was to tell it from;
+/// where it was not seen before, by its own name.
 bool is_closed(const Score& score, const std::vector<std::string>& effects) {
   const std::string& hidden = score.what.effects.front();
-  const auto is_in = [&](const std::string& effect) {
-    return effect != hidden && (names(score, effect) || std::ranges::find(score.tied, effect) != score.tied.end());
-  };
-  const bool among_them = std::ranges::find(effects, hidden) != effects.end();
-  return score.found == 1 && score.wrong == 0 && std::ranges::count_if(effects, is_in) <= (among_them ? 0 : 1);
+  if (effects.size() == 1 && !names(score, hidden)) return false;
+  return score.found == 1 && score.wrong == 0 && std::ranges::none_of(effects, [&](const std::string& other) {
+           return other != hidden && (names(score, other) || std::ranges::find(score.tied, other) != score.tied.end());
+         });
 }
+
+constexpr double longest_of_camera = 50e-3;  ///< s
 
 double number(const json& value) { return value.is_null() ? io::unknown : value.get<double>(); }
 
@@ -55,7 +56,7 @@ double number(const json& value) { return value.is_null() ? io::unknown : value.
 const json* proposal_for(const json& report, const std::string& effect) {
   for (const json& next : report["next"]) {
     const double sigma = next["standard_deviations"];
-    const bool tells = sigma >= 2 && sigma > next["standard_deviations_measured"].get<double>();
+    const bool tells = sigma >= 2 && sigma > 1.1 * next["standard_deviations_measured"].get<double>();
     if (tells && std::ranges::find(next["effects"], json(effect)) != next["effects"].end()) return &next;
   }
   return nullptr;
@@ -72,8 +73,8 @@ io::Condition proposed(const json& from) {
   condition.time_since_power_on = number(from["time_since_power_on"]);
   condition.sources = from["sources"];
   condition.ambient = from["ambient"];
-  condition.rail = from["rail"];
-  condition.reference = from["reference"];
+  if (from["rail"].is_string()) condition.rail = from["rail"];
+  if (from["reference"].is_string()) condition.reference = from["reference"];
   condition.roll = from["roll"];
   return condition;
 }
@@ -103,13 +104,27 @@ io::Condition random_one(const std::vector<io::Condition>& campaign, std::mt1993
   condition.board_tilt_x = x;
   condition.board_tilt_y = y;
   switch (any(12)) {
-    case 0: condition.lens = "capped"; break;
-    case 1: condition.sources = {any(2) == 0 ? "left" : "right"}; break;
-    case 2: condition.ambient = "lamp"; break;
-    case 3: condition.rail = "covered"; break;
-    case 4: condition.reference = "laser"; break;
-    case 5: condition.roll = std::numbers::pi / 2; break;
-    default: break;
+    case 0:
+      condition.lens = "capped";
+      condition.integration_time = std::exp(between(std::log(shortest / 2), std::log(longest_of_camera)));
+      break;
+    case 1:
+      condition.sources = {any(2) == 0 ? "left" : "right"};
+      break;
+    case 2:
+      condition.ambient = "lamp";
+      break;
+    case 3:
+      condition.rail = "covered";
+      break;
+    case 4:
+      condition.reference = "laser";
+      break;
+    case 5:
+      condition.roll = std::numbers::pi / 2;
+      break;
+    default:
+      break;
   }
   return condition;
 }
@@ -133,10 +148,10 @@ std::string outcome(const Score& score) {
 }
 
 std::string text_of(const io::Condition& c) {
-  std::string text = c.is_capped() ? "lens capped"
-                                   : fmt::format("{} at {:.2f} m, tilted by {:.0f} and {:.0f} deg", c.target,
-                                                 c.board_distance, c.board_tilt_x * 180 / std::numbers::pi,
-                                                 c.board_tilt_y * 180 / std::numbers::pi);
+  std::string text =
+      c.is_capped() ? "lens capped"
+                    : fmt::format("{} at {:.2f} m, tilted by {:.0f} and {:.0f} deg", c.target, c.board_distance,
+                                  c.board_tilt_x * 180 / std::numbers::pi, c.board_tilt_y * 180 / std::numbers::pi);
   text += fmt::format(", {:.2f} ms, {:.0f} s", c.integration_time * 1e3, c.time_since_power_on);
   if (!c.sources.empty()) text += ", " + c.sources.front();
   for (const std::string& other : {c.ambient, c.rail, c.reference})

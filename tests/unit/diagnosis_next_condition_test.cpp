@@ -39,7 +39,9 @@ class Next : public Rail {
   }
 
   /// d' C^-1 d of a condition that stands alone: C is built up by one direction after the other (Sherman and Morrison).
-  double brute_force(const io::Condition& condition, const State& one, const State& other) const {
+  /// @param open more directions of C
+  double brute_force(const io::Condition& condition, const State& one, const State& other,
+                     const std::vector<Eigen::VectorXd>& open = {}) const {
     const Design alone(design->camera_pointer(), design->physical(), {condition});
     const auto model = [&](const State& state) { return forward_model(state.terms, alone.camera(), true); };
     const std::vector<double> first = alone.predict(model(one), 0, one.light[0]),
@@ -61,6 +63,7 @@ class Next : public Rail {
       directions[1](r) = one.variances.offset * alone.offset(0)[row];
       directions[2](r) = one.variances.light * (lit[row] - first[row]) / step;
     }
+    std::ranges::copy(open, std::back_inserter(directions));
     Eigen::MatrixXd u(rows, 0);  // C^-1 = D^-1 - sum of u u'
     const auto solved = [&](const Eigen::VectorXd& v) -> Eigen::VectorXd {
       return inverse.cwiseProduct(v) - u * (u.transpose() * v);
@@ -70,7 +73,9 @@ class Next : public Rail {
       u.conservativeResize(Eigen::NoChange, u.cols() + 1);
       u.rightCols(1) = w / std::sqrt(1 + direction.dot(w));
     }
-    const double square = change.dot(solved(change));
+    const Eigen::VectorXd weighted = solved(change);
+    const double square = change.dot(weighted);
+    for (const Eigen::VectorXd& direction : open) change -= direction * direction.dot(weighted);
     // Below what matters only what board, camera and light could make counts, in their standard deviations.
     Eigen::MatrixXd along(rows, 3);
     const State& sd = one;
@@ -134,8 +139,7 @@ TEST_F(Next, TheListHasWhatTheCampaignHasAndMore) {
   EXPECT_EQ(since, (std::set<double>{60, 3600, 7200}));
   EXPECT_EQ(targets, (std::set<std::string>{"grey", "white"}));
   EXPECT_EQ(tilts, (std::set<std::pair<double, double>>{{0, 0}, {20, 0}, {-20, 0}, {0, 20}, {0, -20}}));
-  EXPECT_EQ(others,
-            (std::set<std::string>{"60 s", "7200 s", "left", "right", "lamp", "covered", "laser", "90 deg"}));
+  EXPECT_EQ(others, (std::set<std::string>{"60 s", "7200 s", "left", "right", "lamp", "covered", "laser", "90 deg"}));
   std::set<double> longer = times;
   longer.insert(50e-3);
   EXPECT_EQ(capped, longer) << "nothing fills the well: as long as the camera can";
@@ -186,7 +190,6 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   for (const io::Condition& c : candidate_conditions(problem, one.light)) {
     if (!c.is_capped()) best = std::max(best, brute_force(c, one, other));
   }
-
   EXPECT_NEAR(next[0].sigma, best, 1e-3 * best);
   EXPECT_NEAR(brute_force(next[0].condition, one, other), best, 1e-3 * best);
   // Those that were measured, likewise.
@@ -196,27 +199,53 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   EXPECT_GT(next[0].sigma, next[0].measured_sigma) << "the list has more to offer than what is there";
 }
 
-/// Two sizes, of which one time tells a sum: at another time they make up for a zero that is off, but at 1 ms, where
-/// the effect is none.
+/// Two sizes, of which one time tells a sum: at another time they make up for a zero that is off.
 TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
   for (io::Condition& c : conditions) c.integration_time = 5e-3;
   measure();
   const Problem problem = make_problem(*design, blank);
-  const State zero = state_with({{&effect("zero_offset"), {8e-3}}});
-  const auto question = [&](const char* name, std::vector<double> values) {
-    State other = state_with({{&effect(name), std::move(values)}});
-    Found found;
-    found.candidate = &effect("zero_offset"), found.name = "zero_offset";
-    found.rivals = {{&effect(name), 0, 0, true, other}};
-    return open_questions(problem, zero, {found}, {}).at(0);
-  };
-  ASSERT_EQ(effect("integration_time_offset").free().size(), 2U);
-  Question times = question("integration_time_offset", {8e-3 / std::log(5.0), 0});
-  const NextCondition open = next_conditions(problem, {times}).at(0);
-  EXPECT_LT(open.sigma, 1) << open.condition.board_distance << " m, " << open.condition.integration_time << " s, "
-                           << open.condition.time_since_power_on << fmt::format(" {}", open.condition.sources);
-  times.told_of_other = {};
-  EXPECT_GT(next_conditions(problem, {times}).at(0).sigma, 5) << "with its values as they are";
+  const State zero = state_with({{&effect("zero_offset"), {8e-3}}}),
+              other = state_with({{&effect("integration_time_offset"), {8e-3 / std::log(5.0), 0}}});
+  Found found;
+  found.candidate = &effect("zero_offset"), found.name = "zero_offset";
+  found.rivals = {{&effect("integration_time_offset"), 0, 0, true, other}};
+  Question question = open_questions(problem, zero, {found}, {}).at(0);
+  const NextCondition open = next_conditions(problem, {question}).at(0);
+  EXPECT_LT(open.sigma, 1);
+  question.told_of_other = {};
+  EXPECT_GT(next_conditions(problem, {question}).at(0).sigma, 5) << "with its values as they are";
+}
+
+/// d' (C + J P J')^-1 d with P, what the values and the reflectivities are known to, written out.
+TEST_F(Next, OpenValuesAreAPartOfTheCovariance) {
+  const Problem problem = make_problem(*design, blank);
+  const State one = state_with({{&effect("zero_offset"), {8e-3}}}),
+              other = state_with({{&effect("wiggling"), {6e-3, 0.4}}});
+  ASSERT_EQ(problem.targets.size(), 2U);
+  const Eigen::Vector4d sd(0.2, 0.05, 0.004, 0.003);  // of two values, in typical ones, and two ln reflectivities
+  const Eigen::MatrixXd told = sd.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Question question{{}, one, other, {}, {}, told};
+  const std::vector<double> sigma = differences_in_sigma(problem, question);
+  for (std::size_t i = 0; i < design->size(); ++i) {
+    const Design alone(design->camera_pointer(), design->physical(), {design->conditions()[i]});
+    const auto at = [&](double size, double angle, double ln) {
+      const State state = state_with({{&effect("wiggling"), {6e-3 + size, 0.4 + angle}}});
+      const auto values = alone.predict(forward_model(state.terms, alone.camera(), design->physical()), 0, light + ln);
+      return Eigen::VectorXd(
+          Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+    };
+    const auto slope = [&](double size, double angle, double ln) {
+      return Eigen::VectorXd((at(size, angle, ln) - at(-size, -angle, -ln)) / 2);
+    };
+    const std::vector<FreeParameter>& free = effect("wiggling").free();
+    constexpr double step = 1e-3;
+    const bool first = problem.target[i] == 0;
+    const std::vector<Eigen::VectorXd> open = {sd(0) * free[0].typical / (step * 5e-3) * slope(step * 5e-3, 0, 0),
+                                               sd(1) * free[1].typical / step * slope(0, step, 0),
+                                               sd(first ? 2 : 3) / step * slope(0, 0, step)};
+    // The nearer of both directions; without open values it is farther.
+    EXPECT_NEAR(sigma[i], brute_force(design->conditions()[i], one, other, open), 2e-2 * sigma[i]) << i;
+  }
 }
 
 /// A difference that is sure and does not matter is none: the simulation itself is not that exact.
@@ -252,7 +281,8 @@ TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
   ASSERT_EQ(next.size(), 1U);
   EXPECT_NEAR(std::abs(next[0].condition.board_distance - 2), 0.6, 1e-9) << "0.7 and 1.3 of the only distance";
   EXPECT_EQ(next[0].observable, distance);
-  EXPECT_NEAR(next[0].difference, scale * 0.6, 0.05 * scale * 0.6);
+  EXPECT_LT(next[0].difference, scale * 0.6);
+  EXPECT_GT(next[0].difference, 0.8 * scale * 0.6) << "the offset, which is not quite sure, makes up for a part";
 }
 
 }  // namespace
