@@ -13,7 +13,9 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double share_of_typical = 0.5;  ///< of an effect that these data could not have shown
-constexpr std::size_t together = 64;      ///< conditions in memory at a time
+/// Typical values: how far a shape is from what was fitted, at most. What is farther is not linear in it.
+constexpr double usual_shape = 1;
+constexpr std::size_t together = 64;  ///< conditions in memory at a time
 
 /// Whether a change is as large as least_change, root mean square of some observable.
 bool matters(const Problem& problem, std::size_t i, const std::vector<double>& change) {
@@ -45,11 +47,19 @@ Solution solved_about(const Problem& problem, const State& state) {
 /// What the campaign tells of the values of a state's effects, in steps of their typical values, and of the targets' ln
 /// reflectivities: an information matrix. Empty where an effect gives no derivative.
 Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
-  Eigen::Index count = static_cast<Eigen::Index>(problem.targets.size());
-  for (const Term& term : state.terms) count += static_cast<Eigen::Index>(term.values.size());
+  std::vector<bool> shape;
+  for (const Term& term : state.terms) {
+    for (const FreeParameter& p : term.candidate->free()) shape.push_back(p.shape);
+  }
+  const auto count = static_cast<Eigen::Index>(shape.size() + problem.targets.size());
   if (count == 0) return {};
   try {
-    return solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+    Eigen::MatrixXd told = solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+    for (std::size_t k = 0; k < shape.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      if (shape[k]) told(at, at) += 1 / (usual_shape * usual_shape);
+    }
+    return told;
   } catch (const simulation::EffectError&) {
     return {};
   }

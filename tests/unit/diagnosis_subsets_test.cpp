@@ -62,6 +62,23 @@ TEST(Subsets, FindAPairThatNoneOfWhichShowsAlone) {
   EXPECT_NEAR(best_of(sets, 2).values(1), 8, 1e-6);
 }
 
+/// Of single effects more may be asked for than of sets.
+TEST(Subsets, AsManyOfEachSizeAsAreAsked) {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  Regression all{Eigen::MatrixXd(100, 8), {}};
+  for (double& value : all.columns.reshaped()) value = normal(generator);
+  all.residual = all.columns * Eigen::VectorXd::LinSpaced(8, 4, 9);
+  const std::vector<Subset> sets = best_subsets(all.information(), all.score(), single_columns(8),
+                                                {.kept = 2, .singles = 5, .price = 5, .prior = exact});
+  const auto of_size = [&](std::size_t size) {
+    return std::ranges::count_if(sets, [size](const Subset& set) { return set.choices.size() == size; });
+  };
+  EXPECT_EQ(of_size(1), 5);
+  EXPECT_EQ(of_size(2), 2);
+  EXPECT_EQ(of_size(3), 2);
+}
+
 /// Effects with one to three columns and one or two choices each, correlated.
 TEST(Subsets, AreThoseOfAllThatAreTriedOneByOne) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
