@@ -76,10 +76,12 @@ class Reach {
   double most_;  ///< m
 };
 
-/// Those of the campaign, a few of them. @returns rising
+/// Those of the campaign's boards, a few of them. @returns rising
 std::vector<double> measured_times(const Design& design) {
   std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) levels.insert(c.integration_time);
+  for (const io::Condition& c : design.conditions()) {
+    if (!c.is_capped()) levels.insert(c.integration_time);
+  }
   return thinned(std::vector(levels.begin(), levels.end()), max_times);
 }
 

@@ -146,13 +146,11 @@ Response chosen_maps(const Problem& problem, const Base& base, const Response& a
   }
 }
 
-/// No more scatter between conditions than is usual. Where maps are off by a mean that goes with the distance, the
+/// No more scatter of the boards than is usual. Where maps are off by a mean that goes with the distance, the
 /// scatter has grown until nothing pulls them back.
 Variances at_most_usual(Variances found) {
   constexpr Variances usual;
   found.jitter = std::min(found.jitter, usual.jitter);
-  found.offset = std::min(found.offset, usual.offset);
-  found.light = std::min(found.light, usual.light);
   return found;
 }
 

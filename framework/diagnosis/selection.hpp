@@ -94,6 +94,7 @@ class Selection {
   std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);
   void grow_from_maps();
   void replace_maps();
+  bool grown_without(const Candidate& one);
   void add_all();
   void drop_needless();
   void refine(State state);

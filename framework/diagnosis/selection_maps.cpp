@@ -12,6 +12,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
+constexpr double in_its_place = 0.9;    ///< of what a map gains: what sets of effects must promise to be tried instead
 constexpr double hardly_any = 0.01;     ///< of what other effects leave: what maps leave that are taken in their place
 
 }  // namespace
@@ -106,23 +107,32 @@ void Selection::replace_maps() {
   if (problem_.allowed.residue || problem_.allowed.boards || with_maps.size() < 2) return;
   for (const Candidate* one : with_maps) {
     Kept before = kept();
-    const double reached = bic(best_.fit);
-    State state = best_.fit.state;
-    std::erase_if(state.terms, [&](const Term& term) { return term.candidate == one; });
-    if (!try_refine(std::move(state)).empty()) continue;
-    for (std::size_t round = 0; round < options_.max_effects; ++round) {
-      std::optional<Fit> next = leap();
-      if (!next || !try_refine(std::move(next->state)).empty()) break;
+    bool better = false;
+    try {
+      better = grown_without(*one);
+    } catch (const simulation::EffectError&) {  // without it the others give no number
     }
-    drop_needless();
-    const bool better = bic(best_.fit) < reached - worth;
-    note({"maps",
-          {one->name()},
-          {{"bic_fall", reached - bic(best_.fit)}},
-          better ? "others do more in its place" : "stays"});
+    note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
     if (better) return;
     restore(std::move(before));
   }
+}
+
+/// Takes out an effect with maps, and adds sets of effects where these promise nearly all that it did.
+/// @returns whether the model is better for it
+bool Selection::grown_without(const Candidate& one) {
+  const double reached = bic(best_.fit), deviance = best_.fit.deviance;
+  State state = best_.fit.state;
+  std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
+  refine(std::move(state));
+  double least = in_its_place * (best_.fit.deviance - deviance);
+  for (std::size_t round = 0; round < options_.max_effects; ++round, least = 0) {
+    std::optional<Fit> next = leap(least);
+    if (!next) break;
+    refine(std::move(next->state));
+  }
+  drop_needless();
+  return bic(best_.fit) < reached - worth;
 }
 
 }  // namespace tofgraph::diagnosis

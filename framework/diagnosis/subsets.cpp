@@ -176,12 +176,13 @@ class Enumeration {
     for (const Entry& entry : entries) {
       if (entry.merit <= least) continue;
       Node node = made(level, entry);
+      const std::size_t kept = node.choices.size() == 1 ? options_.singles : options_.kept;
       std::vector<std::size_t> effects;
       for (const std::size_t c : node.choices) effects.push_back(choices_[c].effect);
       std::ranges::sort(effects);
       const auto [at, first] = best.try_emplace(std::move(effects), node);
       if (!first && node.merit > at->second.merit) at->second = std::move(node);
-      if (best.size() <= (node.choices.size() == 1 ? options_.singles : options_.kept)) continue;
+      if (best.size() <= kept) continue;
       best.erase(std::ranges::min_element(best, {}, merit));
       least = merit(*std::ranges::min_element(best, {}, merit));
     }
