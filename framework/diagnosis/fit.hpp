@@ -70,8 +70,9 @@ struct Problem {
   double light_response(std::size_t condition, std::size_t row) const {
     if (!design.shows_board(condition)) return 0;
     if (!brightening.empty()) return brightening[condition][row];
-    const std::size_t observable = row / design.superpixels();
-    return observable == amplitude || observable == intensity ? 1 : 0;
+    const std::size_t n = design.superpixels();
+    const auto is = [&](std::size_t observable) { return row >= observable * n && row < (observable + 1) * n; };
+    return is(amplitude) || is(intensity) ? 1 : 0;
   }
 };
 
