@@ -41,10 +41,11 @@ void append_light(const Problem& problem, std::vector<Column>& columns) {
 }
 
 /// How far the data of one model are from another, whose values may change as far as the campaign leaves them open.
-/// @param told of the other one's values; empty: they stay as they are
-Apart between(const Problem& lit, const State& one, const State& other, const Eigen::MatrixXd& told) {
-  const auto rows = expected(lit, other);
-  std::vector<Column> columns = {difference(expected(lit, one), rows)};
+/// @param data that the one expects, and @param rows the other @param told of the other one's values; empty: they stay
+/// as they are
+Apart between(const Problem& lit, const Column& data, const State& other, const Column& rows,
+              const Eigen::MatrixXd& told) {
+  std::vector<Column> columns = {difference(data, rows)};
   if (told.size() > 0) {
     std::ranges::move(own_columns(lit, other, rows), std::back_inserter(columns));
     append_light(lit, columns);
@@ -113,8 +114,9 @@ Apart apart(const Problem& problem, const Question& question) {
   Problem lit = problem;
   lit.correction.clear();
   brighten(lit, question.one);
-  Apart nearer = between(lit, question.one, question.other, question.told_of_other);
-  Apart back = between(lit, question.other, question.one, question.told_of_one);
+  const auto one = expected(lit, question.one), other = expected(lit, question.other);
+  Apart nearer = between(lit, one, question.other, other, question.told_of_other);
+  Apart back = between(lit, other, question.one, one, question.told_of_one);
   for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
     if (!(back.sigma[i] < nearer.sigma[i])) continue;
     nearer.sigma[i] = back.sigma[i];

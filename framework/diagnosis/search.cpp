@@ -53,13 +53,6 @@ class Search : private Selection {
     }
     if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
     look_at_rest();
-    std::vector<Found>& dropped_ones = result_.dropped;
-    for (std::size_t i = dropped_ones.size(); i-- > 0;) {  // of what was dropped several times the last
-      const std::string name = dropped_ones[i].name;
-      const auto end = dropped_ones.begin() + static_cast<std::ptrdiff_t>(i);
-      const auto earlier = std::find_if(dropped_ones.begin(), end, [&](const Found& one) { return one.name == name; });
-      if (earlier != end) dropped_ones.erase(earlier);
-    }
     std::erase_if(result_.dropped, [&](const Found& tried) {  // what came back is not what was dropped
       const auto is = [&](const Found& one) { return one.name == tried.name; };
       return std::ranges::any_of(result_.found, is) || std::ranges::any_of(result_.refinements, is);
@@ -82,6 +75,7 @@ class Search : private Selection {
   void dismiss(const Piece& piece, Found found) {
     say(fmt::format("dropping {}", found.name));
     drop(piece);
+    std::erase_if(result_.dropped, [&](const Found& one) { return one.name == found.name; });  // the last reason counts
     result_.dropped.push_back(std::move(found));
   }
 
