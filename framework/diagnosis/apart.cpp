@@ -80,17 +80,6 @@ Apart between(const Problem& lit, const Column& data, const State& other, const 
 
 }  // namespace
 
-Solution solved_about(const Problem& problem, const State& state) {
-  const auto rows = expected(problem, state);
-  const std::vector<Column> columns = own_columns(problem, state, rows);
-  std::vector<Gram> grams = grams_of(problem, rows, columns);
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
-  const Unknowns unknowns = problem.unknowns(columns.size());
-  const std::vector<double> all(grams.size(), 1);
-  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances);
-}
-
 Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
   std::vector<bool> shape;
   for (const Term& term : state.terms) {
@@ -99,7 +88,10 @@ Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
   const auto count = static_cast<Eigen::Index>(shape.size() + problem.targets.size());
   if (count == 0) return {};
   try {
-    Eigen::MatrixXd told = solved_about(problem, state).covariance.topLeftCorner(count, count).inverse();
+    const auto rows = expected(problem, state);
+    const std::vector<Column> columns = own_columns(problem, state, rows);
+    const Solution solution = least_squares(problem, rows, columns, problem.unknowns(columns.size()), state.variances);
+    Eigen::MatrixXd told = solution.covariance.topLeftCorner(count, count).inverse();
     for (std::size_t k = 0; k < shape.size(); ++k) {
       const auto at = static_cast<Eigen::Index>(k);
       if (shape[k]) told(at, at) += 1 / (usual_shape * usual_shape);

@@ -7,9 +7,6 @@
 
 namespace tofgraph::diagnosis {
 
-/// A problem's unknowns, linear about a state. @throws simulation::EffectError
-Solution solved_about(const Problem& problem, const State& state);
-
 /// What the campaign tells of the values of a state's effects, in steps of their typical values, and of the targets' ln
 /// reflectivities: an information matrix. Empty where an effect gives no derivative.
 Eigen::MatrixXd told_of_values(const Problem& problem, const State& state);

@@ -90,8 +90,8 @@ class Run {
     progress(0.95, "putting numbers on it");
     validate();
     describe();
-    d_->next =
-        next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found, d_->audit));
+    d_->next = next_conditions(
+        *problem_, open_questions(*problem_, d_->search.after.state, d_->search.found, d_->search.dropped, d_->audit));
     judge();
     if (options_.resample > 0)
       d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, search_options);

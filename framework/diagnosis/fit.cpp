@@ -210,17 +210,22 @@ std::vector<Column> own_columns(const Problem& problem, const State& state,
   return columns;
 }
 
-std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vector<std::vector<double>> rows,
-                                                const Variances& variances) {
-  if (problem.nuisances.sd.empty()) return rows;
-  std::vector<Gram> grams = grams_of(problem, rows, {});
+Solution least_squares(const Problem& problem, const std::vector<std::vector<double>>& rows,
+                       std::span<const Column> columns, const Unknowns& unknowns, const Variances& variances) {
+  std::vector<Gram> grams = grams_of(problem, rows, columns);
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], variances, determinants[i]);
   const std::vector<double> all(grams.size(), 1);
-  const std::vector<int> known(grams.size(), -1);
+  return solve(assemble(grams, determinants, unknowns, all), unknowns, variances);
+}
+
+std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vector<std::vector<double>> rows,
+                                                const Variances& variances) {
+  if (problem.nuisances.sd.empty()) return rows;
+  const std::vector<int> known(rows.size(), -1);
   Unknowns unknowns = problem.unknowns(0);
   unknowns.target = known, unknowns.targets = 0;
-  const Eigen::VectorXd values = solve(assemble(grams, determinants, unknowns, all), unknowns, variances).values;
+  const Eigen::VectorXd values = least_squares(problem, rows, {}, unknowns, variances).values;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (const Shared& shared : problem.nuisances.of_condition[i]) {
       const double height = shared.factor * values(shared.unknown);
@@ -233,12 +238,7 @@ std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vec
 }
 
 double deviance_of(const Problem& problem, const State& state) {
-  std::vector<Gram> grams = grams_of(problem, expected(problem, state), {});
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.variances, determinants[i]);
-  const std::vector<double> all(grams.size(), 1);
-  const Unknowns unknowns = problem.unknowns(0);
-  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.variances).deviance;
+  return least_squares(problem, expected(problem, state), {}, problem.unknowns(0), state.variances).deviance;
 }
 
 Fit fit(const Problem& problem, State start, std::span<const double> weight) {

@@ -148,6 +148,11 @@ Fit fit(const Problem& problem, State start, std::span<const double> weight);
 /// As fit(), as exactly as a comparison of models needs.
 Fit fit_roughly(const Problem& problem, State start, std::span<const double> weight);
 
+/// What suits the data best beside rows of a model, linear about them and with variances as they are.
+/// @param unknowns whose effects are the columns
+Solution least_squares(const Problem& problem, const std::vector<std::vector<double>>& rows,
+                       std::span<const Column> columns, const Unknowns& unknowns, const Variances& variances);
+
 /// What conditions share, as it suits rows of the model best: added to these. @param variances as they are
 std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vector<std::vector<double>> rows,
                                                 const Variances& variances);

@@ -7,6 +7,7 @@
 #include "diagnosis/crossfit.hpp"
 #include "diagnosis/patterns.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,18 +28,24 @@ struct Near {
   double capture = 0;  ///< its gain over that of the best generic pattern, 1 at most
 };
 
+/// A model that fits, but for a value that the conditions do not tell.
+struct Untold {
+  State state;            ///< fitted
+  std::size_t shape = 0;  ///< among the parameters of all its terms
+};
+
 struct Found {
   const Candidate* candidate = nullptr;
   std::string name;  ///< of the effect, or "effect.parameter" of a refinement
   double gain = 0;   ///< of the deviance, when it is taken out again
   double p_value = 1;
-  double capture = 0;          ///< its gain over that of the best generic pattern in its place
-  std::vector<Rival> rivals;   ///< best first
-  std::vector<Pattern> where;  ///< what the gap looks like without it
-  std::string refutation;      ///< why it is not to be named, or empty
-  bool untold = false;         ///< that is because the conditions do not tell a shape, where it leaves nothing else
-  double chosen = NAN;         ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
-  Fall fall;                   ///< what it brings out of fold
+  double capture = 0;            ///< its gain over that of the best generic pattern in its place
+  std::vector<Rival> rivals;     ///< best first
+  std::vector<Pattern> where;    ///< what the gap looks like without it
+  std::string refutation;        ///< why it is not to be named, or empty
+  std::optional<Untold> untold;  ///< that is because of a shape, where it leaves nothing else
+  double chosen = NAN;           ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
+  Fall fall;                     ///< what it brings out of fold
 
   /// Its own, and of those that it cannot be told from.
   std::vector<std::string> names() const;

@@ -13,10 +13,10 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// "wiggling from rail_scale", or what a blind effect's question is.
+/// "wiggling from rail_scale", or what the question of one effect is.
 std::string question(const NextCondition& next) {
-  return next.effects.size() > 1 ? fmt::format("{}", fmt::join(next.effects, " from "))
-                                 : "whether there is " + next.effects.front();
+  if (next.effects.size() > 1) return fmt::format("{}", fmt::join(next.effects, " from "));
+  return (next.value.empty() ? "whether there is " : "the " + next.value + " of ") + next.effects.front();
 }
 
 /// What the authors of tied effects advise: those who had the other one in mind, or else all.

@@ -67,8 +67,8 @@ std::string setting_of(const io::Condition& c) {
   tilted(c.board_tilt_y, "y");
   if (!c.target.empty() && !c.is_capped()) text += ", target " + c.target;
   if (std::isfinite(c.integration_time)) text += ", " + config::format_quantity(c.integration_time, "s");
-  if (!c.sources.empty()) text += fmt::format(", source {}", fmt::join(c.sources, " + "));
-  if (c.ambient != "dark") text += ", ambient " + c.ambient;
+  if (!c.sources.empty()) text += fmt::format(", source {} alone", fmt::join(c.sources, " + "));
+  if (c.ambient != "dark") text += ", ambient light: " + c.ambient;
   if (c.rail == "covered") text += ", rail covered";
   if (c.reference == "laser") text += ", distance by a laser";
   if (c.roll != 0) text += fmt::format(", rolled by {:.3g} deg", c.roll * 180 / std::numbers::pi);
@@ -88,11 +88,13 @@ std::string sentence(const NextCondition& next) {
         "condition.",
         next.candidates,
         next.effects.size() > 1 ? fmt::format("{} apart", fmt::join(next.effects, " and "))
-                                : "whether there is " + next.effects.front(),
+        : next.value.empty()    ? "whether there is " + next.effects.front()
+                                : fmt::format("the {} of {}", next.value, next.effects.front()),
         next.sigma);
   const std::string models =
-      next.effects.size() > 1
-          ? fmt::format("{} differ", fmt::join(next.effects, " and "))
+      next.effects.size() > 1 ? fmt::format("{} differ", fmt::join(next.effects, " and "))
+      : !next.value.empty()
+          ? fmt::format("{} with a small {} and with a large one differ", next.effects.front(), next.value)
           : fmt::format("the model and the one with {} at half its typical size differ", next.effects.front());
   return fmt::format(
       "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "

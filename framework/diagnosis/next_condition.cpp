@@ -8,32 +8,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <tuple>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double share_of_typical = 0.5;  ///< of an effect that these data could not have shown
-constexpr std::size_t together = 64;      ///< conditions in memory at a time
+constexpr double usual_ratio = 3;         ///< of values that are not told, to their typical ones
+constexpr double held = 1e6;  ///< one over the variance of a value that is asked for, in its typical ones: it stays
+constexpr std::size_t together = 64;  ///< conditions in memory at a time
 
-/// A state with its parameters and reflectivities moved to make up for a change of what it expects, as far as they can.
-State absorbing(const Problem& problem, const State& state, const Column& change) {
-  const auto rows = expected(problem, state);
+/// A state with its parameters and reflectivities moved so that it expects what is wanted, as nearly as they can, in a
+/// linear step. @param held a parameter that stays, at its place among those of all terms
+State likened(const Problem& problem, State state, const Column& wanted, std::optional<std::size_t> held = {}) {
   std::vector<Observations> data = problem.data;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    for (std::size_t row = 0; row < rows[i].size(); ++row) data[i].value[row] = rows[i][row] - change[i][row];
-  }
-  const Eigen::VectorXd step = solved_about(with_data(problem, data), state).values;
-  State moved = state;
+  for (std::size_t i = 0; i < data.size(); ++i) data[i].value = wanted[i];
+  const auto rows = expected(problem, state);
+  std::vector<Column> columns = own_columns(problem, state, rows);
+  if (held) columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(*held));
+  const Eigen::VectorXd step =
+      least_squares(with_data(problem, data), rows, columns, problem.unknowns(columns.size()), state.variances).values;
   Eigen::Index j = 0;
-  for (Term& term : moved.terms) {
+  std::size_t parameter = 0;
+  for (Term& term : state.terms) {
     for (std::size_t k = 0; k < term.values.size(); ++k) {
+      if (parameter++ == held) continue;
       const FreeParameter& p = term.candidate->free()[k];
       term.values[k] = std::clamp(term.values[k] + step(j++) * p.typical, p.minimum, p.maximum);
     }
   }
-  for (double& light : moved.light) light += step(j++);
-  return moved;
+  for (double& light : state.light) light += step(j++);
+  return state;
 }
 
 /// One for each size of an effect at half its typical value.
@@ -50,8 +57,7 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
     with.terms.push_back({&candidate, start});
     with.terms.back().values[k] += share_of_typical * p.step();
     try {
-      const Column change = difference(expected(problem, with), rows);
-      State other = absorbing(problem, state, change);
+      State other = likened(problem, state, difference(rows, difference(expected(problem, with), rows)));
       other.terms.push_back(with.terms.back());
       expected(problem, other);
       questions.push_back({{candidate.name()}, state, std::move(other), candidate.border().experiment, told, {}});
@@ -62,15 +68,44 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
   return questions;
 }
 
-/// Whether a rival's model differs by the rival alone: nothing was dropped since it was fitted.
-bool beside_the_same(const State& state, const Found& found, const Rival& rival) {
+/// Whether two models differ by an effect of each alone: nothing was dropped since they were fitted.
+bool beside_the_same(const State& state, const std::string& effect, const State& other, const std::string& its) {
   const auto others = [](const State& of, const std::string& but) {
     std::multiset<std::string> names;
     for (const Term& term : of.terms) names.insert(term.candidate->name());
     names.erase(but);
     return names;
   };
-  return others(state, found.name) == others(rival.state, rival.candidate->name());
+  return others(state, effect) == others(other, its);
+}
+
+/// A model that fits, at a small and a large value of what it does not tell, each with the others that suit.
+std::optional<Question> value_question(const Problem& problem, const Found& found) {
+  const auto& [fitted, shape] = *found.untold;
+  std::size_t term = 0, k = shape;
+  while (k >= fitted.terms[term].values.size()) k -= fitted.terms[term++].values.size();
+  const FreeParameter& p = fitted.terms[term].candidate->free()[k];
+  const std::array<double, 2> ends =
+      p.minimum < 0 ? std::array{-p.typical, p.typical} : std::array{p.typical / usual_ratio, p.typical * usual_ratio};
+  try {
+    const Column wanted = expected(problem, fitted);
+    const auto at = [&](double value) {
+      State state = fitted;
+      state.terms[term].values[k] = std::clamp(value, p.minimum, p.maximum);
+      return likened(problem, std::move(state), wanted, shape);
+    };
+    Question question{{found.name}, at(ends[0]), at(ends[1]), found.candidate->border().experiment};
+    question.told_of_one = told_of_values(problem, question.one);
+    question.told_of_other = told_of_values(problem, question.other);
+    const auto same = static_cast<Eigen::Index>(shape);
+    for (Eigen::MatrixXd* told : {&question.told_of_one, &question.told_of_other}) {
+      if (told->size() > 0) (*told)(same, same) += held;
+    }
+    question.value = p.name;
+    return question;
+  } catch (const simulation::EffectError&) {
+    return std::nullopt;  // it gives no number for such values
+  }
 }
 
 /// Conditions that were not measured, as a problem with the campaign's targets.
@@ -185,12 +220,12 @@ const NextCondition* most_telling(const std::vector<NextCondition>& next) {
 }
 
 std::vector<Question> open_questions(const Problem& problem, const State& state, const std::vector<Found>& found,
-                                     const Audit& audit) {
+                                     const std::vector<Found>& dropped, const Audit& audit) {
   std::vector<Question> questions;
   const Eigen::MatrixXd told = told_of_values(problem, state);
   for (const Found& one : found) {
     for (const Rival& rival : one.rivals) {
-      if (rival.tied && beside_the_same(state, one, rival))
+      if (rival.tied && beside_the_same(state, one.name, rival.state, rival.candidate->name()))
         questions.push_back({{one.name, rival.candidate->name()},
                              state,
                              rival.state,
@@ -198,6 +233,10 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
                              told,
                              told_of_values(problem, rival.state)});
     }
+  }
+  for (const Found& one : dropped) {
+    if (!one.untold || !beside_the_same(state, one.name, one.untold->state, one.name)) continue;
+    if (std::optional<Question> question = value_question(problem, one)) questions.push_back(*std::move(question));
   }
   for (const Visibility& seen : audit.effects) {
     if (!seen.blind || seen.candidate->sizes() == 0) continue;
@@ -229,6 +268,7 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   std::vector<NextCondition> best;
   for (std::size_t q = 0; q < questions.size(); ++q)
     best.push_back({.effects = questions[q].effects,
+                    .value = questions[q].value,
                     .condition = {},
                     .measured_sigma = measured[q],
                     .candidates = list.size(),
@@ -246,14 +286,17 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
     const int target = one.problem().target.front();
     best[q].reflectivity = pose_of(best[q].condition).reflectivity *
                            std::exp(target < 0 ? 0 : state.light[static_cast<std::size_t>(target)]);
-    const auto same = std::ranges::find(result, best[q].effects, &NextCondition::effects);
+    const auto same = std::ranges::find_if(result, [&](const NextCondition& next) {
+      return next.effects == best[q].effects && next.value == best[q].value;
+    });
     if (same == result.end())
       result.push_back(std::move(best[q]));
     else if (same->sigma < best[q].sigma)
       *same = std::move(best[q]);
   }
-  std::ranges::stable_sort(result, std::greater<>{},
-                           [](const NextCondition& next) { return std::pair(next.effects.size(), next.sigma); });
+  std::ranges::stable_sort(result, std::greater<>{}, [](const NextCondition& next) {
+    return std::tuple(next.effects.size(), !next.value.empty(), next.sigma);
+  });
   return result;
 }
 

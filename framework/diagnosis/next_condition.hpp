@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What to measure next: of a list of conditions that extend those of the campaign, the one in which two models differ
-/// most. Two tied models, or the model with and without an effect that these data could not have shown.
+/// most. Two tied models, a model at two values that these data do not tell, or the model with and without an effect
+/// that these data could not have shown.
 #pragma once
 
 #include "diagnosis/audit.hpp"
@@ -39,22 +40,25 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
 
 /// Two models that both fit the campaign.
 struct Question {
-  std::vector<std::string> effects;  ///< two that are tied, or one that these data could not have shown
+  std::vector<std::string> effects;  ///< two that are tied, or one
   State one, other;                  ///< with reflectivities of the problem's targets
   std::string experiment;            ///< what the effect's author advises
   /// What the campaign tells of the values of each one's effects, in their typical values, and of the targets' ln
   /// reflectivities, an information matrix: as far as it leaves them open, they make up for the other one in a new
   /// condition, too. Empty: they stay as they are.
   Eigen::MatrixXd told_of_one = {}, told_of_other = {};
+  std::string value = {};  ///< of the effect, that is to be told; empty: whether it is there at all
 };
 
-/// Of a tie, and of each blind effect at half its typical size beside the model, refitted linearly to the campaign.
-/// Effects that give no number are left out. @param found in the order of the state's terms from the first added one on
+/// Of a tie; of what was dropped as the campaign does not tell one of its values, at a small and a large one; and of
+/// each blind effect at half its typical size beside the model. Each refitted linearly to the campaign. Effects that
+/// give no number are left out. @param found in the order of the state's terms from the first added one on
 std::vector<Question> open_questions(const Problem& problem, const State& state, const std::vector<Found>& found,
-                                     const Audit& audit);
+                                     const std::vector<Found>& dropped, const Audit& audit);
 
 struct NextCondition {
   std::vector<std::string> effects;
+  std::string value;  ///< see Question
   io::Condition condition;
   double reflectivity = 0;  ///< of its target, as the model found it
   /// By which the two models differ there: sqrt(d' C^-1 d), C with jitter, light and what the values leave open.
@@ -74,8 +78,8 @@ inline constexpr double telling = 2;
 /// Whether it tells, by a change that is as large as matters (least_change).
 bool tells(const NextCondition& next);
 
-/// The best condition for each pair of tied effects and for each blind one, of whatever size shows best; ties first,
-/// then the largest difference. What no condition of the list shows is left out.
+/// The best condition for each question, for a blind effect that of whatever size shows best; ties first, then values
+/// that are not told, then the largest difference. What no condition of the list shows is left out.
 std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions);
 
 /// The first that tells something, and more than what was measured by a tenth; nullptr: there is none.

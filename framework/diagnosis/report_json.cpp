@@ -125,6 +125,7 @@ json next_of(const Diagnosis& d) {
   for (const NextCondition& next : d.next) {
     const io::Condition& c = next.condition;
     all.push_back({{"effects", next.effects},
+                   {"parameter", stated(next.value)},
                    {"standard_deviations", next.sigma},
                    {"standard_deviations_measured", next.measured_sigma},
                    {"difference",

@@ -203,11 +203,11 @@ class Search : private Selection {
         intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
     bool dropped = false;
     return drop_refuted([&](Found& found, std::size_t t) {
-      std::string why = dropped ? "" : untold(best().fit, t, all, rest);
-      if (!why.empty()) note({"valued", {found.name}, {}, why});
-      dropped = dropped || !why.empty();
-      found.untold = !why.empty() && why != may_be_off && rest < explained;
-      return why;
+      Silence silence = dropped ? Silence{} : silence_of(best().fit, t, all, rest);
+      if (!silence.why.empty()) note({"valued", {found.name}, {}, silence.why});
+      dropped = dropped || !silence.why.empty();
+      if (silence.shape && rest < explained) found.untold = Untold{best().fit.state, *silence.shape};
+      return std::move(silence.why);
     });
   }
 

@@ -76,7 +76,7 @@ std::string agreement(const Diagnosis& d) {
 /// What fits but for its values, or nothing: "warm_up fits, but ..".
 std::string untold(const Diagnosis& d) {
   const std::vector<Found>& dropped = d.search.dropped;
-  const auto fits = std::ranges::find(dropped, true, &Found::untold);
+  const auto fits = std::ranges::find_if(dropped, [](const Found& one) { return one.untold.has_value(); });
   if (fits == dropped.end()) return "";
   const std::string& experiment = fits->candidate->border().experiment;
   return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,

@@ -5,17 +5,20 @@
 
 #include "diagnosis/validation.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
 
 namespace tofgraph::diagnosis {
 
-/// What untold() says of sizes.
-inline constexpr const char* may_be_off = "all of its sizes may as well be off";
+/// Why the values of a term say nothing.
+struct Silence {
+  std::string why;                   ///< empty: they say something
+  std::optional<std::size_t> shape;  ///< that may be anything, at its place among those of all terms
+};
 
-/// Why the values of a term say nothing, or nothing: a shape that may be anything, or sizes that may as well be off,
-/// each of them and all together.
+/// A shape that may be anything, or sizes that may as well be off, each of them and all together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
-std::string untold(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit);
+Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit);
 
 }  // namespace tofgraph::diagnosis

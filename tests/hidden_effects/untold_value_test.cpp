@@ -29,6 +29,12 @@ TEST(UntoldValue, IsWhyAnEffectThatFitsIsNotNamed) {
   const std::string summary = report.at("summary");
   EXPECT_NE(summary.find("warm_up fits, but these conditions do not tell its time_constant"), std::string::npos)
       << summary;
+  // What would tell it comes first: a camera that was just switched on.
+  const auto& next = report.at("next").at(0);
+  EXPECT_EQ(next.at("effects"), nlohmann::json::array({"warm_up"}));
+  EXPECT_EQ(next.at("parameter"), "time_constant");
+  EXPECT_EQ(next.at("condition").at("time_since_power_on"), 60);
+  EXPECT_GT(next.at("standard_deviations"), 2 * next.at("standard_deviations_measured").get<double>());
 }
 
 }  // namespace

@@ -209,7 +209,7 @@ TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
   Found found;
   found.candidate = &effect("zero_offset"), found.name = "zero_offset";
   found.rivals = {{&effect("integration_time_offset"), 0, 0, true, other}};
-  Question question = open_questions(problem, zero, {found}, {}).at(0);
+  Question question = open_questions(problem, zero, {found}, {}, {}).at(0);
   const NextCondition open = next_conditions(problem, {question}).at(0);
   EXPECT_LT(open.sigma, 1);
   question.told_of_other = {};
@@ -270,7 +270,7 @@ TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
   const Audit seen = audit(problem, {offset}, candidates);
   ASSERT_EQ(seen.effects.size(), 1U);
   ASSERT_TRUE(seen.effects[0].blind) << "an offset makes up for it";
-  const std::vector<Question> questions = open_questions(problem, state, {}, seen);
+  const std::vector<Question> questions = open_questions(problem, state, {}, {}, seen);
   ASSERT_EQ(questions.size(), 1U);
   EXPECT_EQ(questions[0].effects, std::vector<std::string>{"rail_scale"});
   // At the distance of the campaign the offset makes up for half a typical scale: s z = -o.

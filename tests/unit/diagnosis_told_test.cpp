@@ -30,13 +30,13 @@ TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
   const Candidate& gains = effect("phase_gain");
   const double step = gains.free()[0].typical;
   const Fit differ = differences_alone(gains, {20 * step, 21 * step, 20 * step});
-  EXPECT_EQ(untold(differ, 0, each_alone(differ), 1), "");
+  EXPECT_EQ(silence_of(differ, 0, each_alone(differ), 1).why, "");
   const Fit alike = differences_alone(gains, {20 * step, 20 * step, 20 * step});
-  EXPECT_EQ(untold(alike, 0, each_alone(alike), 1), "all of its sizes may as well be off");
+  EXPECT_EQ(silence_of(alike, 0, each_alone(alike), 1).why, "all of its sizes may as well be off");
   // The square is 0.67 / 0.01, and 7.81 are 95 % of three sizes: where the data scatter ten times as much it says
   // nothing.
-  EXPECT_EQ(untold(differ, 0, each_alone(differ), 8), "");
-  EXPECT_EQ(untold(differ, 0, each_alone(differ), 9), "all of its sizes may as well be off");
+  EXPECT_EQ(silence_of(differ, 0, each_alone(differ), 8).why, "");
+  EXPECT_EQ(silence_of(differ, 0, each_alone(differ), 9).why, "all of its sizes may as well be off");
 }
 
 /// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
