@@ -14,7 +14,9 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
-constexpr int corrections = 2;    ///< for what is not quite linear
+constexpr int corrections = 2;    ///< of a trial, for what is not quite linear
+constexpr int most_corrections = 8;
+constexpr double settled_maps = 1;  ///< of the deviance
 
 std::vector<MapParameter> parameters_of(const EstimatedMaps& maps) {
   std::vector<MapParameter> parameters;
@@ -190,10 +192,12 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
   result.trial.fit = fit_last(problem, std::move(state), weight, base.columns);
-  for (int correction = 0; correction < corrections; ++correction)
-    result.trial.fit =
-        fit_last(problem, corrected(problem, result.trial.fit.state, result.trial.fit.state.terms.size() - 1), weight,
-                 base.columns);
+  for (int correction = 0; correction < corrections; ++correction) {
+    const State& now = result.trial.fit.state;
+    Fit next = fit_last(problem, corrected(problem, now, now.terms.size() - 1), weight, base.columns);
+    if (!(next.deviance < result.trial.fit.deviance)) break;
+    result.trial.fit = std::move(next);
+  }
   const State& last = result.trial.fit.state;
   result.left = left_of(problem, result.trial.fit, own_columns(problem, last, expected(problem, last)));
   return result;
@@ -248,8 +252,12 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
 
 Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight) {
   Fit best = fit(problem, std::move(start), weight);
-  for (int correction = 0; correction < corrections && has_maps(best.state); ++correction)
-    best = fit(problem, with_maps_of(problem, best.state, weight), weight);
+  for (int correction = 0; correction < most_corrections && has_maps(best.state); ++correction) {
+    Fit next = fit(problem, with_maps_of(problem, best.state, weight), weight);
+    const double gain = best.deviance - next.deviance;
+    if (gain > 0) best = std::move(next);  // beside effects that are hardly told from maps a step may go too far
+    if (!(gain > settled_maps)) break;
+  }
   return best;
 }
 
