@@ -66,4 +66,9 @@ inline std::string once_it_writes(const std::string& file) {
   return "until [ -e " + file + ".part ]; do sleep 0.05; done; ";
 }
 
+/// Likewise, until it has said something into err.txt, or for a minute.
+inline std::string once_it_says(const std::string& words) {
+  return "for i in $(seq 1200); do grep -q '" + words + "' err.txt && break; sleep 0.05; done; ";
+}
+
 }  // namespace tofgraph::tests

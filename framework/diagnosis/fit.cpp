@@ -178,6 +178,12 @@ Fit descend(const Problem& given, State start, std::span<const double> weight, b
 
 }  // namespace
 
+std::size_t first_parameter(const State& state, std::size_t term) {
+  std::size_t first = 0;
+  for (std::size_t earlier = 0; earlier < term; ++earlier) first += state.terms[earlier].values.size();
+  return first;
+}
+
 State with_positive_sizes(const Problem& problem, State state) {
   constexpr double same = 1e-9;  // m, and of what is relative
   const auto rows = expected(problem, state);

@@ -88,6 +88,9 @@ struct State {
   Variances variances;
 };
 
+/// The place of a term's first parameter among those of all terms.
+std::size_t first_parameter(const State& state, std::size_t term);
+
 /// ln of the factor on a condition's reflectivity, 0 where that is known.
 double light_of(const Problem& problem, const State& state, std::size_t condition);
 

@@ -30,8 +30,8 @@ struct Near {
 
 /// A model that fits, but for a value that the conditions do not tell.
 struct Untold {
-  State state;            ///< fitted
-  std::size_t shape = 0;  ///< among the parameters of all its terms
+  State state;                      ///< fitted
+  std::size_t term = 0, shape = 0;  ///< of the state, and of the term's parameters
 };
 
 struct Found {

@@ -16,7 +16,7 @@ namespace {
 /// "wiggling from rail_scale", or what the question of one effect is.
 std::string question(const NextCondition& next) {
   if (next.effects.size() > 1) return fmt::format("{}", fmt::join(next.effects, " from "));
-  return (next.value.empty() ? "whether there is " : "the " + next.value + " of ") + next.effects.front();
+  return asked_of(next.effects.front(), next.value);
 }
 
 /// What the authors of tied effects advise: those who had the other one in mind, or else all.
@@ -38,8 +38,9 @@ std::string experiments(const Diagnosis& d, const NextCondition& tie) {
 
 /// What no condition of the list tells, and what its author advises.
 struct Silent {
-  std::vector<std::string> blind;  ///< names
-  std::vector<Row> advice;         ///< of these
+  std::vector<std::string> values;  ///< as questions
+  std::vector<std::string> blind;   ///< names
+  std::vector<Row> advice;          ///< of all
 };
 
 Silent silent_questions(const Diagnosis& d) {
@@ -47,25 +48,29 @@ Silent silent_questions(const Diagnosis& d) {
   for (const NextCondition& next : d.next) {
     if (tells(next)) continue;
     if (next.effects.size() > 1) continue;
-    silent.blind.push_back(next.effects.front());
+    if (next.value.empty())
+      silent.blind.push_back(next.effects.front());
+    else
+      silent.values.push_back(question(next));
     silent.advice.push_back({question(next), next.experiment});
   }
   for (const Visibility& seen : d.audit.effects) {
     const std::string name = seen.candidate->name();
-    const bool listed =
-        std::ranges::any_of(d.next, [&](const NextCondition& next) { return next.effects == std::vector{name}; });
+    const bool listed = std::ranges::any_of(
+        d.next, [&](const NextCondition& next) { return next.effects == std::vector{name} && next.value.empty(); });
     if (!seen.blind || listed) continue;
     silent.blind.push_back(name);
-    silent.advice.push_back({"whether there is " + name, seen.candidate->border().experiment});
+    silent.advice.push_back({asked_of(name), seen.candidate->border().experiment});
   }
   return silent;
 }
 
 /// One sentence for all, and the advice to be unfolded.
 void add_silent(report::Page& page, const Silent& silent) {
-  if (silent.blind.empty()) return;
-  page.paragraph(fmt::format("None of the conditions that were compared tells whether there is {}.",
-                             fmt::join(silent.blind, ", or ")));
+  if (silent.advice.empty()) return;
+  std::vector<std::string> questions = silent.values;
+  if (!silent.blind.empty()) questions.push_back(asked_of(fmt::format("{}", fmt::join(silent.blind, ", or "))));
+  page.paragraph(fmt::format("None of the conditions that were compared tells {}.", fmt::join(questions, ", or ")));
   page.fold("What tells these, from experience");
   const Row header = {"to know", "from experience"};
   page.table(header, silent.advice);

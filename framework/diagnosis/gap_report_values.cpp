@@ -81,6 +81,10 @@ std::string setting_of(const NextCondition& next) {
          (std::isfinite(since) ? fmt::format(", {:.3g} min after power-on", since / 60) : "");
 }
 
+std::string asked_of(const std::string& effect, const std::string& value) {
+  return (value.empty() ? "whether there is " : "the " + value + " of ") + effect;
+}
+
 std::string sentence(const NextCondition& next) {
   if (next.sigma < telling)
     return fmt::format(
@@ -88,8 +92,7 @@ std::string sentence(const NextCondition& next) {
         "condition.",
         next.candidates,
         next.effects.size() > 1 ? fmt::format("{} apart", fmt::join(next.effects, " and "))
-        : next.value.empty()    ? "whether there is " + next.effects.front()
-                                : fmt::format("the {} of {}", next.value, next.effects.front()),
+                                : asked_of(next.effects.front(), next.value),
         next.sigma);
   const std::string models =
       next.effects.size() > 1 ? fmt::format("{} differ", fmt::join(next.effects, " and "))

@@ -164,8 +164,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   fit.state.variances = at_most_usual(state.variances);
   const auto rows = expected(problem, state);
   std::vector<Column> own = own_columns(problem, state, rows);
-  std::size_t scale = 0;
-  for (std::size_t t = 0; t < term; ++t) scale += state.terms[t].values.size();
+  const std::size_t scale = first_parameter(state, term);
   own.erase(own.begin() + static_cast<std::ptrdiff_t>(scale));  // it is the maps' own
   State without = state;
   without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(term));
@@ -185,6 +184,18 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   return state;
 }
 
+/// Corrects a fit while that lowers the deviance by more than enough: beside effects that are hardly told from maps a
+/// step may go too far. @param correct from a state to the next fit
+template <class Correct> Fit improved(Fit best, int most, double enough, const Correct& correct) {
+  for (int correction = 0; correction < most; ++correction) {
+    Fit next = correct(best.state);
+    const double gain = best.deviance - next.deviance;
+    if (gain > 0) best = std::move(next);
+    if (!(gain > enough)) break;
+  }
+  return best;
+}
+
 MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candidate, const Response& maps,
                 std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
   MapTrial result{{&candidate, {}, score_of(problem, base.fit, base.columns, maps.group, flips, seed)}};
@@ -192,12 +203,9 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
   result.trial.fit = fit_last(problem, std::move(state), weight, base.columns);
-  for (int correction = 0; correction < corrections; ++correction) {
-    const State& now = result.trial.fit.state;
-    Fit next = fit_last(problem, corrected(problem, now, now.terms.size() - 1), weight, base.columns);
-    if (!(next.deviance < result.trial.fit.deviance)) break;
-    result.trial.fit = std::move(next);
-  }
+  result.trial.fit = improved(std::move(result.trial.fit), corrections, 0, [&](const State& now) {
+    return fit_last(problem, corrected(problem, now, now.terms.size() - 1), weight, base.columns);
+  });
   const State& last = result.trial.fit.state;
   result.left = left_of(problem, result.trial.fit, own_columns(problem, last, expected(problem, last)));
   return result;
@@ -252,13 +260,9 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
 
 Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight) {
   Fit best = fit(problem, std::move(start), weight);
-  for (int correction = 0; correction < most_corrections && has_maps(best.state); ++correction) {
-    Fit next = fit(problem, with_maps_of(problem, best.state, weight), weight);
-    const double gain = best.deviance - next.deviance;
-    if (gain > 0) best = std::move(next);  // beside effects that are hardly told from maps a step may go too far
-    if (!(gain > settled_maps)) break;
-  }
-  return best;
+  if (!has_maps(best.state)) return best;
+  return improved(std::move(best), most_corrections, settled_maps,
+                  [&](const State& now) { return fit(problem, with_maps_of(problem, now, weight), weight); });
 }
 
 }  // namespace tofgraph::diagnosis

@@ -8,105 +8,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <set>
 #include <tuple>
 
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double share_of_typical = 0.5;  ///< of an effect that these data could not have shown
-constexpr double usual_ratio = 3;         ///< of values that are not told, to their typical ones
-constexpr double held = 1e6;  ///< one over the variance of a value that is asked for, in its typical ones: it stays
 constexpr std::size_t together = 64;  ///< conditions in memory at a time
-
-/// A state with its parameters and reflectivities moved so that it expects what is wanted, as nearly as they can, in a
-/// linear step. @param held a parameter that stays, at its place among those of all terms
-State likened(const Problem& problem, State state, const Column& wanted, std::optional<std::size_t> held = {}) {
-  std::vector<Observations> data = problem.data;
-  for (std::size_t i = 0; i < data.size(); ++i) data[i].value = wanted[i];
-  const auto rows = expected(problem, state);
-  std::vector<Column> columns = own_columns(problem, state, rows);
-  if (held) columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(*held));
-  const Eigen::VectorXd step =
-      least_squares(with_data(problem, data), rows, columns, problem.unknowns(columns.size()), state.variances).values;
-  Eigen::Index j = 0;
-  std::size_t parameter = 0;
-  for (Term& term : state.terms) {
-    for (std::size_t k = 0; k < term.values.size(); ++k) {
-      if (parameter++ == held) continue;
-      const FreeParameter& p = term.candidate->free()[k];
-      term.values[k] = std::clamp(term.values[k] + step(j++) * p.typical, p.minimum, p.maximum);
-    }
-  }
-  for (double& light : state.light) light += step(j++);
-  return state;
-}
-
-/// One for each size of an effect at half its typical value.
-/// @param told of the state's values, see Question
-std::vector<Question> blind_questions(const Problem& problem, const State& state, const Eigen::MatrixXd& told,
-                                      const Candidate& candidate) {
-  std::vector<Question> questions;
-  const auto rows = expected(problem, state);
-  const std::vector<double> start = probes_of(candidate.free()).front();
-  for (std::size_t k = 0; k < start.size(); ++k) {
-    const FreeParameter& p = candidate.free()[k];
-    if (p.shape) continue;
-    State with = state;
-    with.terms.push_back({&candidate, start});
-    with.terms.back().values[k] += share_of_typical * p.step();
-    try {
-      State other = likened(problem, state, difference(rows, difference(expected(problem, with), rows)));
-      other.terms.push_back(with.terms.back());
-      expected(problem, other);
-      questions.push_back({{candidate.name()}, state, std::move(other), candidate.border().experiment, told, {}});
-    } catch (const simulation::EffectError&) {
-      continue;  // it cannot be computed for these boards: nothing can be said of it
-    }
-  }
-  return questions;
-}
-
-/// Whether two models differ by an effect of each alone: nothing was dropped since they were fitted.
-bool beside_the_same(const State& state, const std::string& effect, const State& other, const std::string& its) {
-  const auto others = [](const State& of, const std::string& but) {
-    std::multiset<std::string> names;
-    for (const Term& term : of.terms) names.insert(term.candidate->name());
-    names.erase(but);
-    return names;
-  };
-  return others(state, effect) == others(other, its);
-}
-
-/// A model that fits, at a small and a large value of what it does not tell, each with the others that suit.
-std::optional<Question> value_question(const Problem& problem, const Found& found) {
-  const auto& [fitted, shape] = *found.untold;
-  std::size_t term = 0, k = shape;
-  while (k >= fitted.terms[term].values.size()) k -= fitted.terms[term++].values.size();
-  const FreeParameter& p = fitted.terms[term].candidate->free()[k];
-  const std::array<double, 2> ends =
-      p.minimum < 0 ? std::array{-p.typical, p.typical} : std::array{p.typical / usual_ratio, p.typical * usual_ratio};
-  try {
-    const Column wanted = expected(problem, fitted);
-    const auto at = [&](double value) {
-      State state = fitted;
-      state.terms[term].values[k] = std::clamp(value, p.minimum, p.maximum);
-      return likened(problem, std::move(state), wanted, shape);
-    };
-    Question question{{found.name}, at(ends[0]), at(ends[1]), found.candidate->border().experiment};
-    question.told_of_one = told_of_values(problem, question.one);
-    question.told_of_other = told_of_values(problem, question.other);
-    const auto same = static_cast<Eigen::Index>(shape);
-    for (Eigen::MatrixXd* told : {&question.told_of_one, &question.told_of_other}) {
-      if (told->size() > 0) (*told)(same, same) += held;
-    }
-    question.value = p.name;
-    return question;
-  } catch (const simulation::EffectError&) {
-    return std::nullopt;  // it gives no number for such values
-  }
-}
 
 /// Conditions that were not measured, as a problem with the campaign's targets.
 class Unmeasured {
@@ -217,36 +124,6 @@ const NextCondition* most_telling(const std::vector<NextCondition>& next) {
   const auto first = std::ranges::find_if(
       next, [](const NextCondition& one) { return tells(one) && one.sigma > more * one.measured_sigma; });
   return first == next.end() ? nullptr : &*first;
-}
-
-std::vector<Question> open_questions(const Problem& problem, const State& state, const std::vector<Found>& found,
-                                     const std::vector<Found>& dropped, const Audit& audit) {
-  std::vector<Question> questions;
-  const Eigen::MatrixXd told = told_of_values(problem, state);
-  for (const Found& one : found) {
-    for (const Rival& rival : one.rivals) {
-      if (rival.tied && beside_the_same(state, one.name, rival.state, rival.candidate->name()))
-        questions.push_back({{one.name, rival.candidate->name()},
-                             state,
-                             rival.state,
-                             one.candidate->border().experiment,
-                             told,
-                             told_of_values(problem, rival.state)});
-    }
-  }
-  for (const Found& one : dropped) {
-    if (!one.untold || !beside_the_same(state, one.name, one.untold->state, one.name)) continue;
-    if (std::optional<Question> question = value_question(problem, one)) questions.push_back(*std::move(question));
-  }
-  for (const Visibility& seen : audit.effects) {
-    if (!seen.blind || seen.candidate->sizes() == 0) continue;
-    const bool in_model =
-        std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == seen.candidate->name(); });
-    if (in_model) continue;
-    for (Question& question : blind_questions(problem, state, told, *seen.candidate))
-      questions.push_back(std::move(question));
-  }
-  return questions;
 }
 
 std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& all) {

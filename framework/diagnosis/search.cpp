@@ -206,7 +206,7 @@ class Search : private Selection {
       Silence silence = dropped ? Silence{} : silence_of(best().fit, t, all, rest);
       if (!silence.why.empty()) note({"valued", {found.name}, {}, silence.why});
       dropped = dropped || !silence.why.empty();
-      if (silence.shape && rest < explained) found.untold = Untold{best().fit.state, *silence.shape};
+      if (silence.shape && rest < explained) found.untold = Untold{best().fit.state, t, *silence.shape};
       return std::move(silence.why);
     });
   }

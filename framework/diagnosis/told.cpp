@@ -33,8 +33,7 @@ bool holds_off(const Fit& fit, const std::vector<double>& from, const std::vecto
 Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit) {
   const Term& one = fit.state.terms[term];
   if (one.maps) return {};
-  std::size_t first = 0;
-  for (std::size_t earlier = 0; earlier < term; ++earlier) first += fit.state.terms[earlier].values.size();
+  const std::size_t first = first_parameter(fit.state, term);
   bool off = true;
   std::vector<double> from;
   std::vector<Eigen::Index> at;
@@ -46,7 +45,7 @@ Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> a
       from.push_back((one.values[k] - p.off) / p.typical);
       at.push_back(static_cast<Eigen::Index>(first + k));
     } else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical)) {
-      return {fmt::format("these conditions do not tell its {}", p.name), first + k};
+      return {fmt::format("these conditions do not tell its {}", p.name), k};
     }
   }
   if (!off || !holds_off(fit, from, at, lack_of_fit)) return {};

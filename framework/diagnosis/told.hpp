@@ -14,7 +14,7 @@ namespace tofgraph::diagnosis {
 /// Why the values of a term say nothing.
 struct Silence {
   std::string why;                   ///< empty: they say something
-  std::optional<std::size_t> shape;  ///< that may be anything, at its place among those of all terms
+  std::optional<std::size_t> shape;  ///< of its parameters, that may be anything
 };
 
 /// A shape that may be anything, or sizes that may as well be off, each of them and all together.

@@ -100,8 +100,7 @@ std::vector<Trial> Trials::best(const Base& base, const Candidate* except, doubl
 Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight) {
   Base less{{}, best.columns, {}};
   State state = best.fit.state;
-  std::size_t first = 0;
-  for (std::size_t t = 0; t < piece.term; ++t) first += state.terms[t].values.size();
+  std::size_t first = first_parameter(state, piece.term);
   const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
   const std::size_t count = values_of(*term, piece).size();
   if (piece.refinement) {

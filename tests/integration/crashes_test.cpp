@@ -62,12 +62,10 @@ TEST(Crash, OfAnEffectNamesTheEffectAndItsFile) {
 
 TEST(EndlessCall, IsNamedAfterAnInterruptAndASecondOneEndsTheProgram) {
   const TemporaryFolder folder;
-  const auto until = [](const std::string& words) {
-    return "until grep -q '" + words + "' err.txt; do sleep 0.05; done; ";
-  };
   const Outcome run =
       shell("\"$TOFGRAPH\" --plugin-path " + tests_folder + "/broken run 'ramp ! never_returns ! null' 2>err.txt & " +
-                until("does not return") + "kill -INT $!; " + until("a second interrupt") + "kill -INT $!; wait $!",
+                once_it_says("does not return") + "kill -INT $!; " + once_it_says("a second interrupt") +
+                "kill -INT $!; wait $!",
             folder.path());
   EXPECT_EQ(run.exit_code, 130);
   const Outcome said{0, "", read_text(folder.path() / "err.txt")};

@@ -163,9 +163,8 @@ TEST_F(RecordCampaign, ABoardThatNobodyMovedIsNotRecordedAsMoved) {
   // Interrupted only once it has said so, however long it takes to come there.
   shell(
       "mkfifo answers; \"$TOFGRAPH\" record --plan plan.yaml --camera simulated:world.yaml -o out --frames 2 --still "
-      "<answers 2>err.txt & exec 3>answers; echo >&3; "
-      "for i in $(seq 1200); do grep -q 'has moved by' err.txt && break; sleep 0.1; done; sleep 0.5; kill -INT $!; "
-      "wait $!",
+      "<answers 2>err.txt & exec 3>answers; echo >&3; " +
+          once_it_says("has moved by") + "sleep 0.5; kill -INT $!; wait $!",
       folder.path());
   const std::string screen = read_text(folder.path() / "err.txt");
   expect_words(screen, {"the board has moved by", "planned were 45 mm", "1 of 2 conditions recorded"});
