@@ -65,14 +65,17 @@ struct Problem {
   /// Change for a metre that the camera shows more.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
   double uniform_response(std::size_t condition, std::size_t row) const {
-    return design.shows_board(condition) && row / design.superpixels() == distance ? 1 : 0;
+    return design.shows_board(condition) && is_of(distance, row) ? 1 : 0;
   }
   double light_response(std::size_t condition, std::size_t row) const {
     if (!design.shows_board(condition)) return 0;
     if (!brightening.empty()) return brightening[condition][row];
+    return is_of(amplitude, row) || is_of(intensity, row) ? 1 : 0;
+  }
+  /// Whether a row is of an observable.
+  bool is_of(std::size_t observable, std::size_t row) const {
     const std::size_t n = design.superpixels();
-    const auto is = [&](std::size_t observable) { return row >= observable * n && row < (observable + 1) * n; };
-    return is(amplitude) || is(intensity) ? 1 : 0;
+    return row >= observable * n && row < (observable + 1) * n;
   }
 };
 
