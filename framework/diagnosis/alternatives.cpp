@@ -233,7 +233,8 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
   return builder.take();
 }
 
-Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some) {
+Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,
+                                 std::span<const Candidate* const> but) {
   Builder builder(problem, state);
   std::size_t effect = 0;
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
@@ -241,7 +242,8 @@ Alternatives alternatives_beside(const Problem& problem, const State& state, con
   Alternatives result = builder.take();
   std::map<Eigen::Index, Eigen::Index> moved;  // columns, of which alternatives share some
   for (std::size_t a = 0; a < some.list.size(); ++a) {
-    if (is_in(state, *some.list[a].candidate)) continue;
+    const Candidate& candidate = *some.list[a].candidate;
+    if (is_in(state, candidate) || std::ranges::find(but, &candidate.root()) != but.end()) continue;
     Choice choice = some.choices[a];
     for (Eigen::Index& column : choice.columns) {
       const auto [at, first] = moved.try_emplace(column, static_cast<Eigen::Index>(result.group.columns.size()));

@@ -50,6 +50,7 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
 
 /// The refinements that a state's terms do not have, and of some alternatives those whose candidates it does not have:
 /// what these change is taken as it was.
-Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some);
+Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,
+                                 std::span<const Candidate* const> but = {});
 
 }  // namespace tofgraph::diagnosis

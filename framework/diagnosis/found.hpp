@@ -13,13 +13,19 @@
 
 namespace tofgraph::diagnosis {
 
-/// Another effect in the place of one that was found.
+/// Another effect in the place of one that was found, or of several.
 struct Rival {
   const Candidate* candidate = nullptr;
-  double deviance = 0;  ///< more than with the one that was found
-  double bic = 0;       ///< likewise
-  bool tied = false;    ///< these data cannot tell which of the two it is
-  State state = {};     ///< of the model with it, fitted
+  std::vector<std::string> in_place_of = {};  ///< names of what was found, itself among them
+  double deviance = 0;                        ///< more than with the one that was found
+  double bic = 0;                             ///< likewise
+  bool tied = false;                          ///< these data cannot tell which of the two it is
+  State state = {};                           ///< of the model with it, fitted
+  std::optional<std::size_t> untold = {};     ///< of its parameters, a shape that these data do not tell
+
+  bool of_several() const { return in_place_of.size() > 1; }
+  /// Whether it is to be told beside this one of those that it takes the place of: once.
+  bool is_told_at(const std::string& name) const { return in_place_of.empty() || in_place_of.front() == name; }
 };
 
 /// A candidate that comes near to what is left.

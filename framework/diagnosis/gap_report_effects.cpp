@@ -6,6 +6,7 @@
 #include "report/chart.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -195,8 +196,9 @@ void add_rivals(report::Page& page, const ReportData& data) {
     std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {
       if (!rival.tied && ++worse > most) continue;
-      rows.push_back({e.name, rival.candidate->name(), deviance_text(rival.deviance),
-                      rival.tied ? "cannot be told apart (a tie)" : "worse"});
+      if (!rival.is_told_at(e.name)) continue;
+      rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),
+                      deviance_text(rival.deviance), rival.tied ? "cannot be told apart (a tie)" : "worse"});
       if (rival.tied || worse == 1) pictures.push_back(apart(data, e, rival));
     }
   }

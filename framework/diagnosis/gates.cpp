@@ -55,7 +55,8 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   return std::max(score.p_value, chance_of(score, all, groups, flips_, seed_));
 }
 
-Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece) {
+Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece,
+                      std::optional<double> p_value) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
@@ -67,7 +68,10 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
   const InLightOf there(problem_, less);
   Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
                           : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
-  if (!term.maps) score.p_value = chance(best, less, score);
+  if (p_value)
+    score.p_value = *p_value;
+  else if (!term.maps)
+    score.p_value = chance(best, less, score);
   found.p_value = score.p_value;
   found.capture = explained(less, left, score_of(problem_, less.fit, less.columns, group, 0, 0).gain);
   if (!(found.gain > 0)) {

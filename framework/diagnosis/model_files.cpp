@@ -30,12 +30,14 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
   for (const Found& found : d.search.found) {
     if (found.name != term.candidate->name()) continue;
     for (const Rival& rival : found.rivals) {
-      if (!rival.tied) continue;
+      if (!rival.tied || !rival.is_told_at(found.name)) continue;
       const auto other = std::ranges::find(rival.state.terms, rival.candidate->name(),
                                            [](const Term& t) { return t.candidate->name(); });
       if (other == rival.state.terms.end()) continue;
+      const std::string of_all =
+          rival.of_several() ? fmt::format(" in the place of {}", fmt::join(rival.in_place_of, " and ")) : "";
       text += fmt::format(
-          "  # or, as these data cannot tell which of the two it is ({:.1f} of deviance worse):\n  # - {}\n",
+          "  # or{}, as these data cannot tell which of the two it is ({:.1f} of deviance worse):\n  # - {}\n", of_all,
           rival.deviance, other->candidate->yaml(other->values, other->maps.get(), map_file_name));
     }
   }

@@ -77,8 +77,16 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
   if (search.found.empty()) return notes;
   note_means(search.after.state, notes);
   for (const Found& found : search.found) {
-    std::vector<std::string> tied = found.names();
-    tied.erase(tied.begin());
+    std::vector<std::string> tied;
+    for (const Rival& rival : found.rivals) {
+      if (!rival.tied) continue;
+      if (!rival.of_several())
+        tied.push_back(rival.candidate->name());
+      else if (rival.is_told_at(found.name))
+        notes.push_back(fmt::format("{} together may be {} as well: these data do not tell. What does: {}.",
+                                    fmt::join(rival.in_place_of, " and "), rival.candidate->name(),
+                                    rival.candidate->border().experiment));
+    }
     const std::string& experiment = found.candidate->border().experiment;
     if (!tied.empty() && !experiment.empty())
       notes.push_back(fmt::format("{} may be {} as well: these data do not tell. What does: {}.", found.name,

@@ -64,43 +64,80 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
   return questions;
 }
 
-/// Whether two models differ by an effect of each alone: nothing was dropped since they were fitted.
-bool beside_the_same(const State& state, const std::string& effect, const State& other, const std::string& its) {
-  const auto others = [](const State& of, const std::string& but) {
+/// Whether two models differ by these effects of each alone: nothing was dropped since they were fitted.
+bool beside_the_same(const State& state, const std::vector<std::string>& effects, const State& other,
+                     const std::string& its) {
+  const auto others = [](const State& of, const std::vector<std::string>& but) {
     std::multiset<std::string> names;
     for (const Term& term : of.terms) names.insert(term.candidate->name());
-    names.erase(but);
+    for (const std::string& name : but) names.erase(name);
     return names;
   };
-  return others(state, effect) == others(other, its);
+  return others(state, effects) == others(other, {its});
 }
 
-/// A model that fits, at a small and a large value of what it does not tell, each with the others that suit.
+/// A model with a value that these data do not tell, and the others that suit it; that one stays.
+struct Held {
+  State state;
+  Eigen::MatrixXd told;  ///< of its values, see told_of_values()
+};
+
+/// @throws simulation::EffectError when it gives no number for that value
+Held held_at(const Problem& problem, const State& fitted, std::size_t term, std::size_t shape, double value) {
+  const FreeParameter& p = fitted.terms[term].candidate->free()[shape];
+  const std::size_t place = first_parameter(fitted, term) + shape;
+  State state = fitted;
+  state.terms[term].values[shape] = std::clamp(value, p.minimum, p.maximum);
+  Held held{likened(problem, std::move(state), expected(problem, fitted), place), {}};
+  held.told = told_of_values(problem, held.state);
+  const auto at = static_cast<Eigen::Index>(place);
+  if (held.told.size() > 0) held.told(at, at) += stays;
+  return held;
+}
+
+/// A model that fits, at a small and a large value of what it does not tell.
 std::optional<Question> value_question(const Problem& problem, const Found& found) {
   const Untold& untold = *found.untold;
   const FreeParameter& p = untold.state.terms[untold.term].candidate->free()[untold.shape];
-  const std::size_t place = first_parameter(untold.state, untold.term) + untold.shape;
   const std::array<double, 2> ends =
       p.minimum < 0 ? std::array{-p.typical, p.typical} : std::array{p.typical / usual_ratio, p.typical * usual_ratio};
   try {
-    const Column wanted = expected(problem, untold.state);
-    const auto with = [&](double value) {
-      State state = untold.state;
-      state.terms[untold.term].values[untold.shape] = std::clamp(value, p.minimum, p.maximum);
-      return likened(problem, std::move(state), wanted, place);
-    };
-    Question question{{found.name}, with(ends[0]), with(ends[1]), found.candidate->border().experiment};
-    question.told_of_one = told_of_values(problem, question.one);
-    question.told_of_other = told_of_values(problem, question.other);
-    const auto at = static_cast<Eigen::Index>(place);
-    for (Eigen::MatrixXd* told : {&question.told_of_one, &question.told_of_other}) {
-      if (told->size() > 0) (*told)(at, at) += stays;
-    }
-    question.value = p.name;
-    return question;
+    Held one = held_at(problem, untold.state, untold.term, untold.shape, ends[0]);
+    Held other = held_at(problem, untold.state, untold.term, untold.shape, ends[1]);
+    return Question{{found.name},
+                    std::move(one.state),
+                    std::move(other.state),
+                    found.candidate->border().experiment,
+                    std::move(one.told),
+                    std::move(other.told),
+                    p.name};
   } catch (const simulation::EffectError&) {
     return std::nullopt;  // it gives no number for such values
   }
+}
+
+/// @param told of the state's values
+Question tie_question(const Problem& problem, const State& state, const Eigen::MatrixXd& told, const Found& found,
+                      const Rival& rival) {
+  Question question{{found.name, rival.candidate->name()},
+                    state,
+                    rival.state,
+                    (rival.of_several() ? rival.candidate : found.candidate)->border().experiment,
+                    told};
+  if (rival.untold) {  // with anything the two may be the same everywhere: with its typical value
+    const auto term = std::ranges::find(rival.state.terms, rival.candidate->name(),
+                                        [](const Term& one) { return one.candidate->name(); });
+    try {
+      Held held = held_at(problem, rival.state, static_cast<std::size_t>(term - rival.state.terms.begin()),
+                          *rival.untold, term->candidate->free()[*rival.untold].typical);
+      question.other = std::move(held.state);
+      question.told_of_other = std::move(held.told);
+      return question;
+    } catch (const simulation::EffectError&) {  // it gives no number for that: as it was fitted
+    }
+  }
+  question.told_of_other = told_of_values(problem, rival.state);
+  return question;
 }
 
 }  // namespace
@@ -111,17 +148,13 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
   const Eigen::MatrixXd told = told_of_values(problem, state);
   for (const Found& one : found) {
     for (const Rival& rival : one.rivals) {
-      if (rival.tied && beside_the_same(state, one.name, rival.state, rival.candidate->name()))
-        questions.push_back({{one.name, rival.candidate->name()},
-                             state,
-                             rival.state,
-                             one.candidate->border().experiment,
-                             told,
-                             told_of_values(problem, rival.state)});
+      if (rival.tied && rival.is_told_at(one.name) &&
+          beside_the_same(state, rival.in_place_of, rival.state, rival.candidate->name()))
+        questions.push_back(tie_question(problem, state, told, one, rival));
     }
   }
   for (const Found& one : dropped) {
-    if (!one.untold || !beside_the_same(state, one.name, one.untold->state, one.name)) continue;
+    if (!one.untold || !beside_the_same(state, {one.name}, one.untold->state, one.name)) continue;
     if (std::optional<Question> question = value_question(problem, one)) questions.push_back(*std::move(question));
   }
   for (const Visibility& seen : audit.effects) {

@@ -4,10 +4,10 @@
 
 #include "diagnosis/contribution.hpp"
 #include "diagnosis/gates.hpp"
+#include "diagnosis/proof.hpp"
 #include "diagnosis/structure.hpp"
 #include "diagnosis/told.hpp"
 #include "diagnosis/validation.hpp"
-#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 
@@ -83,10 +83,7 @@ class Search : private Selection {
   void dismiss_all(const std::string& why) {
     for (std::vector<Piece> left = pieces(); !left.empty(); left = pieces()) {
       const Term& term = terms()[left.back().term];
-      Found found;
-      found.candidate = term.candidate;
-      found.name = name_of(term, left.back());
-      found.refutation = why;
+      Found found{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
       note({"questioned", {found.name}, {}, why});
       dismiss(left.back(), std::move(found));
     }
@@ -108,7 +105,9 @@ class Search : private Selection {
     const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
     for (const Piece& piece : all) {
       say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-      found.push_back(gates_.examined(best(), without(piece), left, piece));
+      const StoodFor* const stood = stood_for_by(name_of(terms()[piece.term], piece));
+      found.push_back(gates_.examined(best(), without(piece), left, piece,
+                                      stood != nullptr ? std::optional(stood->p_value) : std::nullopt));
       if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
         found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
       const Found& now = found.back();
@@ -152,25 +151,6 @@ class Search : private Selection {
     } while (require_told());
   }
 
-  /// Why the distances refute what was found, or nothing. @param without, with gap out of fold, m @param what is taken
-  /// out
-  static std::string ruined(double without, double with, const char* what) {
-    if (!is_ruined(without, with)) return "";
-    return fmt::format(
-        "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
-        1e3 * without, what, 1e3 * with);
-  }
-
-  /// Why an effect does not prove itself out of fold, or nothing.
-  static std::string unproved(const Found& found) {
-    if (found.chosen < least_chosen) return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
-    if (!found.fall.is_proof())
-      return fmt::format(
-          "the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
-          found.fall.without, found.fall.with);
-    return ruined(found.fall.depth_without, found.fall.depth_with, "it");
-  }
-
   /// Where nothing is named the model stays as it is, and so it predicts what is put aside.
   void put_aside() {
     SearchOptions aside = options_;
@@ -195,20 +175,40 @@ class Search : private Selection {
     return changed;
   }
 
-  /// Drops the last one that has values that say nothing: without it those of another one may say more.
+  /// Drops the last one that has values that say nothing: without it those of another one may say more. Where all that
+  /// is wrong with it is a shape, it is one of those that others cannot be told from, if these explain as much.
   /// @returns whether there was such a one
   bool require_told() {
     const double rest = left_of(problem(), best().fit, best().columns);
     const std::vector<Interval> all =
         intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
-    bool dropped = false;
-    return drop_refuted([&](Found& found, std::size_t t) {
-      Silence silence = dropped ? Silence{} : silence_of(best().fit, t, all, rest);
-      if (!silence.why.empty()) note({"valued", {found.name}, {}, silence.why});
-      dropped = dropped || !silence.why.empty();
-      if (silence.shape && rest < explained) found.untold = Untold{best().fit.state, t, *silence.shape};
-      return std::move(silence.why);
-    });
+    for (std::size_t f = result_.found.size(); f-- > 0;) {
+      Found& found = result_.found[f];
+      const Silence silence = silence_of(best().fit, model_.size() + f, all, rest);
+      if (silence.why.empty()) continue;
+      note({"valued", {found.name}, {}, silence.why});
+      if (silence.shape && rest < explained) {
+        if (stand_in_for(found, *silence.shape)) return true;
+        found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
+      }
+      found.refutation = silence.why;
+      dismiss({model_.size() + f, std::nullopt}, std::move(found));
+      return true;
+    }
+    return false;
+  }
+
+  bool stand_in_for(const Found& found, std::size_t shape) {
+    const Candidate& one = *found.candidate;
+    say(fmt::format("looking for others in the place of {}", one.name()));
+    const Fit with = best().fit;
+    if (!exchange(one)) return false;
+    StoodFor stood{&one, with, shape, found.p_value, {}};
+    for (const Term& term : terms())
+      if (!is_in(with.state, *term.candidate)) stood.by.push_back(term.candidate->name());
+    note({"exchanged", stood.by, {{"bic_rise", bic(best().fit) - bic(with)}}, "as good as " + one.name()});
+    stood_for_.push_back(std::move(stood));
+    return true;
   }
 
   /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too: in the
@@ -246,16 +246,6 @@ class Search : private Selection {
     }
   }
 
-  /// Names of the effects that are confused with one, as its author or theirs say.
-  std::vector<std::string> confused(const Candidate& one) const {
-    std::vector<std::string> names = graph::split_words(one.border().confused_with);
-    for (const auto& other : candidates_) {
-      const std::vector<std::string> theirs = graph::split_words(other->border().confused_with);
-      if (std::ranges::find(theirs, one.name()) != theirs.end()) names.push_back(other->name());
-    }
-    return names;
-  }
-
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
@@ -263,16 +253,24 @@ class Search : private Selection {
     const Base& less = without({t, std::nullopt});
     const InLightOf there(mutable_problem(), less);
     found.where = patterns_of(less);
-    const std::vector<std::string> alike = confused(*found.candidate);
+    const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
     for (const Trial& trial : trials_.best(less, found.candidate, rival_share, alike)) {
       if (!(trial.fit.deviance < less.fit.deviance)) continue;
       const double behind = trial.fit.deviance - best().fit.deviance;
       const bool close = behind > tie_limit && behind < close_behind * (less.fit.deviance - best().fit.deviance);
       const Fit fit = close ? settled_where_possible(trial.fit) : trial.fit;
-      Rival rival{trial.candidate, fit.deviance - best().fit.deviance, bic(fit) - bic(best().fit), false, fit.state};
+      Rival rival{trial.candidate, {found.name}, fit.deviance - best().fit.deviance, bic(fit) - bic(best().fit),
+                  false,           fit.state};
       rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
                    hardly_differ(problem(), best().fit.state, fit.state, tie_limit);
       found.rivals.push_back(rival);
+    }
+    if (const StoodFor* const stood = stood_for_by(found.name)) {
+      const Candidate* const other = &stood->candidate->root();
+      std::erase_if(found.rivals, [&](const Rival& rival) { return rival.candidate == other; });
+      found.rivals.insert(found.rivals.begin(),
+                          {other, stood->by, stood->fit.deviance - best().fit.deviance,
+                           bic(stood->fit) - bic(best().fit), true, stood->fit.state, stood->shape});
     }
   }
 
@@ -301,6 +299,26 @@ class Search : private Selection {
     std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::capture);
   }
 
+  /// An effect whose values are not told, and the set that explains as much in its place.
+  struct StoodFor {
+    const Candidate* candidate;
+    Fit fit;            ///< with it
+    std::size_t shape;  ///< of its parameters, that is not told
+    double p_value;     ///< of what it changes, which the others do as well: theirs too, as they do it together
+    std::vector<std::string> by;
+  };
+
+  /// What one of those that were found stands for, together with others that are all there; nullptr: nothing.
+  const StoodFor* stood_for_by(const std::string& name) const {
+    const auto is_there = [&](const std::string& one) {
+      return std::ranges::any_of(terms(), [&](const Term& term) { return term.candidate->name() == one; });
+    };
+    const auto found = std::ranges::find_if(stood_for_, [&](const StoodFor& stood) {
+      return std::ranges::find(stood.by, name) != stood.by.end() && std::ranges::all_of(stood.by, is_there);
+    });
+    return found == stood_for_.end() ? nullptr : &*found;
+  }
+
   const std::vector<Term>& model_;
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
@@ -308,6 +326,7 @@ class Search : private Selection {
   Gates gates_;
   Trials trials_;
   int regrown_ = 0;
+  std::vector<StoodFor> stood_for_;
   SearchResult result_;
 };
 

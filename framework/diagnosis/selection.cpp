@@ -92,7 +92,7 @@ bool Selection::add_best() {
   std::optional<Fit> next = leap();
   const auto beaten = [&] { return !next || bic(best_.fit) - bic(*next) < residue.gain; };
   // A residue that is the same each time would look like maps: none are looked for beside one.
-  if (beaten() && !problem_.allowed.residue) {
+  if ((beaten() || (lacking && leaves_nearly_all(*next))) && !problem_.allowed.residue) {
     std::optional<Fit> maps = good_maps();
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
@@ -101,6 +101,12 @@ bool Selection::add_best() {
   Allowances more = problem_.allowed;
   more.residue = std::move(residue.residue), more.runs = std::move(residue.runs);
   return allow(std::move(more));
+}
+
+/// Whether an addition takes hardly anything away of what is left.
+bool Selection::leaves_nearly_all(const Fit& added) const {
+  const double now = left_of(problem_, added, own_columns(problem_, added.state, expected(problem_, added.state)));
+  return now >= explained && left() - now < worthwhile * (left() - 1);
 }
 
 void Selection::add_all() {
@@ -141,6 +147,35 @@ const Base& Selection::without(const Piece& piece) {
 }
 
 void Selection::drop(const Piece& piece) { refine(without(piece).fit.state); }
+
+/// Takes out an effect, and adds sets of effects. @param promised share of what it gained that these must promise to
+/// begin with @param limit of what BIC may rise by @returns whether the model is as good as that
+bool Selection::grown_without(const Candidate& one, double promised, double limit) {
+  const double reached = bic(best_.fit), deviance = best_.fit.deviance;
+  State state = best_.fit.state;
+  std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
+  refine(std::move(state));
+  double least = promised * (best_.fit.deviance - deviance);
+  for (std::size_t round = 0; round < options_.max_effects; ++round, least = 0) {
+    std::optional<Fit> next = leap(least);
+    if (!next) break;
+    refine(std::move(next->state));
+  }
+  drop_needless();
+  return bic(best_.fit) < reached + limit;
+}
+
+bool Selection::exchange(const Candidate& one) {
+  Kept before = kept();
+  exchanged_.push_back(&one.root());
+  try {
+    if (grown_without(one, 0, worth)) return true;
+  } catch (const simulation::EffectError&) {  // without it the others give no number
+  }
+  exchanged_.pop_back();
+  restore(std::move(before));
+  return false;
+}
 
 /// Takes out what is not worth its parameters, the least of it first.
 void Selection::drop_needless() {

@@ -47,6 +47,8 @@ class Selection {
   const Base& without(const Piece& piece);
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);
+  /// Others in the place of an effect, where these explain as much; it is not added again. @returns whether they do
+  bool exchange(const Candidate& one);
   /// Fits exactly, by every pixel.
   void settle();
   /// Another model, likewise. @throws simulation::EffectError
@@ -85,6 +87,7 @@ class Selection {
   void take(Fit fit);
   std::optional<Fit> leap(double least = 0);
   bool add_best();
+  bool leaves_nearly_all(const Fit& added) const;
   std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset,
                                 const Eigen::MatrixXd& information) const;
   std::optional<MapTrial> maps_on(const Base& base);
@@ -94,7 +97,7 @@ class Selection {
   std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);
   void grow_from_maps();
   void replace_maps();
-  bool grown_without(const Candidate& one);
+  bool grown_without(const Candidate& one, double promised, double limit);
   void add_all();
   void drop_needless();
   void refine(State state);
@@ -116,6 +119,7 @@ class Selection {
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::map<std::string, std::string> refused_;
+  std::vector<const Candidate*> exchanged_;  ///< roots
   std::vector<double> weight_;
   Base original_, best_;
   std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay

@@ -109,30 +109,13 @@ void Selection::replace_maps() {
     Kept before = kept();
     bool better = false;
     try {
-      better = grown_without(*one);
+      better = grown_without(*one, in_its_place, -worth);
     } catch (const simulation::EffectError&) {  // without it the others give no number
     }
     note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
     if (better) return;
     restore(std::move(before));
   }
-}
-
-/// Takes out an effect with maps, and adds sets of effects where these promise nearly all that it did.
-/// @returns whether the model is better for it
-bool Selection::grown_without(const Candidate& one) {
-  const double reached = bic(best_.fit), deviance = best_.fit.deviance;
-  State state = best_.fit.state;
-  std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
-  refine(std::move(state));
-  double least = in_its_place * (best_.fit.deviance - deviance);
-  for (std::size_t round = 0; round < options_.max_effects; ++round, least = 0) {
-    std::optional<Fit> next = leap(least);
-    if (!next) break;
-    refine(std::move(next->state));
-  }
-  drop_needless();
-  return bic(best_.fit) < reached - worth;
 }
 
 }  // namespace tofgraph::diagnosis

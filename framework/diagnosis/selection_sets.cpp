@@ -65,7 +65,7 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 std::optional<Fit> Selection::leap(double least) {
   if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
-  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_);
+  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, exchanged_);
   if (all.list.empty()) return std::nullopt;
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));

@@ -100,6 +100,20 @@ std::string not_known(const Diagnosis& d) {
                      shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
+/// "wiggling", "crosstalk (or static_reflection)", or "zero_offset with integration_time_offset (or warm_up)" for the
+/// first of several that another one may stand for; for the others nothing.
+std::string with_ties(const EffectResult& effect) {
+  std::string text = effect.name;
+  std::vector<std::string> others;
+  for (const Rival& rival : effect.rivals) {
+    if (!rival.tied) continue;
+    if (!rival.is_told_at(effect.name)) return "";
+    if (rival.of_several()) text = fmt::format("{}", fmt::join(rival.in_place_of, " with "));
+    others.push_back(rival.candidate->name());
+  }
+  return others.empty() ? text : fmt::format("{} (or {})", text, list_of(others));
+}
+
 std::string outcome(const Diagnosis& d) {
   std::vector<std::string> names;
   std::vector<const EffectResult*> added;
@@ -108,8 +122,7 @@ std::string outcome(const Diagnosis& d) {
   }
   std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
   for (const EffectResult* effect : added)
-    names.push_back(effect->tied_with.empty() ? effect->name
-                                              : fmt::format("{} (or {})", effect->name, list_of(effect->tied_with)));
+    if (std::string text = with_ties(*effect); !text.empty()) names.push_back(std::move(text));
   const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:

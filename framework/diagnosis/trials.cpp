@@ -3,6 +3,7 @@
 #include "diagnosis/trials.hpp"
 
 #include "diagnosis/maps.hpp"
+#include "graph/stream.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -122,5 +123,15 @@ Base without(const Problem& problem, const Base& best, const Piece& piece, std::
 
 InLightOf::InLightOf(Problem& problem, const Base& base)
     : problem_(problem), before_(std::exchange(problem.brightening, base.brightening)) {}
+
+std::vector<std::string> confused_with(const Candidate& one,
+                                       const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  for (const auto& other : candidates) {
+    const std::vector<std::string> theirs = graph::split_words(other->border().confused_with);
+    if (std::ranges::find(theirs, one.name()) != theirs.end()) names.push_back(other->name());
+  }
+  return names;
+}
 
 }  // namespace tofgraph::diagnosis

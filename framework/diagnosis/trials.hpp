@@ -52,6 +52,9 @@ class Trials {
   Probes probes_;
 };
 
+/// Names of the effects that are confused with one, as its author or theirs say.
+std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
+
 /// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
 Base without(const Problem& problem, const Base& best, const Piece& piece, std::span<const double> weight);
 

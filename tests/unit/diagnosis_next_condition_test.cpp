@@ -208,7 +208,7 @@ TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
               other = state_with({{&effect("integration_time_offset"), {8e-3 / std::log(5.0), 0}}});
   Found found;
   found.candidate = &effect("zero_offset"), found.name = "zero_offset";
-  found.rivals = {{&effect("integration_time_offset"), 0, 0, true, other}};
+  found.rivals = {{&effect("integration_time_offset"), {found.name}, 0, 0, true, other}};
   Question question = open_questions(problem, zero, {found}, {}, {}).at(0);
   const NextCondition open = next_conditions(problem, {question}).at(0);
   EXPECT_LT(open.sigma, 1);
