@@ -16,6 +16,19 @@
 namespace tofgraph::diagnosis {
 namespace {
 
+/// "crosstalk or static_reflection"; "zero_offset or warm_up for it and integration_time_offset".
+std::string name_and_ties(const EffectResult& effect) {
+  std::string text = effect.name;
+  for (const Rival& rival : effect.rivals) {
+    if (!rival.tied) continue;
+    std::vector<std::string> others = rival.in_place_of;
+    std::erase(others, effect.name);
+    text += " or " + rival.candidate->name();
+    if (!others.empty()) text += fmt::format(" for it and {}", fmt::join(others, ", "));
+  }
+  return text;
+}
+
 /// "distance 5/5, target 4/4": the folds that chose an effect, or what it is tied with.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   std::vector<std::string> names = effect.tied_with;
@@ -45,8 +58,8 @@ void add_found(report::Page& page, const Diagnosis& d) {
     }
     const bool added = e.change == "added";
     const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
-    rows.push_back({e.tied_with.empty() ? e.name : fmt::format("{} or {}", e.name, fmt::join(e.tied_with, " or ")),
-                    sizes, added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
+    rows.push_back({name_and_ties(e), sizes,
+                    added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
                     added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
                     fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
                                 added ? "missing in the model" : "in the model, fitted again")});

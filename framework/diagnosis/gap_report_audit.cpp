@@ -155,8 +155,7 @@ void add_next(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const NextCondition& next : d.next) {
     if (tells(next))
-      rows.push_back({question(next), setting_of(next), report::plain(next.sigma, 2) + " sd",
-                      report::plain(next.measured_sigma, 2) + " sd",
+      rows.push_back({question(next), setting_of(next), sigmas(next.sigma) + " sd", sigmas(next.measured_sigma) + " sd",
                       shown(next.difference, next.observable, 2) + " of " + label(next.observable)});
   }
   if (rows.empty() && silent.advice.empty()) return;

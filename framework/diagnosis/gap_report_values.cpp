@@ -85,6 +85,11 @@ std::string asked_of(const std::string& effect, const std::string& value) {
   return (value.empty() ? "whether there is " : "the " + value + " of ") + effect;
 }
 
+std::string sigmas(double sigma) {
+  constexpr int beyond_doubt = 100;
+  return sigma > beyond_doubt ? fmt::format("more than {}", beyond_doubt) : fmt::format("{:.1f}", sigma);
+}
+
 std::string sentence(const NextCondition& next) {
   if (next.sigma < telling)
     return fmt::format(
@@ -100,10 +105,10 @@ std::string sentence(const NextCondition& next) {
           ? fmt::format("{} with a small {} and with a large one differ", next.effects.front(), next.value)
           : fmt::format("the model and the one with {} at half its typical size differ", next.effects.front());
   return fmt::format(
-      "Measure a {}: there {} by {:.1f} standard deviations of one condition ({} of {}, root mean square); in the "
-      "conditions measured so far by {:.1f} at most.",
-      setting_of(next), models, next.sigma, shown(next.difference, next.observable, 2), label(next.observable),
-      next.measured_sigma);
+      "Measure a {}: there {} by {} standard deviations of one condition ({} of {}, root mean square); in the "
+      "conditions measured so far by {} at most.",
+      setting_of(next), models, sigmas(next.sigma), shown(next.difference, next.observable, 2), label(next.observable),
+      sigmas(next.measured_sigma));
 }
 
 double mean(const std::vector<double>& values) {

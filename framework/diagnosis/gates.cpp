@@ -52,11 +52,10 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   const Score all = score_of(problem_, best.fit, less.columns, candidates_.group, 0, 0);
   std::vector<std::vector<Eigen::Index>> groups;
   for (const Choice& choice : candidates_.choices) groups.push_back(choice.columns);
-  return std::max(score.p_value, chance_of(score, all, groups, flips_, seed_));
+  return chance_of(score, all, groups, flips_, seed_);
 }
 
-Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece,
-                      std::optional<double> p_value) {
+Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
@@ -68,10 +67,13 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
   const InLightOf there(problem_, less);
   Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
                           : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
-  if (p_value)
-    score.p_value = *p_value;
-  else if (!term.maps)
-    score.p_value = chance(best, less, score);
+  if (!term.maps) {
+    // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
+    // likelihood compares the two.
+    const bool sure =
+        left.square <= diagnosis::explained * left.freedom && found.gain - score.dimension > certain * score.stays;
+    score.p_value = std::max(chance(best, less, score), sure ? 0.0 : score.p_value);
+  }
   found.p_value = score.p_value;
   found.capture = explained(less, left, score_of(problem_, less.fit, less.columns, group, 0, 0).gain);
   if (!(found.gain > 0)) {

@@ -105,9 +105,7 @@ class Search : private Selection {
     const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
     for (const Piece& piece : all) {
       say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-      const StoodFor* const stood = stood_for_by(name_of(terms()[piece.term], piece));
-      found.push_back(gates_.examined(best(), without(piece), left, piece,
-                                      stood != nullptr ? std::optional(stood->p_value) : std::nullopt));
+      found.push_back(gates_.examined(best(), without(piece), left, piece));
       if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
         found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
       const Found& now = found.back();
@@ -166,7 +164,7 @@ class Search : private Selection {
     bool changed = false;
     for (std::size_t f = result_.found.size(); f-- > 0;) {
       Found& found = result_.found[f];
-      found.refutation = question(found, model_.size() + f);
+      found.refutation = question(found);
       if (found.refutation.empty()) continue;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
       result_.found.erase(result_.found.begin() + static_cast<std::ptrdiff_t>(f));
@@ -188,7 +186,7 @@ class Search : private Selection {
       if (silence.why.empty()) continue;
       note({"valued", {found.name}, {}, silence.why});
       if (silence.shape && rest < explained) {
-        if (stand_in_for(found, *silence.shape)) return true;
+        if (stand_in_for(*found.candidate, *silence.shape)) return true;
         found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
       }
       found.refutation = silence.why;
@@ -198,12 +196,11 @@ class Search : private Selection {
     return false;
   }
 
-  bool stand_in_for(const Found& found, std::size_t shape) {
-    const Candidate& one = *found.candidate;
+  bool stand_in_for(const Candidate& one, std::size_t shape) {
     say(fmt::format("looking for others in the place of {}", one.name()));
     const Fit with = best().fit;
     if (!exchange(one)) return false;
-    StoodFor stood{&one, with, shape, found.p_value, {}};
+    StoodFor stood{&one, with, shape, {}};
     for (const Term& term : terms())
       if (!is_in(with.state, *term.candidate)) stood.by.push_back(term.candidate->name());
     note({"exchanged", stood.by, {{"bic_rise", bic(best().fit) - bic(with)}}, "as good as " + one.name()});
@@ -215,7 +212,7 @@ class Search : private Selection {
   /// folds that have nothing else beside it, where there are such ones. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
-    const bool changed = drop_refuted([&](Found& found, std::size_t) {
+    const bool changed = drop_refuted([&](Found& found) {
       found.chosen = result_.cross_fit.share_of(found.names());
       found.fall = fall_of(result_.cross_fit, found.names(), options_.seed);
       std::string why = unproved(found);
@@ -230,7 +227,7 @@ class Search : private Selection {
     const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
     std::string why = ruined(depth.before, depth.after, "what was found");
     if (!why.empty() && !depth.alone) why = "no fold chose it without others, and with them " + why;
-    return (!why.empty() && drop_refuted([&](Found& found, std::size_t) -> const std::string& {
+    return (!why.empty() && drop_refuted([&](Found& found) -> const std::string& {
              note({"proved", {found.name}, {}, why});
              return why;
            })) ||
@@ -304,7 +301,6 @@ class Search : private Selection {
     const Candidate* candidate;
     Fit fit;            ///< with it
     std::size_t shape;  ///< of its parameters, that is not told
-    double p_value;     ///< of what it changes, which the others do as well: theirs too, as they do it together
     std::vector<std::string> by;
   };
 

@@ -91,15 +91,9 @@ std::optional<Fit> Selection::leap(double least) {
       // Where one effect alone does, once it is fitted, what sets promise, these need not be.
       const bool larger = subset.choices.size() > size;
       if (larger && reference.deviance - best.deviance >= needed) break;
-      // Nor where boards that are not flat explain what is left beside one, or maps more than any set promises.
-      if (larger && size == 1 && bic(best) < bic(best_.fit) - worth) {
-        if (boards_beside(best.state).sure) return best;
-        if (terms().size() == model_.size()) {
-          const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
-          std::optional<Fit> maps = maps_instead(best, own);
-          if (maps && bic(best_.fit) - bic(*maps) >= sets.front().merit) return maps;  // the best comes first
-        }
-      }
+      // Nor where boards that are not flat explain what is left beside one.
+      const bool first_larger = larger && size == 1;
+      if (first_larger && bic(best) < bic(best_.fit) - worth && boards_beside(best.state).sure) return best;
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
@@ -114,6 +108,11 @@ std::optional<Fit> Selection::leap(double least) {
             : better ? "the best so far"
                      : "not better than the best so far"});
       if (better) best = std::move(*next);
+      // Nor where maps explain more than the best of them does, and than any of them promises.
+      if (!first_larger || terms().size() != model_.size()) continue;
+      const std::vector<Column> own = own_columns(problem_, best.state, expected(problem_, best.state));
+      std::optional<Fit> maps = maps_instead(best, own);
+      if (maps && bic(best_.fit) - bic(*maps) >= sets.front().merit) return maps;
     }
     if (bic(best) == before) break;
     reference.state.variances = best.state.variances;
