@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The report of a campaign in which effects are hidden.
+#pragma once
+
+#include "tests/hidden_effects/campaign.hpp"
+#include "tests/program.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+struct HiddenReport {
+  nlohmann::json json;
+  std::string model;  ///< the text of model.yaml
+};
+
+/// Hides effects at their typical sizes in design B, and searches. @param options of `tofgraph diagnose`
+inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
+                              const std::string& options = "") {
+  const tests::TemporaryFolder folder;
+  CampaignOptions campaign;
+  campaign.seed = seed;
+  campaign.folder = folder.path() / "campaign";
+  for (const std::string& effect : effects) campaign.effects.add_text(effect, 1, seed);
+  make_campaign(campaign);
+  const tests::Outcome outcome = tests::shell(
+      "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found " + options,
+      folder.path());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return {nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json")),
+          tests::read_text(folder.path() / "found/model.yaml")};
+}
+
+inline std::set<std::string> names_in(const nlohmann::json& report) {
+  std::set<std::string> names;
+  for (const auto& effect : report.at("effects")) names.insert(effect.at("name"));
+  return names;
+}
+
+}  // namespace tofgraph::hidden
