@@ -11,12 +11,18 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// The only one that was found is the truth, or cannot be told from it.
+/// All that was found is the truth, or cannot be told from it.
 bool right(const SearchResult& result, const Candidate& truth) {
-  if (result.found.size() != 1) return false;
-  const Found& found = result.found.front();
-  return &found.candidate->root() == &truth ||
-         std::ranges::any_of(found.rivals, [&](const Rival& r) { return r.tied && r.candidate == &truth; });
+  const auto is_right = [&](const Found& found) {
+    return &found.candidate->root() == &truth ||
+           std::ranges::any_of(found.rivals, [&](const Rival& r) { return r.tied && r.candidate == &truth; });
+  };
+  const auto stands_alone = [&](const Found& found) {
+    return std::ranges::none_of(found.rivals,
+                                [&](const Rival& r) { return r.tied && r.of_several() && r.candidate == &truth; });
+  };
+  if (result.found.empty() || !std::ranges::all_of(result.found, is_right)) return false;
+  return result.found.size() == 1 || std::ranges::none_of(result.found, stands_alone);
 }
 
 }  // namespace

@@ -211,6 +211,7 @@ class Run {
         effect.rivals = found.rivals;
         for (const Rival& rival : found.rivals) {
           if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
+          if (rival.tied && rival.of_several()) effect.experiment = rival.candidate->border().experiment;
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;

@@ -8,6 +8,7 @@
 #include "diagnosis/patterns.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,16 +17,16 @@ namespace tofgraph::diagnosis {
 /// Another effect in the place of one that was found, or of several.
 struct Rival {
   const Candidate* candidate = nullptr;
-  std::vector<std::string> in_place_of = {};  ///< names of what was found, itself among them
-  double deviance = 0;                        ///< more than with the one that was found
-  double bic = 0;                             ///< likewise
-  bool tied = false;                          ///< these data cannot tell which of the two it is
-  State state = {};                           ///< of the model with it, fitted
-  std::optional<std::size_t> untold = {};     ///< of its parameters, a shape that these data do not tell
+  std::vector<std::string> in_place_of;    ///< names of what was found, itself among them
+  double deviance = 0;                     ///< more than with the one that was found
+  double bic = 0;                          ///< likewise
+  bool tied = false;                       ///< these data cannot tell which of the two it is
+  State state = {};                        ///< of the model with it, fitted
+  std::optional<std::size_t> untold = {};  ///< of its parameters, a shape that these data do not tell
 
   bool of_several() const { return in_place_of.size() > 1; }
   /// Whether it is to be told beside this one of those that it takes the place of: once.
-  bool is_told_at(const std::string& name) const { return in_place_of.empty() || in_place_of.front() == name; }
+  bool is_told_at(const std::string& name) const { return in_place_of.front() == name; }
 };
 
 /// A candidate that comes near to what is left.
@@ -56,5 +57,9 @@ struct Found {
   /// Its own, and of those that it cannot be told from.
   std::vector<std::string> names() const;
 };
+
+/// Whether two models differ by these effects of the one and that of the other alone.
+bool beside_the_same(const State& one, std::span<const std::string> effects, const State& other,
+                     const std::string& its);
 
 }  // namespace tofgraph::diagnosis

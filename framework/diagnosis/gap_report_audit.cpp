@@ -15,7 +15,7 @@ namespace {
 
 /// "wiggling from rail_scale", or what the question of one effect is.
 std::string question(const NextCondition& next) {
-  if (next.effects.size() > 1) return fmt::format("{}", fmt::join(next.effects, " from "));
+  if (next.effects.size() > 1) return sides_of(next, " from ");
   return asked_of(next.effects.front(), next.value);
 }
 
@@ -155,7 +155,8 @@ void add_next(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const NextCondition& next : d.next) {
     if (tells(next))
-      rows.push_back({question(next), setting_of(next), sigmas(next.sigma) + " sd", sigmas(next.measured_sigma) + " sd",
+      rows.push_back({question(next), setting_of(next), sigmas(next) + " sd",
+                      fmt::format("{:.1f} sd", next.measured_sigma),
                       shown(next.difference, next.observable, 2) + " of " + label(next.observable)});
   }
   if (rows.empty() && silent.advice.empty()) return;

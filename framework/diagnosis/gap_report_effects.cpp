@@ -109,7 +109,7 @@ std::string deviance_text(double deviance) {
 }
 
 /// What a rival's model has more than the extended model, over the distance.
-std::string apart(const ReportData& data, const EffectResult& e, const Rival& rival) {
+std::string apart(const ReportData& data, const Rival& rival) {
   const Column change =
       difference(expected(data.at_the_end, rival.state), expected(data.at_the_end, data.d.search.after.state));
   const auto sigma = differences_in_sigma(data.at_the_end, {{}, data.d.search.after.state, rival.state, {}});
@@ -125,12 +125,13 @@ std::string apart(const ReportData& data, const EffectResult& e, const Rival& ri
                                         report::plain(mean(depths), 3, true), report::plain(sigma[i], 2)),
                             i});
   }
-  return report::chart({.title = rival.candidate->name() + " minus " + e.name,
-                        .x_label = "distance of the board / m",
-                        .y_label = "difference of the expected distances / mm",
-                        .series = {points},
-                        .with_zero = true},
-                       560);
+  return report::chart(
+      {.title = fmt::format("{} minus {}", rival.candidate->name(), fmt::join(rival.in_place_of, " with ")),
+       .x_label = "distance of the board / m",
+       .y_label = "difference of the expected distances / mm",
+       .series = {points},
+       .with_zero = true},
+      560);
 }
 
 }  // namespace
@@ -199,7 +200,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
       if (!rival.is_told_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),
                       deviance_text(rival.deviance), rival.tied ? "cannot be told apart (a tie)" : "worse"});
-      if (rival.tied || worse == 1) pictures.push_back(apart(data, e, rival));
+      if (rival.tied || worse == 1) pictures.push_back(apart(data, rival));
     }
   }
   if (rows.empty()) return;

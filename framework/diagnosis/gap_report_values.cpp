@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace tofgraph::diagnosis {
 
@@ -85,9 +86,15 @@ std::string asked_of(const std::string& effect, const std::string& value) {
   return (value.empty() ? "whether there is " : "the " + value + " of ") + effect;
 }
 
-std::string sigmas(double sigma) {
+std::string sigmas(const NextCondition& next) {
   constexpr int beyond_doubt = 100;
-  return sigma > beyond_doubt ? fmt::format("more than {}", beyond_doubt) : fmt::format("{:.1f}", sigma);
+  const bool says_nothing_more = next.sigma > beyond_doubt && next.measured_sigma < beyond_doubt;
+  return says_nothing_more ? fmt::format("more than {}", beyond_doubt) : fmt::format("{:.1f}", next.sigma);
+}
+
+std::string sides_of(const NextCondition& next, const char* between) {
+  return fmt::format("{}{}{}", fmt::join(std::span(next.effects).first(next.effects.size() - 1), " with "), between,
+                     next.effects.back());
 }
 
 std::string sentence(const NextCondition& next) {
@@ -96,19 +103,18 @@ std::string sentence(const NextCondition& next) {
         "None of {} conditions tells {}: in the best one the models differ by {:.1f} standard deviations of one "
         "condition.",
         next.candidates,
-        next.effects.size() > 1 ? fmt::format("{} apart", fmt::join(next.effects, " and "))
-                                : asked_of(next.effects.front(), next.value),
+        next.effects.size() > 1 ? sides_of(next, " and ") + " apart" : asked_of(next.effects.front(), next.value),
         next.sigma);
   const std::string models =
-      next.effects.size() > 1 ? fmt::format("{} differ", fmt::join(next.effects, " and "))
+      next.effects.size() > 1 ? sides_of(next, " and ") + " differ"
       : !next.value.empty()
           ? fmt::format("{} with a small {} and with a large one differ", next.effects.front(), next.value)
           : fmt::format("the model and the one with {} at half its typical size differ", next.effects.front());
   return fmt::format(
       "Measure a {}: there {} by {} standard deviations of one condition ({} of {}, root mean square); in the "
-      "conditions measured so far by {} at most.",
-      setting_of(next), models, sigmas(next.sigma), shown(next.difference, next.observable, 2), label(next.observable),
-      sigmas(next.measured_sigma));
+      "conditions measured so far by {:.1f} at most.",
+      setting_of(next), models, sigmas(next), shown(next.difference, next.observable, 2), label(next.observable),
+      next.measured_sigma);
 }
 
 double mean(const std::vector<double>& values) {

@@ -33,8 +33,11 @@ std::string setting_of(const io::Condition& condition);
 /// Likewise, and how long the camera was on.
 std::string setting_of(const NextCondition& next);
 
-/// Standard deviations, without numbers that say nothing more: "3.1", "more than 100".
-std::string sigmas(double sigma);
+/// Standard deviations between two models, without numbers that say nothing more: "3.1"; "more than 100" where the
+/// campaign has less.
+std::string sigmas(const NextCondition& next);
+/// "zero_offset with integration_time_offset" and what may stand for them. @param between the two: " from "
+std::string sides_of(const NextCondition& next, const char* between);
 /// What is asked of one effect: "whether there is warm_up", "the time_constant of warm_up".
 /// @param value empty: whether it is there at all
 std::string asked_of(const std::string& effect, const std::string& value = "");

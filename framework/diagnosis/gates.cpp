@@ -69,9 +69,10 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
                           : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
   if (!term.maps) {
     // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
-    // likelihood compares the two.
-    const bool sure =
-        left.square <= diagnosis::explained * left.freedom && found.gain - score.dimension > certain * score.stays;
+    // likelihood compares the two; not beside shapes of boards, which stay as they are without the piece.
+    const bool nothing_left = left.square <= diagnosis::explained * left.freedom && !problem_.allowed.boards;
+    const double parameters = static_cast<double>(values_of(term, piece).size());
+    const bool sure = nothing_left && found.gain - parameters > certain * score.stays;
     score.p_value = std::max(chance(best, less, score), sure ? 0.0 : score.p_value);
   }
   found.p_value = score.p_value;

@@ -70,6 +70,11 @@ void note_means(const State& state, std::vector<std::string>& notes) {
   }
 }
 
+std::string as_well(const std::string& found, const std::string& others, const std::string& experiment) {
+  const std::string advice = experiment.empty() ? "" : fmt::format(" What does: {}.", experiment);
+  return fmt::format("{} may be {} as well: these data do not tell.{}", found, others, advice);
+}
+
 }  // namespace
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
@@ -80,17 +85,14 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
     std::vector<std::string> tied;
     for (const Rival& rival : found.rivals) {
       if (!rival.tied) continue;
-      if (!rival.of_several())
-        tied.push_back(rival.candidate->name());
-      else if (rival.is_told_at(found.name))
-        notes.push_back(fmt::format("{} together may be {} as well: these data do not tell. What does: {}.",
-                                    fmt::join(rival.in_place_of, " and "), rival.candidate->name(),
-                                    rival.candidate->border().experiment));
+      if (!rival.of_several()) tied.push_back(rival.candidate->name());
+      if (rival.of_several() && rival.is_told_at(found.name))
+        notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
+                                rival.candidate->name(), rival.candidate->border().experiment));
     }
-    const std::string& experiment = found.candidate->border().experiment;
-    if (!tied.empty() && !experiment.empty())
-      notes.push_back(fmt::format("{} may be {} as well: these data do not tell. What does: {}.", found.name,
-                                  fmt::join(tied, " or "), experiment));
+    if (!tied.empty())
+      notes.push_back(
+          as_well(found.name, fmt::format("{}", fmt::join(tied, " or ")), found.candidate->border().experiment));
   }
   if (!problem.light_seen() && !problem.targets.empty()) {
     std::string values;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <set>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -62,18 +61,6 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
     }
   }
   return questions;
-}
-
-/// Whether two models differ by these effects of each alone: nothing was dropped since they were fitted.
-bool beside_the_same(const State& state, const std::vector<std::string>& effects, const State& other,
-                     const std::string& its) {
-  const auto others = [](const State& of, const std::vector<std::string>& but) {
-    std::multiset<std::string> names;
-    for (const Term& term : of.terms) names.insert(term.candidate->name());
-    for (const std::string& name : but) names.erase(name);
-    return names;
-  };
-  return others(state, effects) == others(other, {its});
 }
 
 /// A model with a value that these data do not tell, and the others that suit it; that one stays.
@@ -154,7 +141,7 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
     }
   }
   for (const Found& one : dropped) {
-    if (!one.untold || !beside_the_same(state, {one.name}, one.untold->state, one.name)) continue;
+    if (!one.untold || !beside_the_same(state, {&one.name, 1}, one.untold->state, one.name)) continue;
     if (std::optional<Question> question = value_question(problem, one)) questions.push_back(*std::move(question));
   }
   for (const Visibility& seen : audit.effects) {

@@ -24,6 +24,15 @@ constexpr double rival_share = 0.5;    ///< likewise, to take the place of one t
 constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
 constexpr double hardly = 0.01;        ///< of the gain of the best generic pattern: less is not near
 
+/// An effect of which a shape is not told, and the set that explains as much in its place.
+struct StoodFor {
+  Found found;
+  Fit fit;  ///< with it
+  std::vector<std::string> by;
+
+  const std::string& name() const { return found.name; }
+};
+
 class Search : private Selection {
  public:
   Search(const Problem& problem, const std::vector<Term>& model,
@@ -53,6 +62,8 @@ class Search : private Selection {
     }
     if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
     look_at_rest();
+    for (StoodFor& stood : stood_for_)
+      if (!stands(stood)) result_.dropped.push_back(std::move(stood.found));
     std::erase_if(result_.dropped, [&](const Found& tried) {  // what came back is not what was dropped
       const auto is = [&](const Found& one) { return one.name == tried.name; };
       return std::ranges::any_of(result_.found, is) || std::ranges::any_of(result_.refinements, is);
@@ -186,8 +197,9 @@ class Search : private Selection {
       if (silence.why.empty()) continue;
       note({"valued", {found.name}, {}, silence.why});
       if (silence.shape && rest < explained) {
-        if (stand_in_for(*found.candidate, *silence.shape)) return true;
         found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
+        found.refutation = silence.why;
+        if (stand_in_for({found, best().fit, {}})) return true;
       }
       found.refutation = silence.why;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
@@ -196,16 +208,18 @@ class Search : private Selection {
     return false;
   }
 
-  bool stand_in_for(const Candidate& one, std::size_t shape) {
-    say(fmt::format("looking for others in the place of {}", one.name()));
-    const Fit with = best().fit;
-    if (!exchange(one)) return false;
-    StoodFor stood{&one, with, shape, {}};
+  /// @param stood all but the others @returns whether there are others that explain as much
+  bool stand_in_for(StoodFor stood) {
+    say(fmt::format("looking for others in the place of {}", stood.name()));
+    const bool found = exchange(*stood.found.candidate);
     for (const Term& term : terms())
-      if (!is_in(with.state, *term.candidate)) stood.by.push_back(term.candidate->name());
-    note({"exchanged", stood.by, {{"bic_rise", bic(best().fit) - bic(with)}}, "as good as " + one.name()});
-    stood_for_.push_back(std::move(stood));
-    return true;
+      if (!is_in(stood.fit.state, *term.candidate)) stood.by.push_back(term.candidate->name());
+    note({"exchanged",
+          found ? stood.by : std::vector{stood.name()},
+          {{"bic_rise", found ? bic(best().fit) - bic(stood.fit) : NAN}},
+          found ? "as good as " + stood.name() : "others do not explain as much: all stays as it was"});
+    if (found) stood_for_.push_back(std::move(stood));
+    return found;
   }
 
   /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too: in the
@@ -262,12 +276,13 @@ class Search : private Selection {
                    hardly_differ(problem(), best().fit.state, fit.state, tie_limit);
       found.rivals.push_back(rival);
     }
-    if (const StoodFor* const stood = stood_for_by(found.name)) {
-      const Candidate* const other = &stood->candidate->root();
+    for (const StoodFor& stood : stood_for_) {
+      if (!stands(stood) || std::ranges::find(stood.by, found.name) == stood.by.end()) continue;
+      const Candidate* const other = &stood.found.candidate->root();
       std::erase_if(found.rivals, [&](const Rival& rival) { return rival.candidate == other; });
       found.rivals.insert(found.rivals.begin(),
-                          {other, stood->by, stood->fit.deviance - best().fit.deviance,
-                           bic(stood->fit) - bic(best().fit), true, stood->fit.state, stood->shape});
+                          {other, stood.by, stood.fit.deviance - best().fit.deviance, bic(stood.fit) - bic(best().fit),
+                           true, stood.fit.state, stood.found.untold->shape});
     }
   }
 
@@ -296,23 +311,8 @@ class Search : private Selection {
     std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::capture);
   }
 
-  /// An effect whose values are not told, and the set that explains as much in its place.
-  struct StoodFor {
-    const Candidate* candidate;
-    Fit fit;            ///< with it
-    std::size_t shape;  ///< of its parameters, that is not told
-    std::vector<std::string> by;
-  };
-
-  /// What one of those that were found stands for, together with others that are all there; nullptr: nothing.
-  const StoodFor* stood_for_by(const std::string& name) const {
-    const auto is_there = [&](const std::string& one) {
-      return std::ranges::any_of(terms(), [&](const Term& term) { return term.candidate->name() == one; });
-    };
-    const auto found = std::ranges::find_if(stood_for_, [&](const StoodFor& stood) {
-      return std::ranges::find(stood.by, name) != stood.by.end() && std::ranges::all_of(stood.by, is_there);
-    });
-    return found == stood_for_.end() ? nullptr : &*found;
+  bool stands(const StoodFor& stood) const {
+    return beside_the_same(best().fit.state, stood.by, stood.fit.state, stood.name());
   }
 
   const std::vector<Term>& model_;

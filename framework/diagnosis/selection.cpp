@@ -166,10 +166,16 @@ bool Selection::grown_without(const Candidate& one, double promised, double limi
 }
 
 bool Selection::exchange(const Candidate& one) {
+  if (problem_.allowed.boards) return false;  // with other boards there is no comparison
   Kept before = kept();
+  const std::vector<Term> those = terms();
+  const auto stays = [&](const Term& term) {
+    return term.candidate == &one || is_in(best_.fit.state, *term.candidate);
+  };
   exchanged_.push_back(&one.root());
   try {
-    if (grown_without(one, 0, worth)) return true;
+    if (grown_without(one, 0, worth) && terms().size() >= those.size() && std::ranges::all_of(those, stays))
+      return true;
   } catch (const simulation::EffectError&) {  // without it the others give no number
   }
   exchanged_.pop_back();

@@ -47,7 +47,8 @@ class Selection {
   const Base& without(const Piece& piece);
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);
-  /// Others in the place of an effect, where these explain as much; it is not added again. @returns whether they do
+  /// Others in the place of an effect, beside all that is there, where these explain as much; it is not added again.
+  /// @returns whether they do
   bool exchange(const Candidate& one);
   /// Fits exactly, by every pixel.
   void settle();

@@ -60,7 +60,7 @@ std::optional<Fit> Selection::good_maps() {
   note({"maps",
         {maps->trial.candidate->name()},
         {{"gain", best_.fit.deviance - fit.deviance}, {"bic_fall", bic(best_.fit) - bic(fit)}},
-        why.empty() ? "taken" : why});
+        why.empty() ? "worth it" : why});
   return why.empty() ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
 }
 

@@ -100,18 +100,25 @@ std::string not_known(const Diagnosis& d) {
                      shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
-/// "wiggling", "crosstalk (or static_reflection)", or "zero_offset with integration_time_offset (or warm_up)" for the
-/// first of several that another one may stand for; for the others nothing.
+/// "wiggling", "crosstalk (or static_reflection)"; of several that another one may stand for "zero_offset with
+/// integration_time_offset (or warm_up)" at the first of them, and at the others nothing but what they have of their
+/// own.
 std::string with_ties(const EffectResult& effect) {
-  std::string text = effect.name;
-  std::vector<std::string> others;
+  std::vector<std::string> own;
+  std::string together;
+  bool told = false;
   for (const Rival& rival : effect.rivals) {
     if (!rival.tied) continue;
-    if (!rival.is_told_at(effect.name)) return "";
-    if (rival.of_several()) text = fmt::format("{}", fmt::join(rival.in_place_of, " with "));
-    others.push_back(rival.candidate->name());
+    if (!rival.of_several())
+      own.push_back(rival.candidate->name());
+    else if (rival.is_told_at(effect.name))
+      together = fmt::format("{} (or {})", fmt::join(rival.in_place_of, " with "), rival.candidate->name());
+    else
+      told = true;
   }
-  return others.empty() ? text : fmt::format("{} (or {})", text, list_of(others));
+  const std::string alone = own.empty() ? effect.name : fmt::format("{} (or {})", effect.name, list_of(own));
+  if (together.empty()) return told && own.empty() ? "" : alone;
+  return own.empty() ? together : together + ", " + alone;
 }
 
 std::string outcome(const Diagnosis& d) {

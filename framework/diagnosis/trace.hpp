@@ -10,8 +10,8 @@
 namespace tofgraph::diagnosis {
 
 struct Step {
-  std::string what;                  ///< ranked, fitted, maps, taken out, allowed, questioned, valued, proved
-  std::vector<std::string> effects;  ///< that it was done with, "effect.parameter" for refinements
+  std::string what;  ///< ranked, fitted, maps, taken out, allowed, questioned, valued, exchanged, proved
+  std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
   std::string outcome;
 };

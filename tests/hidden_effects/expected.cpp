@@ -13,8 +13,12 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <random>
 
 namespace {
@@ -35,11 +39,11 @@ enum class Outcome { best, as_good, not_shown, better, missed, failed };
 
 constexpr std::array<std::pair<const char*, const char*>, 6> outcomes = {{
     {"best", "the hidden pair is what is selected"},
-    {"as_good", "another set, and no data tell the two apart (10 of deviance)"},
+    {"as_good", "another set, which explains as much (within 10 of deviance or BIC)"},
     {"not_shown", "one of the pair or none: what is missing would not lower BIC by 10"},
     {"better", "another set, which explains more than the hidden pair"},
     {"missed", "another set, and the hidden pair explains more"},
-    {"failed", "no fit of the hidden pair: it has a map that is not known"},
+    {"failed", "another set; of the hidden pair there is no fit, as it has a map or gives no number"},
 }};
 
 using Names = std::vector<std::string>;
@@ -142,7 +146,11 @@ Result try_pair(const Asked& asked, const Names& pair, std::uint64_t seed,
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   const Measurements measurements = measure(campaign, {});
   std::filesystem::remove_all(options.folder);
-  return select(make_problem(*measurements.design, measurements.observations), options.effects, candidates);
+  try {
+    return select(make_problem(*measurements.design, measurements.observations), options.effects, candidates);
+  } catch (const simulation::EffectError&) {
+    return {};
+  }
 }
 
 void run(const Asked& asked) {
