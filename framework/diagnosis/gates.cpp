@@ -67,12 +67,12 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
   const InLightOf there(problem_, less);
   Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
                           : score_of(problem_, less.fit, less.columns, direction, flips_, seed_);
+  const bool nothing_left = left.square <= diagnosis::explained * left.freedom;
   if (!term.maps) {
     // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
     // likelihood compares the two; not beside shapes of boards, which stay as they are without the piece.
-    const bool nothing_left = left.square <= diagnosis::explained * left.freedom && !problem_.allowed.boards;
     const double parameters = static_cast<double>(values_of(term, piece).size());
-    const bool sure = nothing_left && found.gain - parameters > certain * score.stays;
+    const bool sure = nothing_left && !problem_.allowed.boards && found.gain - parameters > certain * score.stays;
     score.p_value = std::max(chance(best, less, score), sure ? 0.0 : score.p_value);
   }
   found.p_value = score.p_value;
@@ -83,8 +83,9 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
     found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", problem_.run_length());
   } else if (!significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
-  } else if (importance(problem_, group.columns[0]) <= 1) {
-    found.refutation = too_small;
+  } else if (importance(problem_, group.columns[0]) <= 1 &&
+             !(nothing_left && left_of(problem_, less.fit, less.columns) >= diagnosis::explained)) {
+    found.refutation = too_small;  // unless the data ask for it: without it something is left, with it nothing
   } else if (found.capture < least_capture) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
   }
