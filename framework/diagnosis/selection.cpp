@@ -117,8 +117,11 @@ void Selection::add_all() {
     const auto having = forms_of(terms());
     const Allowances allowed = problem_.allowed;
     if (!add_best()) break;
-    if (std::optional<Fit> maps = first ? maps_instead(best_.fit, best_.columns) : std::nullopt)
-      try_refine(std::move(maps->state));
+    if (std::optional<Fit> maps = first ? maps_instead(best_.fit, best_.columns) : std::nullopt) {
+      std::optional<Fit> next = leap();  // one effect more may do what maps do
+      const bool more = next && bic(*next) < bic(*maps);
+      try_refine(std::move((more ? next : maps)->state));
+    }
     drop_needless();
     // What was added came out again, as maps took over what it did: so it would for ever.
     const bool allows_more = problem_.allowed.residue != allowed.residue || !problem_.allowed.boards != !allowed.boards;
