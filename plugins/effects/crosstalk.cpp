@@ -9,7 +9,7 @@ namespace tofgraph {
 struct Crosstalk final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
-      .confused_with = "amplitude_walk stray_light",
+      .confused_with = "amplitude_walk static_reflection stray_light",
       .experiment = "a capped lens or a black target; a series of reflectivities over more than half of the range"};
   Param<double> real{this,
                      "real",
