@@ -11,18 +11,15 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// All that was found is the truth, or cannot be told from it.
+/// The only one that was found is the truth, or cannot be told from it; or several that it may stand for.
 bool right(const SearchResult& result, const Candidate& truth) {
+  const bool alone = result.found.size() == 1;
   const auto is_right = [&](const Found& found) {
-    return &found.candidate->root() == &truth ||
-           std::ranges::any_of(found.rivals, [&](const Rival& r) { return r.tied && r.candidate == &truth; });
+    return (alone && &found.candidate->root() == &truth) || std::ranges::any_of(found.rivals, [&](const Rival& rival) {
+             return rival.tied && rival.candidate == &truth && (alone || rival.of_several());
+           });
   };
-  const auto stands_alone = [&](const Found& found) {
-    return std::ranges::none_of(found.rivals,
-                                [&](const Rival& r) { return r.tied && r.of_several() && r.candidate == &truth; });
-  };
-  if (result.found.empty() || !std::ranges::all_of(result.found, is_right)) return false;
-  return result.found.size() == 1 || std::ranges::none_of(result.found, stands_alone);
+  return !result.found.empty() && std::ranges::all_of(result.found, is_right);
 }
 
 }  // namespace

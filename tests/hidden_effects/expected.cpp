@@ -4,7 +4,7 @@
 // the hidden one, and where it is not, whether the hidden one would have explained more.
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/selection.hpp"
-#include "graph/plugin.hpp"
+#include "tests/hidden_effects/candidates.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
 
@@ -47,14 +47,6 @@ constexpr std::array<std::pair<const char*, const char*>, 6> outcomes = {{
 }};
 
 using Names = std::vector<std::string>;
-
-std::vector<std::unique_ptr<Candidate>> all_candidates() {
-  const graph::PluginRegistry catalogue(graph::plugin_path({}));
-  std::vector<std::unique_ptr<Candidate>> candidates;
-  for (const graph::PluginFile& file : catalogue.files())
-    if (file.kind == "effect") candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
-  return candidates;
-}
 
 /// All pairs in a random order, so that any number of the first is a fair sample.
 std::vector<Names> all_pairs(std::uint64_t seed) {
@@ -154,7 +146,7 @@ Result try_pair(const Asked& asked, const Names& pair, std::uint64_t seed,
 }
 
 void run(const Asked& asked) {
-  const auto candidates = all_candidates();
+  const auto candidates = hidden::candidates_but("");
   const std::vector<Names> pairs = asked.effects.empty() ? all_pairs(asked.seed) : std::vector<Names>{asked.effects};
   std::array<int, outcomes.size()> counts{};
   std::size_t tried = 0;

@@ -7,7 +7,7 @@
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/probes.hpp"
 #include "diagnosis/validation.hpp"
-#include "graph/plugin.hpp"
+#include "tests/hidden_effects/candidates.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
 
 #include <fmt/format.h>
@@ -73,15 +73,6 @@ class File {
 
   hid_t id_;
 };
-
-std::vector<std::unique_ptr<Candidate>> candidates_but(const std::string& without) {
-  const graph::PluginRegistry catalogue(graph::plugin_path({}));
-  std::vector<std::unique_ptr<Candidate>> candidates;
-  for (const graph::PluginFile& file : catalogue.files())
-    if (file.kind == "effect" && file.name != without)
-      candidates.push_back(std::make_unique<Candidate>(catalogue.load(file)));
-  return candidates;
-}
 
 /// What the search takes for noise between conditions, as a direction in the rows of each.
 template <class Response> Column directions(const Design& design, const Response& response) {
@@ -168,7 +159,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   const Measurements measurements = measure(campaign, {});
   const Design& design = *measurements.design;
-  const auto candidates = candidates_but(without);
+  const auto candidates = hidden::candidates_but(without);
   Problem problem = make_problem(design, measurements.observations);
   State state{{}, first_light(problem), {}};
   correct(problem, state);

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a search may find, for programs of the bench that ask framework/diagnosis directly.
+#pragma once
+
+#include "diagnosis/candidate.hpp"
+#include "graph/plugin.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+/// All effects on the plugin path but one. @param without its name; "" leaves none out
+inline std::vector<std::unique_ptr<diagnosis::Candidate>> candidates_but(const std::string& without) {
+  const graph::PluginRegistry catalogue(graph::plugin_path({}));
+  std::vector<std::unique_ptr<diagnosis::Candidate>> candidates;
+  for (const graph::PluginFile& file : catalogue.files())
+    if (file.kind == "effect" && file.name != without)
+      candidates.push_back(std::make_unique<diagnosis::Candidate>(catalogue.load(file)));
+  return candidates;
+}
+
+}  // namespace tofgraph::hidden
