@@ -65,8 +65,7 @@ std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects,
                                           const std::vector<std::unique_ptr<Candidate>>& candidates) {
   std::vector<Term> terms;
   for (const auto& [name, values] : effects.all()) {
-    const auto found =
-        std::ranges::find_if(candidates, [&](const auto& candidate) { return candidate->name() == name; });
+    const auto found = std::ranges::find(candidates, name, [](const auto& candidate) { return candidate->name(); });
     if (found == candidates.end() || !(*found)->maps().empty()) return std::nullopt;
     const Candidate* one = found->get();
     for (std::size_t r = 0; r < (*found)->refinements().size(); ++r) {
