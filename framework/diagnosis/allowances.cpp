@@ -156,7 +156,7 @@ void Selection::grow_from_boards() {
   if (const std::optional<Fit> next = leap(at_least * boards.gain);
       next && left_of(problem_, *next, own_columns(problem_, next->state, expected(problem_, next->state))) < explained)
     return;
-  if (const std::optional<MapTrial> maps = maps_alone(); maps && maps->left < explained) return;
+  if (const std::optional<MapTrial> maps = maps_alone(explained); maps && maps->left < explained) return;
   Kept before = kept();
   any_boards_ = true;
   if (allow_boards(boards.boards)) add_all();

@@ -80,6 +80,13 @@ Response response(const Problem& problem, const State& state, const Candidate& c
   return result;
 }
 
+/// Of maps that a state has.
+Response response_of(const Problem& problem, State state, std::size_t term) {
+  const Term one = std::move(state.terms[term]);
+  state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
+  return response(problem, state, *one.candidate, parameters_of(*one.maps));
+}
+
 std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response& response, const Score& score) {
   const std::size_t n = problem.design.superpixels();
   std::vector<EstimatedMaps::Map> maps;
@@ -166,9 +173,7 @@ State corrected(const Problem& problem, State state, std::size_t term) {
   std::vector<Column> own = own_columns(problem, state, rows);
   const std::size_t scale = first_parameter(state, term);
   own.erase(own.begin() + static_cast<std::ptrdiff_t>(scale));  // it is the maps' own
-  State without = state;
-  without.terms.erase(without.terms.begin() + static_cast<std::ptrdiff_t>(term));
-  const Response answer = response(problem, without, *before.candidate, parameters_of(*before.maps));
+  const Response answer = response_of(problem, state, term);
   const Score now = score_of(problem, fit, own, answer.group, 0, 0);
   const double factor = before.values.front() / before.candidate->free().front().typical;
   std::vector<EstimatedMaps::Map> maps = before.maps->maps();
@@ -256,6 +261,23 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
     if (state.terms[t].maps) state = corrected(aside, std::move(state), t);
   }
   return state;
+}
+
+std::vector<Column> map_columns(const Problem& problem, const State& state) {
+  std::vector<Column> columns;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    if (state.terms[t].maps)
+      std::ranges::move(response_of(problem, state, t).group.columns, std::back_inserter(columns));
+  }
+  return columns;
+}
+
+Fit fit_roughly_with_maps(const Problem& problem, State start, std::span<const double> weight) {
+  if (!has_maps(start)) return fit_roughly(problem, std::move(start), weight);
+  const auto following = [&](State state) {
+    return fit_roughly(problem, with_maps_of(problem, std::move(state), weight), weight);
+  };
+  return improved(following(std::move(start)), corrections, settled_maps, following);
 }
 
 Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight) {

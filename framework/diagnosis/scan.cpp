@@ -204,11 +204,14 @@ double chance_of(const Score& one, const Score& score, std::span<const std::vect
 }
 
 Scanner::Scanner(const Problem& problem, const State& state, std::span<const Column> own,
-                 std::span<const Group* const> groups)
-    : problem_(problem), own_(own.size()), groups_(groups.size()), products_(problem.data.size()) {
+                 std::span<const Group* const> groups, std::span<const Column> maps)
+    : problem_(problem),
+      own_(own.size() + maps.size() * problem.design.superpixels()),
+      groups_(groups.size()),
+      products_(problem.data.size()) {
   const auto rows = expected(problem, state);
   tbb::parallel_for(std::size_t{0}, rows.size(),
-                    [&](std::size_t i) { products_[i] = products_of(problem, rows[i], own, groups, i); });
+                    [&](std::size_t i) { products_[i] = products_of(problem, rows[i], own, maps, groups, i); });
 }
 
 Scanner::~Scanner() = default;

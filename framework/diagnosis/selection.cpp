@@ -96,7 +96,10 @@ bool Selection::add_best() {
     std::optional<Fit> maps = good_maps();
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
-  if (!beaten()) return try_refine(std::move(next->state)).empty();
+  if (!beaten()) {
+    const std::size_t barred = barred_.size();
+    return try_refine(std::move(next->state)) || (barred_.size() > barred && add_best());
+  }
   if (!residue.residue) return false;
   Allowances more = problem_.allowed;
   more.residue = std::move(residue.residue), more.runs = std::move(residue.runs);
@@ -175,13 +178,13 @@ bool Selection::exchange(const Candidate& one) {
   const auto stays = [&](const Term& term) {
     return term.candidate == &one || is_in(best_.fit.state, *term.candidate);
   };
-  exchanged_.push_back(&one.root());
+  barred_.push_back(&one.root());
   try {
     if (grown_without(one, 0, worth) && terms().size() >= those.size() && std::ranges::all_of(those, stays))
       return true;
   } catch (const simulation::EffectError&) {  // without it the others give no number
   }
-  exchanged_.pop_back();
+  std::erase(barred_, &one.root());
   restore(std::move(before));
   return false;
 }
@@ -199,7 +202,7 @@ void Selection::drop_needless() {
     }
     if (least == nullptr) return;
     note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best_.fit)}}, "not worth its parameters"});
-    if (!try_refine(least->state).empty()) return;
+    if (!try_refine(least->state)) return;
   }
 }
 
@@ -210,15 +213,19 @@ void Selection::refine(State state) {
   settle_boards();
 }
 
-/// As refine(); where an effect cannot do its images all stays as it was. @returns why not, or ""
-std::string Selection::try_refine(State state) {
+/// As refine(); where an effect cannot do its images all stays as it was, and if it was new it is not tried again.
+/// @returns whether it can
+bool Selection::try_refine(State state) {
   Kept before = kept();
   try {
     refine(std::move(state));
-    return "";
+    return true;
   } catch (const simulation::EffectError& error) {
     restore(std::move(before));
-    return error.what();
+    note({"fitted", {error.effect}, {}, error.what()});
+    for (const auto& candidate : candidates_)
+      if (candidate->name() == error.effect && !is_in(best_.fit.state, *candidate)) barred_.push_back(candidate.get());
+    return false;
   }
 }
 

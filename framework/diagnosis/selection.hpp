@@ -93,7 +93,7 @@ class Selection {
                                 const Eigen::MatrixXd& information) const;
   std::optional<MapTrial> maps_on(const Base& base);
   bool residue_does_more(const Base& base, const Fit& maps) const;
-  std::optional<MapTrial> maps_alone();
+  std::optional<MapTrial> maps_alone(double enough);
   std::optional<Fit> good_maps();
   std::optional<Fit> maps_instead(const Fit& added, std::span<const Column> own);
   void grow_from_maps();
@@ -102,7 +102,7 @@ class Selection {
   void add_all();
   void drop_needless();
   void refine(State state);
-  std::string try_refine(State state);
+  bool try_refine(State state);
   bool look_at_conditions();
   bool allow_boards(std::shared_ptr<const Boards> boards);
   BoardTrial boards_beside(const State& state);
@@ -120,7 +120,7 @@ class Selection {
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   const SearchOptions& options_;
   std::map<std::string, std::string> refused_;
-  std::vector<const Candidate*> exchanged_;  ///< roots
+  std::vector<const Candidate*> barred_;  ///< roots that are not tried: exchanged, or they gave no number
   std::vector<double> weight_;
   Base original_, best_;
   std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -26,11 +27,12 @@ bool Selection::residue_does_more(const Base& base, const Fit& maps) const {
   return !problem_.allowed.residue && residue_of(problem_, base.fit).gain > bic(base.fit) - bic(maps);
 }
 
-/// In the place of all that was found: those of one effect, and beside them those of others while these are worth it.
-std::optional<MapTrial> Selection::maps_alone() {
+/// In the place of all that was found: those of one effect, and beside them those of others while these are worth it
+/// and more than enough is left.
+std::optional<MapTrial> Selection::maps_alone(double enough) {
   const InLightOf there(problem_, original_);
   std::optional<MapTrial> maps = maps_on(original_);
-  while (maps) {
+  while (maps && maps->left > enough) {
     const Fit& fit = maps->trial.fit;
     std::optional<MapTrial> more =
         maps_on({fit, own_columns(problem_, fit.state, expected(problem_, fit.state)), original_.brightening});
@@ -48,7 +50,7 @@ std::optional<Fit> Selection::good_maps() {
   say("looking for what each pixel does");
   std::optional<MapTrial> maps = maps_on(best_);
   if (terms().size() > model_.size() && left() >= explained) {
-    std::optional<MapTrial> alone = maps_alone();
+    std::optional<MapTrial> alone = maps_alone(explained);
     if (alone && (!maps || bic(alone->trial.fit) < bic(maps->trial.fit))) maps = std::move(alone);
   }
   if (!maps) return std::nullopt;
@@ -71,9 +73,9 @@ std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Col
   if (added.state.terms.size() == model_.size() || added.state.terms.back().maps) return std::nullopt;
   const double rest = left_of(problem_, added, own);
   if (rest < explained) return std::nullopt;
-  std::optional<MapTrial> alone = maps_alone();
-  const bool nearly_all = alone && (alone->left < explained || alone->left - 1 < hardly_any * (rest - 1));
-  if (!nearly_all || !significant(alone->trial.score) || bic(added) - bic(alone->trial.fit) < worth)
+  const double nearly_all = std::max(explained, 1 + hardly_any * (rest - 1));
+  std::optional<MapTrial> alone = maps_alone(nearly_all);
+  if (!alone || alone->left > nearly_all || !significant(alone->trial.score) || bic(added) - bic(alone->trial.fit) < worth)
     return std::nullopt;
   return std::move(alone->trial.fit);
 }
@@ -83,13 +85,13 @@ std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Col
 void Selection::grow_from_maps() {
   if (problem_.allowed.residue || terms().size() == model_.size() || left() < explained) return;
   const double gained = bic(original_.fit) - bic(best_.fit);
-  std::optional<MapTrial> alone = maps_alone();
+  std::optional<MapTrial> alone = maps_alone(explained);
   if (!alone || !significant(alone->trial.score) ||
       bic(original_.fit) - bic(alone->trial.fit) < promising_maps * gained)
     return;
   Kept before = kept();
   const double reached = bic(best_.fit);
-  if (!try_refine(std::move(alone->trial.fit.state)).empty()) return;
+  if (!try_refine(std::move(alone->trial.fit.state))) return;
   add_all();
   // With other boards there is no comparison.
   if (bic(best_.fit) > reached || (problem_.allowed.boards == nullptr) != (before.allowed.boards == nullptr))

@@ -65,7 +65,7 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 std::optional<Fit> Selection::leap(double least) {
   if (terms().size() >= model_.size() + options_.max_effects) return std::nullopt;
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
-  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, exchanged_);
+  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, barred_);
   if (all.list.empty()) return std::nullopt;
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));
@@ -76,7 +76,9 @@ std::optional<Fit> Selection::leap(double least) {
   Fit reference = best_.fit, best = best_.fit;
   std::vector<std::vector<std::size_t>> fitted;
   const Group* const group = &all.group;
-  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1));
+  // Beside a map that is held, an effect for which it stands in part would promise next to nothing.
+  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1),
+                        map_columns(problem_, reference.state));
   for (std::size_t round = 0; round < most_leaps; ++round) {
     const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
     const double before = bic(best);
@@ -158,7 +160,7 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
   std::optional<Fit> best;
   const auto try_from = [&](State state) {
     try {
-      Fit next = fit_roughly(problem_, std::move(state), weight_);
+      Fit next = fit_roughly_with_maps(problem_, std::move(state), weight_);
       if (!best || next.deviance < best->deviance) best = std::move(next);
     } catch (const simulation::EffectError&) {  // nothing from there
     }

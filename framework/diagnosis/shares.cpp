@@ -49,6 +49,21 @@ std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Ei
   return diagonals;
 }
 
+/// With a column for each superpixel of each map after them, of one condition alone: of all they would be large.
+std::vector<Column> with_spread(std::span<const Column> own, std::span<const Column> maps, std::size_t condition,
+                                std::size_t superpixels) {
+  std::vector<Column> all(own.begin(), own.end());
+  for (const Column& map : maps) {
+    const std::vector<double>& rows = map[condition];
+    for (std::size_t s = 0; s < superpixels; ++s) {
+      std::vector<double>& there = all.emplace_back(map.size())[condition];
+      there.resize(rows.size(), 0);
+      for (std::size_t row = s; row < rows.size(); row += superpixels) there[row] = rows[row];
+    }
+  }
+  return all;
+}
+
 /// Half the work of a product with the transpose.
 Eigen::MatrixXd square_of(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
@@ -83,11 +98,14 @@ std::vector<Part> parts_of(const Problem& problem, std::size_t condition, Eigen:
 }
 
 Products products_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
-                     std::span<const Group* const> groups, std::size_t condition) {
-  const Eigen::MatrixXd held = weighted_columns(problem, rows, own, condition);
+                     std::span<const Column> maps, std::span<const Group* const> groups, std::size_t condition) {
+  const std::size_t count = problem.design.superpixels();
+  const Eigen::MatrixXd held =
+      maps.empty() ? weighted_columns(problem, rows, own, condition)
+                   : weighted_columns(problem, rows, with_spread(own, maps, condition, count), condition);
   Products products{square_of(held), {}, {}};
   const Residue* residue = problem.allowed.residue.get();
-  const auto superpixels = static_cast<Eigen::Index>(problem.design.superpixels());
+  const auto superpixels = static_cast<Eigen::Index>(count);
   for (const Group* group : groups) {
     Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
     Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());

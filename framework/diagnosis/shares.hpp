@@ -38,8 +38,9 @@ struct Products {
 };
 
 /// @param rows of the model @param own columns of all conditions
+/// @param maps likewise, each for one own column a superpixel
 Products products_of(const Problem& problem, const std::vector<double>& rows, std::span<const Column> own,
-                     std::span<const Group* const> groups, std::size_t condition);
+                     std::span<const Column> maps, std::span<const Group* const> groups, std::size_t condition);
 
 /// What a condition says of the columns that are tried, in C^-1. Held are the columns of unknowns, then the residual.
 struct Share {
