@@ -60,8 +60,8 @@ class Scanner {
  public:
   /// @param problem must live on @param own own_columns() of the state, taken out
   /// @param maps taken out, too: each stands for one column a superpixel
-  Scanner(const Problem& problem, const State& state, std::span<const Column> own,
-          std::span<const Group* const> groups, std::span<const Column> maps = {});
+  Scanner(const Problem& problem, const State& state, std::span<const Column> own, std::span<const Group* const> groups,
+          std::span<const Column> maps = {});
   ~Scanner();
   Scanner(const Scanner&) = delete;
   Scanner& operator=(const Scanner&) = delete;

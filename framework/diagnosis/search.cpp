@@ -5,6 +5,7 @@
 #include "diagnosis/contribution.hpp"
 #include "diagnosis/gates.hpp"
 #include "diagnosis/proof.hpp"
+#include "diagnosis/rivals.hpp"
 #include "diagnosis/structure.hpp"
 #include "diagnosis/told.hpp"
 #include "diagnosis/validation.hpp"
@@ -18,11 +19,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double tie_limit = 10;       ///< of deviance or BIC
-constexpr double promising = 0.3;      ///< of the best linear gain: what bending could still make of a candidate
-constexpr double rival_share = 0.5;    ///< likewise, to take the place of one that is in the model
-constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
-constexpr double hardly = 0.01;        ///< of the gain of the best generic pattern: less is not near
+constexpr double promising = 0.3;  ///< of the best linear gain: what bending could still make of a candidate
+constexpr double hardly = 0.01;    ///< of the gain of the best generic pattern: less is not near
 
 /// An effect of which a shape is not told, and the set that explains as much in its place.
 struct StoodFor {
@@ -44,7 +42,8 @@ class Search : private Selection {
         options_(options),
         finder_(Selection::problem()),
         gates_(mutable_problem(), finder_, alternatives(), options.flips, options.seed),
-        trials_(Selection::problem(), candidates, weight()) {}
+        trials_(Selection::problem(), candidates, weight()),
+        rivals_(*this, mutable_problem(), trials_, candidates, options.seed + 2) {}
 
   SearchResult run() {
     begin();
@@ -146,6 +145,7 @@ class Search : private Selection {
       confirm_all();
     }
     for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+    rivals_.add_of_several(result_.found, model_.size());
     return again;
   }
 
@@ -248,34 +248,16 @@ class Search : private Selection {
            changed;
   }
 
-  /// By every pixel, or as it is where the effect cannot do its images.
-  Fit settled_where_possible(const Fit& fit) const {
-    try {
-      return settled(fit.state);
-    } catch (const simulation::EffectError&) {
-      return fit;
-    }
-  }
-
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t) {
     Found& found = result_.found[t - model_.size()];
     say(fmt::format("comparing {} with its rivals", found.name));
     const Base& less = without({t, std::nullopt});
-    const InLightOf there(mutable_problem(), less);
-    found.where = patterns_of(less);
-    const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
-    for (const Trial& trial : trials_.best(less, found.candidate, rival_share, alike)) {
-      if (!(trial.fit.deviance < less.fit.deviance)) continue;
-      const double behind = trial.fit.deviance - best().fit.deviance;
-      const bool close = behind > tie_limit && behind < close_behind * (less.fit.deviance - best().fit.deviance);
-      const Fit fit = close ? settled_where_possible(trial.fit) : trial.fit;
-      Rival rival{trial.candidate, {found.name}, fit.deviance - best().fit.deviance, bic(fit) - bic(best().fit),
-                  false,           fit.state};
-      rival.tied = std::min(rival.deviance, rival.bic) < tie_limit ||
-                   hardly_differ(problem(), best().fit.state, fit.state, tie_limit);
-      found.rivals.push_back(rival);
+    {
+      const InLightOf there(mutable_problem(), less);
+      found.where = patterns_of(less);
     }
+    found.rivals = rivals_.of(found, t);
     for (const StoodFor& stood : stood_for_) {
       if (!stands(stood) || std::ranges::find(stood.by, found.name) == stood.by.end()) continue;
       const Candidate* const other = &stood.found.candidate->root();
@@ -321,6 +303,7 @@ class Search : private Selection {
   PatternFinder finder_;
   Gates gates_;
   Trials trials_;
+  Rivals rivals_;
   int regrown_ = 0;
   std::vector<StoodFor> stood_for_;
   SearchResult result_;

@@ -45,6 +45,9 @@ class Selection {
   /// The best model without a piece: fitted once, and kept until there is another best one. @throws
   /// simulation::EffectError
   const Base& without(const Piece& piece);
+  /// An effect beside a model, in the form that promises most; nothing where that gives no number. @param base whose
+  /// light the problem has
+  std::optional<Fit> with(const Base& base, const Candidate& one) const;
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);
   /// Others in the place of an effect, beside all that is there, where these explain as much; it is not added again.
@@ -89,7 +92,9 @@ class Selection {
   std::optional<Fit> leap(double least = 0);
   bool add_best();
   bool leaves_nearly_all(const Fit& added) const;
-  std::optional<Fit> fitted_set(const Alternatives& all, const Subset& subset,
+  SubsetOptions set_options() const;
+  SubsetOptions alone(const Alternatives& all) const;
+  std::optional<Fit> fitted_set(const State& from, const Alternatives& all, const Subset& subset,
                                 const Eigen::MatrixXd& information) const;
   std::optional<MapTrial> maps_on(const Base& base);
   bool residue_does_more(const Base& base, const Fit& maps) const;
@@ -112,7 +117,7 @@ class Selection {
   double deviance_beside_boards() const;
   bool fit_beside_boards();
   void settle_boards();
-  void note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options);
+  void note_ranks(const Alternatives& all, const Score& score);
   double left() const { return left_of(problem_, best_.fit, best_.columns); }
 
   Problem problem_;

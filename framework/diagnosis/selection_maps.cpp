@@ -75,7 +75,8 @@ std::optional<Fit> Selection::maps_instead(const Fit& added, std::span<const Col
   if (rest < explained) return std::nullopt;
   const double nearly_all = std::max(explained, 1 + hardly_any * (rest - 1));
   std::optional<MapTrial> alone = maps_alone(nearly_all);
-  if (!alone || alone->left > nearly_all || !significant(alone->trial.score) || bic(added) - bic(alone->trial.fit) < worth)
+  if (!alone || alone->left > nearly_all || !significant(alone->trial.score) ||
+      bic(added) - bic(alone->trial.fit) < worth)
     return std::nullopt;
   return std::move(alone->trial.fit);
 }

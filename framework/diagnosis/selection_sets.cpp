@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -18,6 +19,7 @@ constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the no
 constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr std::size_t most_singles = 8, sure_singles = 3;  ///< effects that are fitted alone; those that always are
+constexpr std::ptrdiff_t most_forms = 3;                   ///< of one effect, that are fitted in the place of others
 constexpr double bends = 0.3;  ///< of the best single effect's promise: less does not become the best once it is fitted
 
 /// Gain that is nearly all of what the best set promises.
@@ -59,6 +61,21 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 
 }  // namespace
 
+SubsetOptions Selection::set_options() const {
+  SubsetOptions options;
+  options.price = std::log(static_cast<double>(problem_.data.size()));
+  options.prior = 1 / (prior_width * prior_width);
+  return options;
+}
+
+/// Each effect by itself, in its best form.
+SubsetOptions Selection::alone(const Alternatives& all) const {
+  SubsetOptions options = set_options();
+  options.most_effects = 1;
+  options.singles = all.choices.size();
+  return options;
+}
+
 /// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
 /// noise that the best of these leaves, until no other comes out. @param least what a set must promise
 /// @returns whether there is one
@@ -67,9 +84,7 @@ std::optional<Fit> Selection::leap(double least) {
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
   const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, barred_);
   if (all.list.empty()) return std::nullopt;
-  SubsetOptions options;
-  options.price = std::log(static_cast<double>(problem_.data.size()));
-  options.prior = 1 / (prior_width * prior_width);
+  SubsetOptions options = set_options();
   options.singles = most_singles;
   options.share_of_all = nearly_all, options.less_than_all = by_chance;
   options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
@@ -85,7 +100,7 @@ std::optional<Fit> Selection::leap(double least) {
     std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
     std::erase_if(sets, [&](const Subset& set) { return set.gain < least; });
     const double needed = needed_of(sets);
-    if (round == 0) note_ranks(all, score, options);
+    if (round == 0) note_ranks(all, score);
     std::size_t size = 1;
     // Of one number a condition, what no effect explains is scatter: only a fit tells how much less there may be.
     const bool singles = problem_.design.superpixels() == 1;
@@ -99,7 +114,7 @@ std::optional<Fit> Selection::leap(double least) {
       size = subset.choices.size();
       if (std::ranges::find(fitted, subset.choices) != fitted.end()) continue;
       fitted.push_back(subset.choices);
-      std::optional<Fit> next = fitted_set(all, subset, score.information);
+      std::optional<Fit> next = fitted_set(best_.fit.state, all, subset, score.information);
       const bool better = next && bic(*next) < bic(best) - 1;
       note({"fitted",
             names_of(all, subset),
@@ -122,12 +137,33 @@ std::optional<Fit> Selection::leap(double least) {
   return bic(best_.fit) - bic(best) >= worth ? std::optional(std::move(best)) : std::nullopt;
 }
 
+std::optional<Fit> Selection::with(const Base& base, const Candidate& one) const {
+  std::vector<const Candidate*> others;
+  for (const auto& candidate : candidates_)
+    if (candidate.get() != &one) others.push_back(candidate.get());
+  const Alternatives all = alternatives_beside(problem_, base.fit.state, alternatives_, others);
+  const Group* const group = &all.group;
+  const Scanner scanner(problem_, base.fit.state, base.columns, std::span(&group, 1),
+                        map_columns(problem_, base.fit.state));
+  const Score score = scanner.scan(base.fit.state.variances, base.fit.dimension, 0, 0).scores[0];
+  std::vector<Subset> forms;
+  for (std::size_t c = 0; c < all.choices.size(); ++c) {
+    if (&all.list[c].candidate->root() != &one) continue;
+    forms.push_back(best_subsets(score.information, score.score(), {&all.choices[c], 1}, alone(all)).at(0));
+    forms.back().choices = {c};
+  }
+  std::ranges::stable_sort(forms, std::greater<>{}, &Subset::merit);
+  std::optional<Fit> best;
+  for (const Subset& form : forms | std::views::take(most_forms)) {
+    std::optional<Fit> next = fitted_set(base.fit.state, all, form, score.information);
+    if (next && (!best || bic(*next) < bic(*best))) best = std::move(next);
+  }
+  return best;
+}
+
 /// What each effect promises alone, in its best form.
-void Selection::note_ranks(const Alternatives& all, const Score& score, const SubsetOptions& options) {
-  SubsetOptions alone = options;
-  alone.most_effects = 1;
-  alone.singles = all.choices.size();
-  for (const Subset& subset : best_subsets(score.information, score.score(), all.choices, alone))
+void Selection::note_ranks(const Alternatives& all, const Score& score) {
+  for (const Subset& subset : best_subsets(score.information, score.score(), all.choices, alone(all)))
     note({"ranked",
           names_of(all, subset),
           {{"promised", subset.gain}, {"promised_less_price", subset.merit}},
@@ -137,10 +173,10 @@ void Selection::note_ranks(const Alternatives& all, const Score& score, const Su
 /// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
 /// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
 /// no number. @param information of all columns
-std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& subset,
+std::optional<Fit> Selection::fitted_set(const State& from, const Alternatives& all, const Subset& subset,
                                          const Eigen::MatrixXd& information) const {
   constexpr double silent = 1;  // of chi-square, for a whole step
-  State plain = best_.fit.state, shown = plain;
+  State plain = from, shown = plain;
   bool differ = false;
   Eigen::Index at = 0;
   for (const std::size_t c : subset.choices) {
@@ -167,7 +203,7 @@ std::optional<Fit> Selection::fitted_set(const Alternatives& all, const Subset& 
   };
   try_from(std::move(plain));
   const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
-    for (std::size_t t = best_.fit.state.terms.size(); t < state.terms.size(); ++t) {
+    for (std::size_t t = from.terms.size(); t < state.terms.size(); ++t) {
       const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k) {
         const auto is_off = [&](const State& one) { return one.terms[t].values[k] == free[k].off; };

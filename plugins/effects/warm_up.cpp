@@ -10,7 +10,7 @@ namespace tofgraph {
 struct WarmUp final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
-      .confused_with = "integration_time_offset rail_offset",
+      .confused_with = "integration_time_offset rail_offset zero_offset",
       .experiment =
           "one board again and again from a minute after power-on; a random order of the conditions; temperatures"};
   Param<double> drift{this,

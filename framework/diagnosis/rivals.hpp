@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What else could stand in the place of effects that were found: of one, or of several at once.
+#pragma once
+
+#include "diagnosis/found.hpp"
+#include "diagnosis/selection.hpp"
+
+namespace tofgraph::diagnosis {
+
+class Rivals {
+ public:
+  /// @param selection and @param problem its own, whose light is that of other models for a while
+  Rivals(Selection& selection, Problem& problem, const Trials& trials,
+         const std::vector<std::unique_ptr<Candidate>>& candidates, std::uint64_t seed)
+      : selection_(selection), problem_(problem), trials_(trials), candidates_(candidates), seed_(seed) {}
+
+  /// In the place of a term that was found, best first.
+  std::vector<Rival> of(const Found& found, std::size_t term) const;
+  /// Effects that cannot be told from several that were found, told at these in the place of what they are of each.
+  /// @param first_term of the first one that was found
+  void add_of_several(std::vector<Found>& all, std::size_t first_term) const;
+
+ private:
+  Rival compared(const Candidate& candidate, std::vector<std::string> in_place_of, Fit fit) const;
+  std::optional<Rival> of_these(const Candidate& candidate, const std::vector<std::size_t>& terms) const;
+  std::optional<std::size_t> untold_shape(const Fit& fit, const Candidate& candidate) const;
+
+  Selection& selection_;
+  Problem& problem_;
+  const Trials& trials_;
+  const std::vector<std::unique_ptr<Candidate>>& candidates_;
+  std::uint64_t seed_;
+};
+
+}  // namespace tofgraph::diagnosis
