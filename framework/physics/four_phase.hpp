@@ -33,8 +33,7 @@ inline Decoded decode(const std::array<double, 4>& c) {
   double phase = std::atan2(sine, cosine);
   if (phase < 0) phase += two_pi;
   if (phase >= two_pi) phase = 0;  // a tiny negative angle rounds up to the whole turn
-  return {phase, std::sqrt(sine * sine + cosine * cosine) / 2, (c[0] + c[1] + c[2] + c[3]) / 4,
-          (c[0] - c[1] + c[2] - c[3]) / 4};
+  return {phase, std::hypot(sine, cosine) / 2, (c[0] + c[1] + c[2] + c[3]) / 4, (c[0] - c[1] + c[2] - c[3]) / 4};
 }
 
 /// The noise of one tap: variance = read_noise^2 + shot_noise * counts.
