@@ -211,12 +211,14 @@ bool is_hidden_from_boards(const std::string& effect) {
 namespace {
 
 /// Effects that do the same to each condition where one setting is the same in all of them: a camera that is warm has
-/// an offset, and so has one with a single integration time.
+/// an offset, and so has one with a single integration time. Where distances alone are seen, so have phase steps of
+/// which the second is off by as much as the first and the third together: of samples that would show in N2.
 bool are_alike_in(const Case& what, const std::string& a, const std::string& b) {
   std::vector<std::string> offsets = {"zero_offset"};
   const bool warms_up = what.design == "C" || std::ranges::find(what.experiments, "warm_up") != what.experiments.end();
   if (!warms_up) offsets.emplace_back("warm_up");
   if (what.design == "A" && what.experiments.empty()) offsets.emplace_back("integration_time_offset");
+  if (what.output == Output::distances) offsets.emplace_back("phase_step_error");
   return a != b && std::ranges::find(offsets, a) != offsets.end() && std::ranges::find(offsets, b) != offsets.end();
 }
 
