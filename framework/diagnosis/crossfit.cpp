@@ -309,7 +309,14 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
   Sums conditions;  // without, with
   Fall fall;
   double depth_without = 0, depth_with = 0, count = 0;
+  // Where a fold chose two that are alike, one of them without the other says nothing of what both do.
+  const auto single = [&](const FoldResult& fold) {
+    return std::ranges::count_if(fold.chosen,
+                                 [&](const auto& one) { return std::ranges::find(names, one) != names.end(); }) == 1;
+  };
+  const bool any = std::ranges::any_of(cross_fit.folds, single);
   for (const FoldResult& fold : cross_fit.folds) {
+    if (any && !single(fold)) continue;
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;

@@ -15,52 +15,67 @@ constexpr double tie_limit = 10;       ///< of deviance or BIC
 constexpr double rival_share = 0.5;    ///< of the best linear gain, to be fitted in the place of one that was found
 constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
 
+/// One rival a candidate: tied, if it is in any form.
 void put(std::vector<Rival>& rivals, Rival rival) {
+  const auto rank = [](const Rival& one) { return std::pair(!one.tied, one.bic); };
   const auto known = std::ranges::find(rivals, rival.candidate, &Rival::candidate);
   if (known == rivals.end())
     rivals.push_back(std::move(rival));
-  else if (rival.bic < known->bic)
+  else if (rank(rival) < rank(*known))
     *known = std::move(rival);
+}
+
+/// All of them, and where these are more than two all but one.
+std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t>& terms) {
+  std::vector<std::vector<std::size_t>> parts = {terms};
+  for (std::size_t out = 0; terms.size() > 2 && out < terms.size(); ++out) {
+    parts.push_back(terms);
+    parts.back().erase(parts.back().begin() + static_cast<std::ptrdiff_t>(out));
+  }
+  return parts;
 }
 
 }  // namespace
 
-Rival Rivals::compared(const Candidate& candidate, std::vector<std::string> in_place_of, Fit fit) const {
+/// Nothing where it is no better than the model without what it stands in the place of.
+std::optional<Rival> Rivals::compared(const Base& less, const Candidate& candidate,
+                                      std::vector<std::string> in_place_of, Fit fit) {
   const Fit& best = selection_.best().fit;
-  Rival rival{&candidate.root(), std::move(in_place_of), fit.deviance - best.deviance,
+  if (!(fit.deviance < less.fit.deviance)) return std::nullopt;
+  const double behind = fit.deviance - best.deviance;
+  if (behind > tie_limit && behind < close_behind * (less.fit.deviance - best.deviance)) {
+    try {
+      fit = selection_.settled(fit.state);
+    } catch (const simulation::EffectError&) {  // it cannot do all pixels: as it is
+    }
+  }
+  Rival rival{&candidate, std::move(in_place_of), fit.deviance - best.deviance,
               selection_.bic(fit) - selection_.bic(best)};
   rival.tied =
       std::min(rival.deviance, rival.bic) < tie_limit || hardly_differ(problem_, best.state, fit.state, tie_limit);
+  if (rival.tied) rival.untold = untold_shape(fit, candidate);
   rival.state = std::move(fit.state);
   return rival;
 }
 
-std::vector<Rival> Rivals::of(const Found& found, std::size_t term) const {
+std::vector<Rival> Rivals::of(const Found& found, std::size_t term) {
   const Base& less = selection_.without({term, std::nullopt});
   const InLightOf there(problem_, less);
-  const double gain = less.fit.deviance - selection_.best().fit.deviance;
   const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
   std::vector<Rival> rivals;
   const auto compare = [&](const Candidate& candidate, Fit fit) {
-    if (!(fit.deviance < less.fit.deviance)) return;
-    const double behind = fit.deviance - selection_.best().fit.deviance;
-    if (behind > tie_limit && behind < close_behind * gain) {  // by every pixel, or as it is where it cannot do them
-      try {
-        fit = selection_.settled(fit.state);
-      } catch (const simulation::EffectError&) {
-      }
-    }
-    put(rivals, compared(candidate, {found.name}, std::move(fit)));
+    if (std::optional<Rival> rival = compared(less, candidate, {found.name}, std::move(fit)))
+      put(rivals, *std::move(rival));
   };
   for (Trial& trial : trials_.best(less, found.candidate, rival_share, alike))
-    compare(*trial.candidate, std::move(trial.fit));
+    compare(trial.candidate->root(), std::move(trial.fit));
   // What is said to be like it may be so in another form alone, or with other maps beside it.
   for (const auto& candidate : candidates_) {
-    if (std::ranges::find(alike, candidate->name()) == alike.end()) continue;
+    if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.fit.state, *candidate)) continue;
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.fit.state))) continue;
-    if (std::optional<Fit> fit = selection_.with(less, *candidate)) compare(*candidate, std::move(*fit));
+    for (Fit& fit : selection_.with(less, *candidate)) compare(*candidate, std::move(fit));
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
   return rivals;
@@ -68,52 +83,56 @@ std::vector<Rival> Rivals::of(const Found& found, std::size_t term) const {
 
 /// The first of its shapes that these data do not tell.
 std::optional<std::size_t> Rivals::untold_shape(const Fit& fit, const Candidate& candidate) const {
+  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
+  const auto term = std::ranges::find_if(fit.state.terms, is_it);
+  const auto may_be_anything = [](const FreeParameter& p) { return p.shape && !p.is_angle(); };
+  if (term == fit.state.terms.end() || std::ranges::none_of(term->candidate->free(), may_be_anything))
+    return std::nullopt;
   const double rest = left_of(problem_, fit, own_columns(problem_, fit.state, expected(problem_, fit.state)));
   const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
-  for (std::size_t t = 0; t < fit.state.terms.size(); ++t) {
-    if (&fit.state.terms[t].candidate->root() == &candidate) return silence_of(fit, t, values, rest).shape;
-  }
-  return std::nullopt;
+  return silence_of(fit, static_cast<std::size_t>(term - fit.state.terms.begin()), values, rest).shape;
 }
 
-/// @param terms ascending @returns what is tied
-std::optional<Rival> Rivals::of_these(const Candidate& candidate, const std::vector<std::size_t>& terms) const {
+/// In the place of all of these. @param terms ascending
+std::optional<Rival> Rivals::tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms) {
   Base less = selection_.best();
   std::vector<std::string> names;
   for (const std::size_t term : terms) names.push_back(selection_.terms()[term].candidate->name());
+  std::vector<Rival> rivals;
   try {
     for (auto term = terms.rbegin(); term != terms.rend(); ++term)
       less = without(problem_, less, {*term, std::nullopt}, selection_.weight());
     const InLightOf there(problem_, less);
-    const std::optional<Fit> fit = selection_.with(less, candidate);
-    if (!fit) return std::nullopt;
-    Rival rival = compared(candidate, std::move(names), *fit);
-    if (!rival.tied) return std::nullopt;
-    rival.untold = untold_shape(*fit, candidate);
-    return rival;
+    for (Fit& fit : selection_.with(less, candidate))
+      if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // it gives no number there
-    return std::nullopt;
   }
+  return !rivals.empty() && rivals.front().tied ? std::optional(std::move(rivals.front())) : std::nullopt;
 }
 
-void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) const {
+void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) {
+  const auto stands_for_several = [](const Found& found) {
+    return std::ranges::any_of(found.rivals, &Rival::of_several);
+  };
   for (const auto& candidate : candidates_) {
     if (candidate->sizes() == 0 || !candidate->maps().empty() || is_in(selection_.best().fit.state, *candidate))
       continue;
     const std::vector<std::string> alike = confused_with(*candidate, candidates_);
     std::vector<std::size_t> terms;
     for (std::size_t f = 0; f < all.size(); ++f) {
-      const auto told = std::ranges::find(all[f].rivals, candidate.get(), &Rival::candidate);
-      if (told != all[f].rivals.end() && told->of_several()) break;  // it stood there before
-      if (std::ranges::find(alike, all[f].name) != alike.end()) terms.push_back(first_term + f);
+      if (std::ranges::find(alike, all[f].name) != alike.end() && !stands_for_several(all[f]))
+        terms.push_back(first_term + f);
     }
     if (terms.size() < 2) continue;
-    const std::optional<Rival> rival = of_these(*candidate, terms);
-    if (!rival) continue;
-    for (const std::size_t term : terms) {
-      std::vector<Rival>& rivals = all[term - first_term].rivals;
-      std::erase_if(rivals, [&](const Rival& one) { return one.candidate == candidate.get(); });
-      rivals.insert(rivals.begin(), *rival);
+    for (const std::vector<std::size_t>& some : parts_of_set(terms)) {
+      const std::optional<Rival> rival = tied_with(*candidate, some);
+      if (!rival) continue;
+      for (const std::size_t term : some) {
+        std::vector<Rival>& rivals = all[term - first_term].rivals;
+        std::erase_if(rivals, [&](const Rival& one) { return one.candidate == candidate.get(); });
+        rivals.insert(std::ranges::upper_bound(rivals, rival->bic, {}, &Rival::bic), *rival);
+      }
+      break;
     }
   }
 }

@@ -16,14 +16,15 @@ class Rivals {
       : selection_(selection), problem_(problem), trials_(trials), candidates_(candidates), seed_(seed) {}
 
   /// In the place of a term that was found, best first.
-  std::vector<Rival> of(const Found& found, std::size_t term) const;
-  /// Effects that cannot be told from several that were found, told at these in the place of what they are of each.
-  /// @param first_term of the first one that was found
-  void add_of_several(std::vector<Found>& all, std::size_t first_term) const;
+  std::vector<Rival> of(const Found& found, std::size_t term);
+  /// Effects that cannot be told from several that were found, one for each of these at most; told at them in the
+  /// place of what such an effect is of each. @param first_term of the first one that was found
+  void add_of_several(std::vector<Found>& all, std::size_t first_term);
 
  private:
-  Rival compared(const Candidate& candidate, std::vector<std::string> in_place_of, Fit fit) const;
-  std::optional<Rival> of_these(const Candidate& candidate, const std::vector<std::size_t>& terms) const;
+  std::optional<Rival> compared(const Base& less, const Candidate& candidate, std::vector<std::string> in_place_of,
+                                Fit fit);
+  std::optional<Rival> tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms);
   std::optional<std::size_t> untold_shape(const Fit& fit, const Candidate& candidate) const;
 
   Selection& selection_;

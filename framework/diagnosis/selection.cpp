@@ -97,8 +97,9 @@ bool Selection::add_best() {
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) {
-    const std::size_t barred = barred_.size();
-    return try_refine(std::move(next->state)) || (barred_.size() > barred && add_best());
+    const auto out = [&] { return barred_.size() + refused_.size(); };
+    const std::size_t before = out();
+    return try_refine(std::move(next->state)) || (out() > before && add_best());
   }
   if (!residue.residue) return false;
   Allowances more = problem_.allowed;
@@ -123,7 +124,7 @@ void Selection::add_all() {
     if (std::optional<Fit> maps = first ? maps_instead(best_.fit, best_.columns) : std::nullopt) {
       std::optional<Fit> next = leap();  // one effect more may do what maps do
       const bool more = next && bic(*next) < bic(*maps);
-      try_refine(std::move((more ? next : maps)->state));
+      if (!more || !try_refine(std::move(next->state))) try_refine(std::move(maps->state));
     }
     drop_needless();
     // What was added came out again, as maps took over what it did: so it would for ever.
@@ -165,7 +166,7 @@ bool Selection::grown_without(const Candidate& one, double promised, double limi
   for (std::size_t round = 0; round < options_.max_effects; ++round, least = 0) {
     std::optional<Fit> next = leap(least);
     if (!next) break;
-    refine(std::move(next->state));
+    try_refine(std::move(next->state));
   }
   drop_needless();
   return bic(best_.fit) < reached + limit;
@@ -184,7 +185,6 @@ bool Selection::exchange(const Candidate& one) {
       return true;
   } catch (const simulation::EffectError&) {  // without it the others give no number
   }
-  std::erase(barred_, &one.root());
   restore(std::move(before));
   return false;
 }
@@ -223,14 +223,18 @@ bool Selection::try_refine(State state) {
   } catch (const simulation::EffectError& error) {
     restore(std::move(before));
     note({"fitted", {error.effect}, {}, error.what()});
-    for (const auto& candidate : candidates_)
-      if (candidate->name() == error.effect && !is_in(best_.fit.state, *candidate)) barred_.push_back(candidate.get());
+    const auto failing = std::ranges::find(candidates_, error.effect, [](const auto& one) { return one->name(); });
+    if (failing == candidates_.end() || is_in(best_.fit.state, **failing)) return false;
+    if (!(*failing)->maps().empty())
+      refused_.emplace(error.effect, error.what());
+    else if (std::ranges::find(barred_, failing->get()) == barred_.end())
+      barred_.push_back(failing->get());
     return false;
   }
 }
 
 Selection::Kept Selection::kept() const {
-  return {original_, best_, problem_.correction, problem_.brightening, problem_.allowed};
+  return {original_, best_, problem_.correction, problem_.brightening, problem_.allowed, barred_};
 }
 
 void Selection::restore(Kept before) {
@@ -240,6 +244,7 @@ void Selection::restore(Kept before) {
   problem_.correction = std::move(before.correction);
   problem_.brightening = std::move(before.brightening);
   problem_.allowed = std::move(before.allowed);
+  barred_ = std::move(before.barred);
 }
 
 }  // namespace tofgraph::diagnosis

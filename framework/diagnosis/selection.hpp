@@ -45,9 +45,9 @@ class Selection {
   /// The best model without a piece: fitted once, and kept until there is another best one. @throws
   /// simulation::EffectError
   const Base& without(const Piece& piece);
-  /// An effect beside a model, in the form that promises most; nothing where that gives no number. @param base whose
-  /// light the problem has
-  std::optional<Fit> with(const Base& base, const Candidate& one) const;
+  /// An effect beside a model, in those of its forms that promise most; those that give no number are not there.
+  /// @param base whose light the problem has @throws simulation::EffectError
+  std::vector<Fit> with(const Base& base, const Candidate& one) const;
   /// A model without a piece in the place of the best one.
   void drop(const Piece& piece);
   /// Others in the place of an effect, beside all that is there, where these explain as much; it is not added again.
@@ -84,6 +84,7 @@ class Selection {
     Base original, best;
     std::vector<std::vector<double>> correction, brightening;
     Allowances allowed;
+    std::vector<const Candidate*> barred;
   };
 
   Kept kept() const;
@@ -92,6 +93,7 @@ class Selection {
   std::optional<Fit> leap(double least = 0);
   bool add_best();
   bool leaves_nearly_all(const Fit& added) const;
+  std::vector<Column> maps_of(const State& state) const;
   SubsetOptions set_options() const;
   SubsetOptions alone(const Alternatives& all) const;
   std::optional<Fit> fitted_set(const State& from, const Alternatives& all, const Subset& subset,

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <ranges>
 #include <utility>
@@ -61,6 +62,16 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 
 }  // namespace
 
+/// With a map held, an effect for which it stands in part would promise next to nothing beside it. Where the others
+/// give no number without the map it is held.
+std::vector<Column> Selection::maps_of(const State& state) const {
+  try {
+    return map_columns(problem_, state);
+  } catch (const simulation::EffectError&) {
+    return {};
+  }
+}
+
 SubsetOptions Selection::set_options() const {
   SubsetOptions options;
   options.price = std::log(static_cast<double>(problem_.data.size()));
@@ -91,9 +102,7 @@ std::optional<Fit> Selection::leap(double least) {
   Fit reference = best_.fit, best = best_.fit;
   std::vector<std::vector<std::size_t>> fitted;
   const Group* const group = &all.group;
-  // Beside a map that is held, an effect for which it stands in part would promise next to nothing.
-  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1),
-                        map_columns(problem_, reference.state));
+  const Scanner scanner(problem_, reference.state, best_.columns, std::span(&group, 1), maps_of(reference.state));
   for (std::size_t round = 0; round < most_leaps; ++round) {
     const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
     const double before = bic(best);
@@ -137,28 +146,36 @@ std::optional<Fit> Selection::leap(double least) {
   return bic(best_.fit) - bic(best) >= worth ? std::optional(std::move(best)) : std::nullopt;
 }
 
-std::optional<Fit> Selection::with(const Base& base, const Candidate& one) const {
+std::vector<Fit> Selection::with(const Base& base, const Candidate& one) const {
   std::vector<const Candidate*> others;
   for (const auto& candidate : candidates_)
     if (candidate.get() != &one) others.push_back(candidate.get());
   const Alternatives all = alternatives_beside(problem_, base.fit.state, alternatives_, others);
+  const auto is_form = [&](const Alternative& a) { return !a.refines && &a.candidate->root() == &one; };
+  if (std::ranges::none_of(all.list, is_form)) return {};
   const Group* const group = &all.group;
-  const Scanner scanner(problem_, base.fit.state, base.columns, std::span(&group, 1),
-                        map_columns(problem_, base.fit.state));
+  const Scanner scanner(problem_, base.fit.state, base.columns, std::span(&group, 1), maps_of(base.fit.state));
   const Score score = scanner.scan(base.fit.state.variances, base.fit.dimension, 0, 0).scores[0];
-  std::vector<Subset> forms;
-  for (std::size_t c = 0; c < all.choices.size(); ++c) {
-    if (&all.list[c].candidate->root() != &one) continue;
-    forms.push_back(best_subsets(score.information, score.score(), {&all.choices[c], 1}, alone(all)).at(0));
-    forms.back().choices = {c};
+  std::map<const Candidate*, Subset> best;  // with each combination of its refinements
+  for (std::size_t c = 0; c < all.list.size(); ++c) {
+    if (!is_form(all.list[c])) continue;
+    for (Subset& form : best_subsets(score.information, score.score(), {&all.choices[c], 1}, alone(all))) {
+      form.choices = {c};
+      const auto [known, first] = best.try_emplace(all.list[c].candidate, form);
+      if (!first && form.merit > known->second.merit) known->second = std::move(form);
+    }
   }
-  std::ranges::stable_sort(forms, std::greater<>{}, &Subset::merit);
-  std::optional<Fit> best;
-  for (const Subset& form : forms | std::views::take(most_forms)) {
-    std::optional<Fit> next = fitted_set(base.fit.state, all, form, score.information);
-    if (next && (!best || bic(*next) < bic(*best))) best = std::move(next);
+  std::vector<const Subset*> forms;
+  for (const auto& [candidate, form] : best) forms.push_back(&form);
+  std::ranges::sort(forms, [](const Subset* a, const Subset* b) {
+    return std::pair(-a->merit, a->choices) < std::pair(-b->merit, b->choices);
+  });
+  std::vector<Fit> fits;
+  for (const Subset* form : forms | std::views::take(most_forms)) {
+    if (std::optional<Fit> fit = fitted_set(base.fit.state, all, *form, score.information))
+      fits.push_back(*std::move(fit));
   }
-  return best;
+  return fits;
 }
 
 /// What each effect promises alone, in its best form.

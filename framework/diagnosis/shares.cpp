@@ -52,7 +52,8 @@ std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Ei
 /// With a column for each superpixel of each map after them, of one condition alone: of all they would be large.
 std::vector<Column> with_spread(std::span<const Column> own, std::span<const Column> maps, std::size_t condition,
                                 std::size_t superpixels) {
-  std::vector<Column> all(own.begin(), own.end());
+  std::vector<Column> all;
+  for (const Column& column : own) all.emplace_back(column.size())[condition] = column[condition];
   for (const Column& map : maps) {
     const std::vector<double>& rows = map[condition];
     for (std::size_t s = 0; s < superpixels; ++s) {

@@ -25,5 +25,32 @@ TEST(HiddenPairs, ARailThatIsOffBesideAWarmUp) {
   EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "rail_offset", "zero_offset"}));
 }
 
+/// A gloss of a hundred times a white board's light looks like the lens where the superpixels' centres are, and gives
+/// no number in between: the next best is taken, in each fold.
+TEST(HiddenPairs, AnEffectThatGivesNoNumberKeepsNoOtherOut) {
+  const nlohmann::json report = report_of({"vignetting", "adc_nonlinearity"}, 16002).json;
+  EXPECT_EQ(report.at("verdict"), "named") << report.at("summary");
+  EXPECT_EQ(names_in(report), (Names{"adc_nonlinearity", "vignetting"}));
+  for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 2U) << fold;
+}
+
+/// Two offsets are what a camera that is warm has, whichever of them were found first.
+TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
+  const nlohmann::json report = report_of({"warm_up", "amplitude_walk"}, 16007).json;
+  EXPECT_EQ(report.at("verdict"), "tie") << report.at("summary");
+  EXPECT_EQ(names_in(report), (Names{"amplitude_walk", "integration_time_offset", "zero_offset"}));
+  for (const auto& effect : report.at("effects")) {
+    if (effect.at("name") == "amplitude_walk") continue;
+    EXPECT_EQ(effect.at("rivals").at(0).at("name"), "warm_up");
+    EXPECT_EQ(effect.at("rivals").at(0).at("in_place_of").size(), 2U);
+  }
+}
+
+/// With the map held a lens promises next to nothing beside it.
+TEST(HiddenPairs, AMapMakesRoomForAnEffectBesideIt) {
+  const nlohmann::json report = report_of({"fixed_pattern", "specular"}, 16004).json;
+  EXPECT_EQ(names_in(report), (Names{"fixed_pattern", "specular"})) << report.at("summary");
+}
+
 }  // namespace
 }  // namespace tofgraph::hidden

@@ -217,6 +217,13 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   // One that gave no number did not choose.
   result.folds.emplace_back().failed = "no number";
   EXPECT_EQ(result.share_of({"a", "b"}), 0.8);
+  // Where a fold chose both, either without the other is far off, and proves nothing.
+  FoldResult twins = fold("a", 1, 1e6, 10);
+  twins.chosen = {"a", "b"};
+  twins.conditions[0].without["b"] = {1e6, 100, 0};
+  result.folds.push_back(twins);
+  const Fall beside = fall_of(result, {"a", "b"}, 1);
+  EXPECT_EQ(beside.without - beside.with, 210);
 }
 
 }  // namespace
