@@ -10,7 +10,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <ranges>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -20,7 +19,7 @@ constexpr std::size_t most_leaps = 3;  ///< enumerations of sets, each in the no
 constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is missing may be bending
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr std::size_t most_singles = 8, sure_singles = 3;  ///< effects that are fitted alone; those that always are
-constexpr std::ptrdiff_t most_forms = 3;                   ///< of one effect, that are fitted in the place of others
+constexpr std::size_t most_forms = 3;                      ///< of one effect, that are fitted in the place of others
 constexpr double bends = 0.3;  ///< of the best single effect's promise: less does not become the best once it is fitted
 
 /// Gain that is nearly all of what the best set promises.
@@ -65,6 +64,7 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 /// With a map held, an effect for which it stands in part would promise next to nothing beside it. Where the others
 /// give no number without the map it is held.
 std::vector<Column> Selection::maps_of(const State& state) const {
+  if (count_maps(state) != 1) return {};
   try {
     return map_columns(problem_, state);
   } catch (const simulation::EffectError&) {
@@ -171,8 +171,8 @@ std::vector<Fit> Selection::with(const Base& base, const Candidate& one) const {
     return std::pair(-a->merit, a->choices) < std::pair(-b->merit, b->choices);
   });
   std::vector<Fit> fits;
-  for (const Subset* form : forms | std::views::take(most_forms)) {
-    if (std::optional<Fit> fit = fitted_set(base.fit.state, all, *form, score.information))
+  for (std::size_t f = 0; f < std::min(forms.size(), most_forms); ++f) {
+    if (std::optional<Fit> fit = fitted_set(base.fit.state, all, *forms[f], score.information))
       fits.push_back(*std::move(fit));
   }
   return fits;
