@@ -218,11 +218,13 @@ MapTrial fitted(const Problem& problem, const Base& base, const Candidate& candi
 
 }  // namespace
 
-std::ptrdiff_t count_maps(const State& state) {
-  return std::ranges::count_if(state.terms, [](const Term& t) { return t.maps != nullptr; });
+bool has_maps(const State& state) {
+  return std::ranges::any_of(state.terms, [](const Term& t) { return t.maps != nullptr; });
 }
 
-bool has_maps(const State& state) { return count_maps(state) > 0; }
+bool maps_follow(const State& state) {
+  return std::ranges::count_if(state.terms, [](const Term& t) { return t.maps != nullptr; }) == 1;
+}
 
 std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
@@ -275,7 +277,7 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
 }
 
 Fit fit_roughly_with_maps(const Problem& problem, State start, std::span<const double> weight) {
-  if (count_maps(start) != 1) return fit_roughly(problem, std::move(start), weight);
+  if (!maps_follow(start)) return fit_roughly(problem, std::move(start), weight);
   const auto following = [&](State state) {
     return fit_roughly(problem, with_maps_of(problem, std::move(state), weight), weight);
   };

@@ -34,7 +34,9 @@ State with_maps_of(const Problem& problem, State state, std::span<const double> 
 
 /// Whether a state has maps that were estimated.
 bool has_maps(const State& state);
-std::ptrdiff_t count_maps(const State& state);
+/// Whether its maps follow what is tried beside them: those of one effect do; those of several would take too long, and
+/// are held.
+bool maps_follow(const State& state);
 
 /// What each map of a state changes for one step of all its values. Each stands for one column a superpixel.
 /// @throws simulation::EffectError
@@ -42,7 +44,7 @@ std::vector<Column> map_columns(const Problem& problem, const State& state);
 
 /// As fit(), with maps that follow the other effects.
 Fit fit_with_maps(const Problem& problem, State start, std::span<const double> weight);
-/// As fit_roughly(), likewise where one effect has maps: those of several would take too long, and are held.
+/// As fit_roughly(), likewise where maps_follow().
 /// @param start where maps are those of another state
 Fit fit_roughly_with_maps(const Problem& problem, State start, std::span<const double> weight);
 

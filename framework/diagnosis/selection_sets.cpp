@@ -7,8 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -64,7 +64,7 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
 /// With a map held, an effect for which it stands in part would promise next to nothing beside it. Where the others
 /// give no number without the map it is held.
 std::vector<Column> Selection::maps_of(const State& state) const {
-  if (count_maps(state) != 1) return {};
+  if (!maps_follow(state)) return {};
   try {
     return map_columns(problem_, state);
   } catch (const simulation::EffectError&) {
@@ -156,23 +156,23 @@ std::vector<Fit> Selection::with(const Base& base, const Candidate& one) const {
   const Group* const group = &all.group;
   const Scanner scanner(problem_, base.fit.state, base.columns, std::span(&group, 1), maps_of(base.fit.state));
   const Score score = scanner.scan(base.fit.state.variances, base.fit.dimension, 0, 0).scores[0];
-  std::map<const Candidate*, Subset> best;  // with each combination of its refinements
+  const SubsetOptions options = alone(all);
+  std::vector<Subset> forms;
   for (std::size_t c = 0; c < all.list.size(); ++c) {
     if (!is_form(all.list[c])) continue;
-    for (Subset& form : best_subsets(score.information, score.score(), {&all.choices[c], 1}, alone(all))) {
+    for (Subset& form : best_subsets(score.information, score.score(), {&all.choices[c], 1}, options)) {
       form.choices = {c};
-      const auto [known, first] = best.try_emplace(all.list[c].candidate, form);
-      if (!first && form.merit > known->second.merit) known->second = std::move(form);
+      forms.push_back(std::move(form));
     }
   }
-  std::vector<const Subset*> forms;
-  for (const auto& [candidate, form] : best) forms.push_back(&form);
-  std::ranges::sort(forms, [](const Subset* a, const Subset* b) {
-    return std::pair(-a->merit, a->choices) < std::pair(-b->merit, b->choices);
-  });
+  std::ranges::stable_sort(forms, std::greater<>{}, &Subset::merit);
+  std::vector<const Candidate*> tried;  // each combination of refinements once, at its best shapes
   std::vector<Fit> fits;
-  for (std::size_t f = 0; f < std::min(forms.size(), most_forms); ++f) {
-    if (std::optional<Fit> fit = fitted_set(base.fit.state, all, *forms[f], score.information))
+  for (const Subset& form : forms) {
+    const Candidate* const refined = all.list[form.choices.front()].candidate;
+    if (tried.size() == most_forms || std::ranges::find(tried, refined) != tried.end()) continue;
+    tried.push_back(refined);
+    if (std::optional<Fit> fit = fitted_set(base.fit.state, all, form, score.information))
       fits.push_back(*std::move(fit));
   }
   return fits;

@@ -20,11 +20,12 @@ struct HiddenReport {
   std::string model;  ///< the text of model.yaml
 };
 
-/// Hides effects at their typical sizes in design B, and searches. @param options of `tofgraph diagnose`
+/// Hides effects at their typical sizes, and searches. @param options of `tofgraph diagnose`
 inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
-                              const std::string& options = "") {
+                              const std::string& options = "", const std::string& design = "B") {
   const tests::TemporaryFolder folder;
   CampaignOptions campaign;
+  campaign.design = design;
   campaign.seed = seed;
   campaign.folder = folder.path() / "campaign";
   for (const std::string& effect : effects) campaign.effects.add_text(effect, 1, seed);
