@@ -18,6 +18,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
+constexpr double hopeless = 2;  ///< times the distance gap without anything: the other folds are not run
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
@@ -240,6 +241,12 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
       return true;
     return done >= enough && fall_of(result, names, options.seed).is_rise();
   };
+  std::vector<std::string> all;
+  for (const auto& names : asked) std::ranges::copy(names, std::back_inserter(all));
+  const auto ruinous = [&] {  // so far beyond what is allowed that other folds do not mend it
+    const CrossFit::Depth depth = result.depth_with_only(all);
+    return done >= enough && is_ruined(hopeless * depth.before, depth.after);
+  };
   while (done < folds.size()) {
     const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));
     if (options.progress)
@@ -250,7 +257,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
           [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
     });
     done = end;
-    if (!asked.empty() && std::ranges::all_of(asked, refuted)) break;
+    if (!asked.empty() && (ruinous() || std::ranges::all_of(asked, refuted))) break;
   }
   result.complete = done == folds.size();
   result.folds.resize(done);
@@ -295,14 +302,15 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
            std::ranges::all_of(fold.chosen,
                                [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); });
   };
-  const bool any = std::ranges::any_of(folds, pure);
+  const auto chose_any = [](const FoldResult& fold) { return !fold.chosen.empty(); };
+  const bool most = 2 * std::ranges::count_if(folds, pure) >= std::max(1L, std::ranges::count_if(folds, chose_any));
   double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
-    if (any && !pure(fold)) continue;
+    if (most && !pure(fold)) continue;
     for (const OutOfFold& c : fold.conditions)
       before += c.before[distance], after += c.after[distance], count += c.count[distance];
   }
-  return {std::sqrt(before / count), std::sqrt(after / count), any};
+  return {std::sqrt(before / count), std::sqrt(after / count), most};
 }
 
 Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed) {

@@ -68,7 +68,7 @@ struct CrossFit {
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
   struct Depth {
     double before = 0, after = 0;  ///< root mean squares, m
-    bool alone = true;  ///< of folds that chose these effects, or some of them, and nothing else; else of all
+    bool alone = true;  ///< of folds that chose some of these effects and nothing else, where most did; else of all
   };
   Depth depth_with_only(std::span<const std::string> names) const;
 };

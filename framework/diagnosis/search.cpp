@@ -223,7 +223,7 @@ class Search : private Selection {
   }
 
   /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too: in the
-  /// folds that have nothing else beside it, where there are such ones. @returns whether there was such a one
+  /// folds that have nothing else beside it, where most are such. @returns whether there was such a one
   bool prove() {
     if (result_.cross_fit.empty()) return false;
     const bool changed = drop_refuted([&](Found& found) {
@@ -240,7 +240,7 @@ class Search : private Selection {
     for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
     const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
     std::string why = ruined(depth.before, depth.after, "what was found");
-    if (!why.empty() && !depth.alone) why = "no fold chose it without others, and with them " + why;
+    if (!why.empty() && !depth.alone) why = "most folds chose others beside it, and with these " + why;
     return (!why.empty() && drop_refuted([&](Found& found) -> const std::string& {
              note({"proved", {found.name}, {}, why});
              return why;

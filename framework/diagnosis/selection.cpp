@@ -168,6 +168,7 @@ bool Selection::grown_without(const Candidate& one, double promised, double limi
     if (!next) break;
     try_refine(std::move(next->state));
   }
+  if (best_.fit.deviance > reached + limit) return false;  // what is taken out only raises it
   drop_needless();
   return bic(best_.fit) < reached + limit;
 }

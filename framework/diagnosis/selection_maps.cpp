@@ -13,7 +13,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double promising_maps = 0.3;  ///< of all that was gained: what maps alone must gain to begin with them
-constexpr double in_its_place = 0.5;    ///< of what a map gains: what sets of effects must promise to be tried instead
+constexpr double in_its_place = 0.75;   ///< of what a map gains: what sets of effects must promise to be tried instead
 constexpr double hardly_any = 0.01;     ///< of what other effects leave: what maps leave that are taken in their place
 
 }  // namespace
