@@ -18,7 +18,6 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
-constexpr double hopeless = 2;  ///< times the distance gap without anything: the other folds are not run
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
@@ -189,6 +188,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     }
     result.conditions = prediction.take();
   } catch (const simulation::EffectError& error) {
+    result.chosen.clear();
     result.failed = error.what();
   }
   return result;
@@ -241,12 +241,6 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
       return true;
     return done >= enough && fall_of(result, names, options.seed).is_rise();
   };
-  std::vector<std::string> all;
-  for (const auto& names : asked) std::ranges::copy(names, std::back_inserter(all));
-  const auto ruinous = [&] {  // so far beyond what is allowed that other folds do not mend it
-    const CrossFit::Depth depth = result.depth_with_only(all);
-    return done >= enough && is_ruined(hopeless * depth.before, depth.after);
-  };
   while (done < folds.size()) {
     const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));
     if (options.progress)
@@ -257,7 +251,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
           [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
     });
     done = end;
-    if (!asked.empty() && (ruinous() || std::ranges::all_of(asked, refuted))) break;
+    if (!asked.empty() && std::ranges::all_of(asked, refuted)) break;
   }
   result.complete = done == folds.size();
   result.folds.resize(done);
@@ -303,7 +297,8 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
                                [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); });
   };
   const auto chose_any = [](const FoldResult& fold) { return !fold.chosen.empty(); };
-  const bool most = 2 * std::ranges::count_if(folds, pure) >= std::max(1L, std::ranges::count_if(folds, chose_any));
+  const bool most =
+      2 * std::ranges::count_if(folds, pure) >= std::max<std::ptrdiff_t>(1, std::ranges::count_if(folds, chose_any));
   double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
     if (most && !pure(fold)) continue;

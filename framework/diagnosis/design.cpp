@@ -152,7 +152,7 @@ std::vector<double> Design::rows_of(const std::vector<Signal>& seen, const std::
   for (std::size_t s = 0; s < n; ++s) {
     const Signal &now = seen[s], &base = ideal[s];
     const std::complex<double> ratio = now.phasor / base.phasor;
-    const double gain = std::sqrt(std::norm(ratio));  // far faster than what cannot overflow
+    const double gain = std::sqrt(std::norm(ratio));  // far faster than std::abs, which no overflow needs here
     rows[distance * n + s] = scale * std::arg(ratio);
     rows[amplitude * n + s] = std::log(gain);
     rows[intensity * n + s] = std::log(now.intensity / base.intensity);

@@ -12,6 +12,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -51,6 +52,17 @@ std::string length_and_light(double length, double light) {
   std::string text = length < none && light >= none ? "" : fmt::format("{:.2f} mm", 1e3 * length);
   if (light >= none) text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
   return text;
+}
+
+/// Whether the order measured says more of a wander than boards and light that scatter by as much: the standard
+/// deviation alone may be anything where few conditions tell it.
+bool wander_shows(const Problem& problem, const State& state) {
+  constexpr double beyond_chance = 10, none = 1e-6;  // of deviance; m, and of ln amplitude
+  State still = state;
+  Variances& sd = still.variances;
+  sd.jitter = std::hypot(sd.jitter, wander_of(problem.design, std::exchange(sd.drift, none)));
+  sd.light = std::hypot(sd.light, wander_of(problem.design, std::exchange(sd.drift_light, none)));
+  return deviance_of(problem, still) > deviance_of(problem, state) + beyond_chance;
 }
 
 /// Of maps of lengths whose mean over the pixels matters: an offset of all pixels would be the same.
@@ -167,10 +179,10 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
     return std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end();
   };
   if (const double drift = wander_of(design, sd.drift), drift_light = wander_of(design, sd.drift_light);
-      uses(&Variances::drift) && (drift > length || drift_light > light))
+      uses(&Variances::drift) && (drift > length || drift_light > light) && wander_shows(problem, search.after.state))
     notes.push_back(
-        fmt::format("The camera wandered while the conditions were measured, by {} (root mean square): a nuisance, no "
-                    "effect.",
+        fmt::format("The camera wandered while the conditions were measured, by {} (root mean square), as far as the "
+                    "fit can tell: a nuisance, no effect.",
                     length_and_light(drift, drift_light)));
   for (const auto& [which, what] : {std::pair(&Variances::jitter, "the places of the boards"),
                                     {&Variances::offset, "the camera's offsets"},

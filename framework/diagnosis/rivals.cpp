@@ -130,7 +130,8 @@ void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) {
       for (const std::size_t term : some) {
         std::vector<Rival>& rivals = all[term - first_term].rivals;
         std::erase_if(rivals, [&](const Rival& one) { return one.candidate == candidate.get(); });
-        rivals.insert(std::ranges::upper_bound(rivals, rival->bic, {}, &Rival::bic), *rival);
+        const auto worse = [&](const Rival& one) { return one.bic > rival->bic; };
+        rivals.insert(std::ranges::find_if(rivals, worse), *rival);
       }
       break;
     }

@@ -17,8 +17,8 @@ class Rivals {
 
   /// In the place of a term that was found, best first.
   std::vector<Rival> of(const Found& found, std::size_t term);
-  /// Effects that cannot be told from several that were found, one for each of these at most; told at them in the
-  /// place of what such an effect is of each. @param first_term of the first one that was found
+  /// Effects that cannot be told from several that were found together: each becomes a rival of all that it takes the
+  /// place of, and no effect that was found has two such rivals. @param first_term of the first one that was found
   void add_of_several(std::vector<Found>& all, std::size_t first_term);
 
  private:

@@ -97,9 +97,8 @@ bool Selection::add_best() {
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) {
-    const auto out = [&] { return barred_.size() + refused_.size(); };
-    const std::size_t before = out();
-    return try_refine(std::move(next->state)) || (out() > before && add_best());
+    const std::size_t before = left_out();
+    return try_refine(std::move(next->state)) || (left_out() > before && add_best());
   }
   if (!residue.residue) return false;
   Allowances more = problem_.allowed;
@@ -163,10 +162,14 @@ bool Selection::grown_without(const Candidate& one, double promised, double limi
   std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
   refine(std::move(state));
   double least = promised * (best_.fit.deviance - deviance);
-  for (std::size_t round = 0; round < options_.max_effects; ++round, least = 0) {
+  for (std::size_t round = 0; round < options_.max_effects; ++round) {
     std::optional<Fit> next = leap(least);
     if (!next) break;
-    try_refine(std::move(next->state));
+    const std::size_t before = left_out();
+    if (try_refine(std::move(next->state)))
+      least = 0;
+    else if (left_out() == before)
+      break;
   }
   if (best_.fit.deviance > reached + limit) return false;  // what is taken out only raises it
   drop_needless();

@@ -120,6 +120,7 @@ class Selection {
   bool fit_beside_boards();
   void settle_boards();
   void note_ranks(const Alternatives& all, const Score& score);
+  std::size_t left_out() const { return barred_.size() + refused_.size(); }
   double left() const { return left_of(problem_, best_.fit, best_.columns); }
 
   Problem problem_;

@@ -135,7 +135,8 @@ std::string outcome(const Diagnosis& d) {
     case Verdict::named:
       return fmt::format("The model lacks {}: {}.", list_of(names), shrink);
     case Verdict::tie:
-      return fmt::format("The model lacks {}, which these data cannot tell apart: {}.", list_of(names), shrink);
+      return fmt::format("The model lacks {}; what stands in brackets would explain these data as well: {}.",
+                         list_of(names), shrink);
     case Verdict::named_with_rest:
       return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
                          shrink);

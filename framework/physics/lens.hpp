@@ -30,7 +30,7 @@ class Lens {
         k3_(coefficients[4]),
         p1_(coefficients[2]),
         p2_(coefficients[3]),
-        radius_limit_(first_turning_point()) {}
+        limit_(first_turning_point()) {}
 
   /// Where the lens images a point that a pinhole would image at `p`.
   ImagePoint distort(ImagePoint p) const {
@@ -41,9 +41,7 @@ class Lens {
   }
 
   /// Whether a point is in the domain in which the model can be inverted.
-  bool invertible_at(ImagePoint p) const {
-    return p.x * p.x + p.y * p.y < radius_limit_ * radius_limit_ && jacobian(p).determinant() > 0;
-  }
+  bool invertible_at(ImagePoint p) const { return p.x * p.x + p.y * p.y < limit_ && jacobian(p).determinant() > 0; }
 
   /// The inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be
   /// inverted (the radius below the first turning point of the radial part, positive Jacobian).
@@ -101,7 +99,7 @@ class Lens {
     return false;
   }
 
-  /// The least radius at which d(r radial(r))/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 is 0, s = r^2; else infinity.
+  /// The least s = r^2 at which d(r radial(r))/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 is 0; else infinity.
   double first_turning_point() const {
     constexpr double farthest = 1e6;  // s: a thousand focal lengths off the axis, 89.94 deg
     const auto slope = [&](double s) { return 1 + s * (3 * k1_ + s * (5 * k2_ + s * 7 * k3_)); };
@@ -118,7 +116,7 @@ class Lens {
     double low = 0;
     for (const double end : ends) {
       if (!(end > low && end <= farthest)) continue;
-      if (slope(end) <= 0) return std::sqrt(bisect(slope, low, end));
+      if (slope(end) <= 0) return bisect(slope, low, end);
       low = end;
     }
     return std::numeric_limits<double>::infinity();
@@ -134,7 +132,7 @@ class Lens {
   }
 
   double k1_ = 0, k2_ = 0, k3_ = 0, p1_ = 0, p2_ = 0;
-  double radius_limit_ = std::numeric_limits<double>::infinity();
+  double limit_ = std::numeric_limits<double>::infinity();  ///< square of the radius
 };
 
 /// The undistorted image point of a pixel; nothing outside the lens model.

@@ -31,6 +31,7 @@ TEST(HiddenPairs, AnEffectThatGivesNoNumberKeepsNoOtherOut) {
   const nlohmann::json report = report_of({"vignetting", "adc_nonlinearity"}, 16002).json;
   EXPECT_EQ(report.at("verdict"), "named") << report.at("summary");
   EXPECT_EQ(names_in(report), (Names{"adc_nonlinearity", "vignetting"}));
+  EXPECT_FALSE(report.at("folds").empty());
   for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 2U) << fold;
 }
 

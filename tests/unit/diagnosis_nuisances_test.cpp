@@ -168,7 +168,8 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   std::vector<Column> values(design->superpixels(), map);
   for (std::size_t i = 0; i < design->size(); ++i) {
     for (std::size_t s = 0; s < design->superpixels(); ++s)
-      map[i][s] = values[s][i][s] = 0.1 * (1 + 0.05 * static_cast<double>(i % 5));
+      for (const std::size_t row : {s, amplitude * design->superpixels() + s})
+        map[i][row] = values[s][i][row] = 0.1 * (1 + 0.05 * static_cast<double>((i + row) % 5));
   }
   std::vector<Column> both = values;
   both.insert(both.end(), group.columns.begin(), group.columns.end());
