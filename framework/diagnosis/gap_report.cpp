@@ -102,8 +102,9 @@ void add_nuisances(report::Page& page, const ReportData& data) {
   page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:");
   page.list(notes);
   page.paragraph(
-      std::string("Standard deviations (sd) in the figures hold the noise and what each condition differs by alone, "
-                  "and nothing that conditions share.") +
+      std::string(
+          "Standard deviations (sd) in the figures hold the noise and what each condition has alone (its board, "
+          "its light), not what several share (a wander, a session).") +
       (data.at_the_end.allowed.boards ? " What is extended has the shapes of the boards." : ""));
 }
 
@@ -117,6 +118,18 @@ void add_confidence(report::Page& page, const Confidence& c) {
                         c.named_right);
   if (c.silent > 0) text += fmt::format(" In {} nothing was found, rightly in {}.", c.silent, c.silent_right);
   page.paragraph(text);
+}
+
+/// What to do with what was found.
+void add_use(report::Page& page, const Diagnosis& d) {
+  const auto added = std::ranges::find(d.effects, "added", &EffectResult::change);
+  if (added == d.effects.end()) return;
+  page.paragraph(fmt::format(
+      "To use it: model.yaml is the model with what was found. 'tofgraph simulate --model model.yaml' makes "
+      "the recordings of such a camera; the stage model_correction takes out of its recordings what is in "
+      "the camera (a tilted board or a rail is put right in the lab). What each value means: 'tofgraph "
+      "describe {}'.",
+      added->name));
 }
 
 void add_verdict(report::Page& page, const ReportData& data) {
@@ -138,6 +151,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
       "distance with one setting) and over the sensor. Distances are along the optical axis, from the sensor plane. "
       "Simulated: the model as it was; extended: the model with what was found (model.yaml).");
   add_found(page, d);
+  add_use(page, d);
   add_nuisances(page, data);
   const CrossFit& folds = d.search.cross_fit;
   page.paragraph(

@@ -180,9 +180,8 @@ void add_next(report::Page& page, const ReportData& data) {
         "Compared were {} conditions with this campaign's settings and some beyond: distances, integration times, "
         "tilts of 20 deg, targets; time since power-on, one source alone, a lamp, a covered rail, a laser, a turned "
         "camera, a capped lens. Two models differ there by so many standard deviations (sd) of one condition: noise, "
-        "what boards and light differ by, and what these data leave open of their values. What is less than 0.1 mm or "
-        "0.1 % beside these "
-        "does not count; below {} sd a condition tells nothing.",
+        "what boards and light differ by, and what these data leave open of their values. Differences below 0.1 mm "
+        "or 0.1 % are too small to count on; below {} sd a condition tells nothing.",
         d.next.front().candidates, telling));
   const Row header = {"to know", "the best condition", "the models differ there by",
                       "in the conditions so far at most by", "which is"};

@@ -11,7 +11,7 @@ struct StaticReflection final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
       .confused_with = "crosstalk",
-      .experiment = "a capped lens, which leaves crosstalk alone; covering what stands in front of the camera"};
+      .experiment = "a capped lens, with which only crosstalk stays; covering what stands in front of the camera"};
   Param<double> strength{this,
                          "strength",
                          {.unit = "counts/s",
