@@ -20,20 +20,25 @@ constexpr std::size_t enough = 8;      ///< conditions for a median
 
 Places places_of(const Problem& problem, const State& state) {
   const auto rows = with_nuisances(problem, expected(problem, state), state.variances);
-  const std::size_t n = problem.design.superpixels();
   Places places{std::vector<double>(rows.size(), 0), state.variances.jitter};
   std::vector<double> sizes;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    double square = 0, product = 0;
-    for (std::size_t row = distance * n; row < (distance + 1) * n; ++row) {
+    // Of a board that is brighter than its target usually is, light from elsewhere changes the distance less. How
+    // bright it is, amplitudes tell; where it stands, they do not.
+    const double light = state.variances.light;
+    double shifts = 0, shift_light = 0, lights = light > 0 ? 1 / (light * light) : 1, product = 0, light_product = 0;
+    for (std::size_t row = 0; row < rows[i].size(); ++row) {
       const double variance = problem.data[i].variance[row];
       if (std::isinf(variance)) continue;
-      const double shift = problem.design.shift(i)[row];
-      square += shift * shift / variance;
-      product += shift * (problem.data[i].value[row] - rows[i][row]) / variance;
+      const double shift = problem.is_of(distance, row) ? problem.design.shift(i)[row] : 0;
+      const double brighter = light > 0 ? problem.light_response(i, row) : 0;
+      const double off = problem.data[i].value[row] - rows[i][row];
+      shifts += shift * shift / variance, shift_light += shift * brighter / variance;
+      lights += brighter * brighter / variance;
+      product += shift * off / variance, light_product += brighter * off / variance;
     }
-    if (!(square > 0)) continue;
-    places.off[i] = product / square;
+    if (!(shifts > 0)) continue;
+    places.off[i] = (product - shift_light * light_product / lights) / (shifts - shift_light * shift_light / lights);
     sizes.push_back(std::abs(places.off[i]));
   }
   if (sizes.size() < enough) return places;

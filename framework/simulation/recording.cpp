@@ -119,7 +119,7 @@ io::CaptureHeader header_of(const Simulation& simulation) {
   return {camera.name,
           camera.width,
           camera.height,
-          "simulated: " + simulation.scene().name,
+          simulation.scene().name.empty() ? "simulated" : "simulated: " + simulation.scene().name,
           "",
           camera.profile != nullptr ? camera.profile : "",
           provenance.dump(),

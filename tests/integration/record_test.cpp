@@ -85,14 +85,14 @@ std::int64_t now_ns() {
       .count();
 }
 
-/// Of three seconds, at random moments from the first frame on, and as it ends.
+/// Of two seconds, at random moments from the first frame on, and as it ends.
 TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
-  constexpr std::size_t all = 240;
+  constexpr std::size_t all = 160;
   std::mt19937 random(20);
-  std::uniform_real_distribution<double> anywhere(0, 3.2), at_the_end(0, 0.3);
+  std::uniform_real_distribution<double> anywhere(0, 2.2), at_the_end(0, 0.3);
   int cut = 0, whole = 0, gaps = 0;
   std::vector<double> ages;  // of the last frame that was kept, s
-  for (int trial = 0; trial < 28; ++trial) {
+  for (int trial = 0; trial < 24; ++trial) {
     run("rm -f a.h5* pid; " + record + "-o a.h5 --frames " + std::to_string(all) +
         " >log 2>&1 & echo $! >pid; until [ -e a.h5.part ]; do sleep 0.01; done");
     const pid_t recorder = std::stoi(read_text(file("pid")));

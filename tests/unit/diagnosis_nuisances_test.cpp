@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
+#include "diagnosis/places.hpp"
 #include "diagnosis/search.hpp"
 #include "tests/unit/clutter.hpp"
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -46,6 +48,29 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
     EXPECT_LT(result.after.state.variances.jitter, 1e-3) << "the others' is as it was";
   }
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
+}
+
+/// Where light comes from inside the camera, too, a brighter board shows another distance: it has not moved.
+TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
+  const std::size_t brighter = conditions.size() - 1;
+  const std::string target = std::exchange(conditions[brighter].target, "brighter");
+  measure();
+  const auto design_of_truth = std::move(design);
+  const auto its_candidates = std::move(candidates);
+  const auto crosstalk = std::ranges::find_if(its_candidates, [](const auto& c) { return c->name() == "crosstalk"; });
+  const Problem truth = make_problem(*design_of_truth, blank);
+  State state{{random_term(**crosstalk, 3, 30)}, std::vector<double>(truth.targets.size(), 0), {}};
+  state.variances = {.jitter = 5e-4, .offset = 0, .light = 2e-3};
+  state.light[static_cast<std::size_t>(truth.target[brighter])] = 0.1;
+  const std::vector<Observations> data = injected(truth, state, 31);
+  conditions[brighter].target = target;
+  measure();
+  Problem problem = make_problem(*design, data);
+  state.light.assign(problem.targets.size(), 0);
+  brighten(problem, state);
+  const double shown = problem.data[brighter].value[0] - expected(problem, state)[brighter][0];
+  EXPECT_GT(std::abs(shown), 10e-3) << "this leak shows what else the light does";
+  EXPECT_LT(std::abs(places_of(problem, state).off[brighter]), 2e-3);
 }
 
 /// A residue that stays for some conditions, as air and reflections do.
