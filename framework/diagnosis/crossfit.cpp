@@ -319,7 +319,10 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
   };
   const bool any = std::ranges::any_of(cross_fit.folds, single);
   for (const FoldResult& fold : cross_fit.folds) {
+    if (!fold.chose(names)) continue;
+    ++fall.of_folds;
     if (any && !single(fold)) continue;
+    ++fall.folds;
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;

@@ -221,8 +221,9 @@ class Run {
       }
       d_->effects.push_back(std::move(effect));
     }
-    note(notes_on_found(*problem_, d_->search));
-    note(notes_on_nuisances(*problem_, d_->search));
+    note(d_->notes_on_found = notes_on_found(*problem_, d_->search));
+    note(d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search));
+    note(notes_on_misplaced(problem_->design, d_->search));
     if (d_->search.cross_fit.empty() && !d_->search.found.empty())
       d_->notes.push_back(
           "Nothing could be put aside: these conditions have neither four distances nor several targets or sessions. "

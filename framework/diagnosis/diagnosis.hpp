@@ -81,7 +81,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN where the data do not have the observable
-  std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out
+  std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out; the next two, too
+  std::vector<std::string> notes_on_found, notes_on_nuisances;
   Audit audit;
   SearchResult search;
   State as_it_was;                  ///< the model as written, with the reflectivities that suit it

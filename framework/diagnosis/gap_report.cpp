@@ -4,7 +4,6 @@
 
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_values.hpp"
-#include "diagnosis/notes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -47,6 +46,16 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   return text;
 }
 
+/// What it does to the gap out of fold, and where that rests on few folds.
+std::string fall_text(const Diagnosis& d, std::size_t t) {
+  const Fall& fall = d.search.found[t - d.model_terms.size()].fall;
+  const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
+  std::string text = fmt::format("{} → {}", gap(fall.depth_without), gap(fall.depth_with));
+  if (2 * fall.folds < fall.of_folds)
+    text += fmt::format("\nin {} of {} folds: the others chose what is like it, too", fall.folds, fall.of_folds);
+  return text;
+}
+
 /// What each name means, how large it is, and what it does to the gap.
 void add_found(report::Page& page, const Diagnosis& d) {
   std::vector<Row> rows;
@@ -57,9 +66,7 @@ void add_found(report::Page& page, const Diagnosis& d) {
       if (!p.shape) sizes += (sizes.empty() ? "" : "\n") + p.name + " " + value_text(p);
     }
     const bool added = e.change == "added";
-    const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
-    rows.push_back({name_and_ties(e), sizes,
-                    added ? fmt::format("{} → {}", gap(e.held_out_before), gap(e.held_out_after)) : "-",
+    rows.push_back({name_and_ties(e), sizes, added ? fall_text(d, t) : "-",
                     added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
                     fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
                                 added ? "missing in the model" : "in the model, fitted again")});
@@ -87,17 +94,9 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
   page.table(header, rows);
 }
 
-/// What conditions have of their own, but boards that stand elsewhere: the verdict names these.
-std::vector<std::string> shared_by_conditions(const ReportData& data) {
-  std::vector<std::string> notes = notes_on_nuisances(data.at_the_end, data.d.search);
-  const std::vector<std::string> misplaced = notes_on_misplaced(data.design, data.d.search);
-  std::erase_if(notes, [&](const std::string& note) { return std::ranges::find(misplaced, note) != misplaced.end(); });
-  return notes;
-}
-
 /// A reader sees it in every figure.
 void add_nuisances(report::Page& page, const ReportData& data) {
-  const std::vector<std::string> notes = shared_by_conditions(data);
+  const std::vector<std::string>& notes = data.d.notes_on_nuisances;
   if (notes.empty()) return;
   page.paragraph("What is no effect of the camera, and why residuals below may be larger than noise:");
   page.list(notes);
@@ -140,10 +139,9 @@ void add_verdict(report::Page& page, const ReportData& data) {
     page.paragraph("The campaign says of its data:");
     page.list(d.campaign_notes);
   }
-  const std::vector<std::string> caveats = notes_on_found(data.at_the_end, d.search);
-  if (!caveats.empty()) {
+  if (!d.notes_on_found.empty()) {
     page.paragraph("What the names and values stand for:");
-    page.list(caveats);
+    page.list(d.notes_on_found);
   }
   if (d.confidence) add_confidence(page, *d.confidence);
   page.paragraph(
@@ -175,13 +173,15 @@ void add_verdict(report::Page& page, const ReportData& data) {
 /// All but what stands under the verdict.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
-  std::vector<std::string> above = shared_by_conditions(data);
-  std::ranges::copy(notes_on_found(data.at_the_end, data.d.search), std::back_inserter(above));
+  const auto above = [&](const std::string& note) {
+    return std::ranges::find(data.d.notes_on_found, note) != data.d.notes_on_found.end() ||
+           std::ranges::find(data.d.notes_on_nuisances, note) != data.d.notes_on_nuisances.end();
+  };
   std::erase_if(notes, [&](const std::string& note) {
     const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const Found& one) {
       return note.starts_with(one.name + " was tried and is not named");
     });
-    return tried || std::ranges::find(above, note) != above.end();
+    return tried || above(note);
   });
   if (notes.empty()) return;
   page.heading("Notes");

@@ -217,7 +217,6 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
         "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
         "that is no noise.",
         1e3 * std::hypot(sd.jitter, sd.offset)));
-  std::ranges::copy(notes_on_misplaced(design, search), std::back_inserter(notes));
   return notes;
 }
 
