@@ -320,9 +320,9 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
   const bool any = std::ranges::any_of(cross_fit.folds, single);
   for (const FoldResult& fold : cross_fit.folds) {
     if (!fold.chose(names)) continue;
-    ++fall.of_folds;
-    if (any && !single(fold)) continue;
     ++fall.folds;
+    if (any && !single(fold)) continue;
+    fall.folds_alone += any ? 1 : 0;
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;

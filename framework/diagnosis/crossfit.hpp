@@ -88,7 +88,7 @@ struct Fall {
   double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
   double depth_with = std::numeric_limits<double>::quiet_NaN();
   std::size_t conditions = 0;
-  std::size_t folds = 0, of_folds = 0;  ///< that these are of; that chose any of the names
+  std::size_t folds_alone = 0, folds = 0;  ///< that chose one of the names alone; that chose any
 
   static constexpr double least_seen = 25;  ///< chi-square of what changes where it could do harm
   bool is_proof() const { return low > 0; }

@@ -19,7 +19,8 @@ std::vector<std::string> notes_on(const Measurements& measurements, const Proble
 /// nothing was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
 
-/// What conditions have of their own, where it is enough to matter. @param problem with what the search allowed
+/// What conditions have of their own, where it is enough to matter, but boards that stand elsewhere. @param problem
+/// with what the search allowed
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
 /// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It

@@ -16,29 +16,40 @@ constexpr double out_of_line = 6;      ///< standard deviations
 constexpr double least_off = 3e-3;     ///< m: less is what rails and boards do
 constexpr std::size_t enough = 8;      ///< conditions for a median
 
+/// Change of ln of a board's light, as its amplitudes tell. @param rows expected @param sd of most boards
+double brightness_of(const Problem& problem, std::size_t condition, const std::vector<double>& rows, double sd) {
+  const std::size_t n = problem.design.superpixels();
+  double square = 0, product = 0;
+  for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
+    const double variance = problem.data[condition].variance[row];
+    if (std::isinf(variance)) continue;
+    const double response = problem.light_response(condition, row);
+    square += response * response / variance;
+    product += response * (problem.data[condition].value[row] - rows[row]) / variance;
+  }
+  return sd * sd * product / (1 + sd * sd * square);
+}
+
 }  // namespace
 
 Places places_of(const Problem& problem, const State& state) {
   const auto rows = with_nuisances(problem, expected(problem, state), state.variances);
+  const std::size_t n = problem.design.superpixels();
   Places places{std::vector<double>(rows.size(), 0), state.variances.jitter};
   std::vector<double> sizes;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    // Of a board that is brighter than its target usually is, light from elsewhere changes the distance less. How
-    // bright it is, amplitudes tell; where it stands, they do not.
-    const double light = state.variances.light;
-    double shifts = 0, shift_light = 0, lights = light > 0 ? 1 / (light * light) : 1, product = 0, light_product = 0;
-    for (std::size_t row = 0; row < rows[i].size(); ++row) {
+    const double brighter = brightness_of(problem, i, rows[i], state.variances.light);
+    double square = 0, product = 0;
+    for (std::size_t row = distance * n; row < (distance + 1) * n; ++row) {
       const double variance = problem.data[i].variance[row];
       if (std::isinf(variance)) continue;
-      const double shift = problem.is_of(distance, row) ? problem.design.shift(i)[row] : 0;
-      const double brighter = light > 0 ? problem.light_response(i, row) : 0;
-      const double off = problem.data[i].value[row] - rows[i][row];
-      shifts += shift * shift / variance, shift_light += shift * brighter / variance;
-      lights += brighter * brighter / variance;
-      product += shift * off / variance, light_product += brighter * off / variance;
+      const double shift = problem.design.shift(i)[row];
+      const double off = problem.data[i].value[row] - rows[i][row] - brighter * problem.light_response(i, row);
+      square += shift * shift / variance;
+      product += shift * off / variance;
     }
-    if (!(shifts > 0)) continue;
-    places.off[i] = (product - shift_light * light_product / lights) / (shifts - shift_light * shift_light / lights);
+    if (!(square > 0)) continue;
+    places.off[i] = product / square;
     sizes.push_back(std::abs(places.off[i]));
   }
   if (sizes.size() < enough) return places;

@@ -14,7 +14,8 @@ struct Places {
   double sd = 0;            ///< of most of them, m
 };
 
-/// Beside a model, with what conditions share taken out. Only distances are asked: light has reasons of its own.
+/// Beside a model, with what conditions share taken out. Where a board stands, distances tell; how bright it is,
+/// whatever the reason, amplitudes: other light than the board's changes distances less on a brighter one.
 Places places_of(const Problem& problem, const State& state);
 
 /// How many times the usual jitter each board may be off: Student's t with 4 degrees of freedom, so that one that

@@ -226,6 +226,8 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   result.folds.push_back(twins);
   const Fall beside = fall_of(result, {"a", "b"}, 1);
   EXPECT_EQ(beside.without - beside.with, 210);
+  EXPECT_EQ(beside.folds, 5U);
+  EXPECT_EQ(beside.folds_alone, 4U);
 }
 
 }  // namespace

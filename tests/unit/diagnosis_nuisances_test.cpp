@@ -68,9 +68,9 @@ TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
   Problem problem = make_problem(*design, data);
   state.light.assign(problem.targets.size(), 0);
   brighten(problem, state);
-  const double shown = problem.data[brighter].value[0] - expected(problem, state)[brighter][0];
-  EXPECT_GT(std::abs(shown), 10e-3) << "this leak shows what else the light does";
   EXPECT_LT(std::abs(places_of(problem, state).off[brighter]), 2e-3);
+  state.variances.light = 0;
+  EXPECT_GT(std::abs(places_of(problem, state).off[brighter]), 6e-3) << "whose light is taken for known has moved";
 }
 
 /// A residue that stays for some conditions, as air and reflections do.
