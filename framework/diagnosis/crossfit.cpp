@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/crossfit.hpp"
 
+#include "diagnosis/part.hpp"
 #include "diagnosis/places.hpp"
 
 #include <fmt/format.h>
@@ -18,43 +19,6 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr int draws = 1000;
-
-/// A problem whose targets are those of another one, in their order, then those that are new.
-Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, other.targets, {}, nuisances_of(design)};
-  for (const io::Condition& condition : design.conditions()) {
-    auto found = std::ranges::find(problem.targets, condition.target);
-    const bool known = is_light_known(condition);
-    if (!known && found == problem.targets.end() && problem.light_seen())
-      found = problem.targets.insert(found, condition.target);
-    problem.target.push_back(
-        known || found == problem.targets.end() ? -1 : static_cast<int>(found - problem.targets.begin()));
-  }
-  return problem;
-}
-
-/// Some conditions of a design, with nothing of the others.
-struct Part {
-  Design design;
-  std::vector<Observations> data;
-  Problem problem;
-
-  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen)
-      : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data)) {}
-  /// With the targets of another part, and those that are new.
-  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
-       const Part& other)
-      : design(whole.part(chosen)), data(picked(all, chosen)), problem(problem_like(other.problem, design, data)) {}
-  Part(const Part&) = delete;
-  Part& operator=(const Part&) = delete;
-
-  static std::vector<Observations> picked(const std::vector<Observations>& all,
-                                          const std::vector<std::size_t>& chosen) {
-    std::vector<Observations> some;
-    for (const std::size_t i : chosen) some.push_back(all[i]);
-    return some;
-  }
-};
 
 /// A state of the conditions that were left, for those that were put aside: reflectivities of targets that are new are
 /// found from amplitudes, never from distances.
@@ -96,7 +60,7 @@ class Prediction {
 
   void before(const State& state) {
     const auto rows = predict(state);
-    for (std::size_t i = 0; i < rows.size(); ++i) sums(rows[i], i, conditions_[i].before);
+    for (std::size_t i = 0; i < rows.size(); ++i) conditions_[i].before = sums(rows[i], i);
     // Boards that stand elsewhere are told by the model as it was: none that is to prove itself makes them count less.
     held_.problem.allowed.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
   }
@@ -107,22 +71,23 @@ class Prediction {
     const std::vector<Gram> grams = grams_of(held_.problem, with_nuisances(held_.problem, after_, variances_), {});
     for (std::size_t i = 0; i < after_.size(); ++i) {
       OutOfFold& one = conditions_[i];
-      sums(after_[i], i, one.after);
+      one.after = sums(after_[i], i);
       one.chi_after = square(grams[i], grams[i].cols() - 1, variances_);
     }
   }
 
   /// With one effect less, fitted without it. The covariance stays that of the model with all.
-  void without(const std::string& effect, const State& state) {
+  /// @param taken_out all else as it was with the effect: what is fitted without it may run away where nothing holds it
+  void without(const std::string& effect, const State& state, const State& taken_out) {
+    const auto rows_of_rest = predict(taken_out);
     const auto rows = predict(state);
     const Column apart = difference(after_, rows);
     const std::vector<Gram> grams =
         grams_of(held_.problem, with_nuisances(held_.problem, rows, variances_), std::span(&apart, 1));
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      std::array<double, observables> squares{};
-      sums(rows[i], i, squares);
       conditions_[i].without[effect] = {square(grams[i], grams[i].cols() - 1, variances_),
-                                        square(grams[i], 0, variances_), squares[distance]};
+                                        square(grams[i], 0, variances_), sums(rows[i], i)[distance],
+                                        sums(rows_of_rest[i], i)[distance]};
     }
   }
 
@@ -135,10 +100,12 @@ class Prediction {
     return expected(held_.problem, there);
   }
 
-  void sums(const std::vector<double>& rows, std::size_t i, std::array<double, observables>& squares) {
+  /// Sums of squares of a condition.
+  std::array<double, observables> sums(const std::vector<double>& rows, std::size_t i) {
     const std::size_t n = held_.design.superpixels();
+    std::array<double, observables> squares{};
     conditions_[i].count = {};
-    if (!held_.design.shows_board(i)) return;  // it has no gap to a board
+    if (!held_.design.shows_board(i)) return squares;  // it has no gap to a board
     for (std::size_t o = 0; o < observables; ++o) {
       for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
         if (std::isinf(held_.data[i].variance[row])) continue;
@@ -147,6 +114,7 @@ class Prediction {
         ++conditions_[i].count[o];
       }
     }
+    return squares;
   }
 
   Part& held_;
@@ -184,7 +152,9 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
       if (piece.refinement) continue;
       const std::string name = selection.terms()[piece.term].candidate->name();
       result.chosen.push_back(name);
-      prediction.without(name, selection.without(piece).fit.state);
+      State taken_out = result.state;
+      taken_out.terms.erase(taken_out.terms.begin() + static_cast<std::ptrdiff_t>(piece.term));
+      prediction.without(name, selection.without(piece).fit.state, taken_out);
     }
     result.conditions = prediction.take();
   } catch (const simulation::EffectError& error) {
@@ -311,7 +281,7 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
 Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed) {
   Sums conditions;  // without, with
   Fall fall;
-  double depth_without = 0, depth_with = 0, count = 0;
+  double depth_without = 0, depth_taken_out = 0, depth_with = 0, count = 0;
   // Where a fold chose two that are alike, one of them without the other says nothing of what both do.
   const auto single = [&](const FoldResult& fold) {
     return std::ranges::count_if(fold.chosen,
@@ -332,6 +302,7 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
       fall.with += c.chi_after;
       fall.seen += less.seen;
       depth_without += less.depth;
+      depth_taken_out += less.taken_out;
       depth_with += c.after[distance];
       count += c.count[distance];
     }
@@ -339,6 +310,7 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
   fall.conditions = conditions.size();
   if (conditions.empty()) return fall;
   fall.depth_without = std::sqrt(depth_without / count);
+  fall.depth_taken_out = std::sqrt(depth_taken_out / count);
   fall.depth_with = std::sqrt(depth_with / count);
   fall.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return fall;

@@ -25,6 +25,7 @@ struct OutOfFold {
   double chi_after = 0;
   struct Less {
     double chi = 0, seen = 0, depth = 0;  ///< chi-square, that of what changes, sum of squares of depth in m^2
+    double taken_out = 0;                 ///< the latter with all else as it was with the effect
   };
   std::map<std::string, Less> without;  ///< with one effect less, fitted without it
 };
@@ -87,6 +88,7 @@ struct Fall {
   double low = 0;                          ///< of without - with, low end of its 95 % interval by conditions
   double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
   double depth_with = std::numeric_limits<double>::quiet_NaN();
+  double depth_taken_out = std::numeric_limits<double>::quiet_NaN();  ///< with all else as it was with the effect
   std::size_t conditions = 0;
   std::size_t folds_alone = 0, folds = 0;  ///< that chose one of the names alone; that chose any
 

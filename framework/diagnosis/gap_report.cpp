@@ -50,7 +50,7 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
 std::string fall_text(const Diagnosis& d, std::size_t t) {
   const Fall& fall = d.search.found[t - d.model_terms.size()].fall;
   const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
-  std::string text = fmt::format("{} → {}", gap(fall.depth_without), gap(fall.depth_with));
+  std::string text = fmt::format("{} → {}", gap(fall.depth_taken_out), gap(fall.depth_with));
   if (fall.folds_alone > 0 && 2 * fall.folds_alone < fall.folds)
     text += fmt::format("\nin {} of the {} folds that chose it: the others chose what is like it, too",
                         fall.folds_alone, fall.folds);

@@ -173,6 +173,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
     single += r.frames < 2 ? 1U : 0U;
     result.taps |= r.kind == FrameSums::Kind::taps;
     result.phases |= r.kind == FrameSums::Kind::phases;
+    result.decoded |= r.kind == FrameSums::Kind::decoded;
   }
   const auto capped = static_cast<std::size_t>(std::ranges::count_if(used, &io::Condition::is_capped));
   require_enough(used.size() - capped, result.left_out);

@@ -25,6 +25,7 @@ struct Measurements {
   double saturated = 0;                ///< share
   bool replicates = false;             ///< noise from the frames; otherwise from the camera's profile
   bool taps = false, phases = false;   ///< some condition has them
+  bool decoded = false;                ///< some condition has distances alone
   bool table = false;                  ///< one mean a condition in place of captures
   std::optional<NoiseRatio> noise;     ///< where frames and the profile tell it
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded

@@ -36,9 +36,9 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
       if (other == rival.state.terms.end()) continue;
       const std::string of_all =
           rival.of_several() ? fmt::format(" in the place of {}", fmt::join(rival.in_place_of, " and ")) : "";
-      text += fmt::format(
-          "  # or{}, as these data cannot tell which of the two it is ({:.1f} of deviance worse):\n  # - {}\n", of_all,
-          rival.deviance, other->candidate->yaml(other->values, other->maps.get(), map_file_name));
+      text += fmt::format("  # or{}, as these data cannot tell ({:.1f} of deviance worse):\n  # - {}\n", of_all,
+                          std::round(10 * rival.deviance) / 10 + 0.0,
+                          other->candidate->yaml(other->values, other->maps.get(), map_file_name));
     }
   }
   return text;

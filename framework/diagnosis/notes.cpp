@@ -149,7 +149,9 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
         "one condition to the next is estimated with the model.");
   else if (!m.taps)
     notes.push_back(
-        m.phases ? "The captures have phases and no taps: nothing is known of the intensity."
+        m.phases ? fmt::format("{} no taps: nothing is known of the intensity.",
+                               m.decoded ? "Some captures have phases, the others distances, and none has"
+                                         : "The captures have phases and")
         : problem.light_seen()
             ? "The captures have distances and amplitudes: nothing is known of the intensity and of the null "
               "channels."
@@ -159,8 +161,7 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
         "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
   if (!m.design->tells_order())
     notes.push_back(
-        "The conditions do not all have an `order`: whether the camera wandered while they were measured was not "
-        "asked.");
+        "Not every condition says its `order`: whether the camera wandered while they were measured was not asked.");
   notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(

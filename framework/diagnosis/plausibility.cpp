@@ -6,6 +6,8 @@
 #include "diagnosis/robust_camera.hpp"
 #include "io/captures/campaign_captures.hpp"
 
+#include <tofgraph/physics/constants.hpp>
+
 #include <fmt/format.h>
 
 #include <array>
@@ -133,6 +135,7 @@ class Judge {
       const auto [distance, rest] = camera_.at_distance(i, start);
       if (!camera_.tells_light(i) && start != written && std::abs(distance / start - 1) > slip_tolerance) continue;
       if (!(std::abs(distance - written) > distance_share * std::min(distance, written))) continue;
+      if (distance > physics::unambiguous_range(m_.design->camera().modulation_frequency)) continue;
       add(i, Kind::distance, rest, config::format_quantity(written, "m"),
           "the data say " + config::format_quantity(std::stod(fmt::format("{:.3g}", distance)), "m"), all);
       return;

@@ -182,9 +182,9 @@ TEST_F(Record, WhatIsStillRecordedIsNotRepaired) {
 }
 
 TEST_F(Record, TheIntegrationTimeChangesBetweenFrames) {
-  EXPECT_EQ(
-      run(record + "-o a.h5 --frames 30 --set auto_integration_time=true --set integration_time='0.5 ms'").exit_code,
-      0);
+  const Outcome outcome =
+      run(record + "-o a.h5 --frames 30 --set auto_integration_time=true --set integration_time='0.5 ms'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
   const auto taps = raw_values<std::uint16_t>(file("a.h5"), "/frames/taps");
   EXPECT_DOUBLE_EQ(times.front(), 0.5e-3);
