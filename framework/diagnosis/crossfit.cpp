@@ -5,6 +5,8 @@
 #include "diagnosis/part.hpp"
 #include "diagnosis/places.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -281,7 +283,8 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
 Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, std::uint64_t seed) {
   Sums conditions;  // without, with
   Fall fall;
-  double depth_without = 0, depth_taken_out = 0, depth_with = 0, count = 0;
+  double depth_without = 0, depth_with = 0, count = 0;
+  std::vector<double> taken_out_of_each, with_of_each;
   // Where a fold chose two that are alike, one of them without the other says nothing of what both do.
   const auto single = [&](const FoldResult& fold) {
     return std::ranges::count_if(fold.chosen,
@@ -293,6 +296,7 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
     ++fall.folds;
     if (any && !single(fold)) continue;
     fall.folds_alone += any ? 1 : 0;
+    double taken_out = 0, with = 0, known = 0;
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;
@@ -302,15 +306,21 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
       fall.with += c.chi_after;
       fall.seen += less.seen;
       depth_without += less.depth;
-      depth_taken_out += less.taken_out;
+      taken_out += less.taken_out, with += c.after[distance], known += c.count[distance];
       depth_with += c.after[distance];
       count += c.count[distance];
     }
+    if (!(known > 0)) continue;
+    taken_out_of_each.push_back(std::sqrt(taken_out / known));
+    with_of_each.push_back(std::sqrt(with / known));
   }
   fall.conditions = conditions.size();
   if (conditions.empty()) return fall;
   fall.depth_without = std::sqrt(depth_without / count);
-  fall.depth_taken_out = std::sqrt(depth_taken_out / count);
+  if (!taken_out_of_each.empty()) {
+    fall.median_taken_out = physics::median(taken_out_of_each);
+    fall.median_with = physics::median(with_of_each);
+  }
   fall.depth_with = std::sqrt(depth_with / count);
   fall.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return fall;

@@ -88,7 +88,10 @@ struct Fall {
   double low = 0;                          ///< of without - with, low end of its 95 % interval by conditions
   double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
   double depth_with = std::numeric_limits<double>::quiet_NaN();
-  double depth_taken_out = std::numeric_limits<double>::quiet_NaN();  ///< with all else as it was with the effect
+  /// Root mean squares of a fold, the median over folds, m: taken out with all else as it was, and with it. In a single
+  /// fold two effects may hold each other up, and the one without the other be anywhere.
+  double median_taken_out = std::numeric_limits<double>::quiet_NaN();
+  double median_with = std::numeric_limits<double>::quiet_NaN();
   std::size_t conditions = 0;
   std::size_t folds_alone = 0, folds = 0;  ///< that chose one of the names alone; that chose any
 

@@ -216,8 +216,8 @@ class Run {
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;
         effect.influence = influence(*problem_, after.state, t);
-        effect.held_out_before = found.fall.depth_taken_out;
-        effect.held_out_after = found.fall.depth_with;
+        effect.held_out_before = found.fall.median_taken_out;
+        effect.held_out_after = found.fall.median_with;
       }
       d_->effects.push_back(std::move(effect));
     }

@@ -53,7 +53,7 @@ struct EffectResult {
   std::string where;
   std::vector<ParameterResult> parameters;
   std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
-  double held_out_before = 0, held_out_after = 0;  ///< gap out of fold, m: taken out of the model, and with it
+  double held_out_before = 0, held_out_after = 0;  ///< gap of a fold, m: taken out of the model, and with it
   double chosen = NAN;                             ///< share of the folds; NaN: nothing could be put aside
   double gain = 0, p_value = 1, capture = 0;
   std::vector<Rival> rivals;

@@ -50,7 +50,7 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
 std::string fall_text(const Diagnosis& d, std::size_t t) {
   const Fall& fall = d.search.found[t - d.model_terms.size()].fall;
   const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
-  std::string text = fmt::format("{} → {}", gap(fall.depth_taken_out), gap(fall.depth_with));
+  std::string text = fmt::format("{} → {}", gap(fall.median_taken_out), gap(fall.median_with));
   if (fall.folds_alone > 0 && 2 * fall.folds_alone < fall.folds)
     text += fmt::format("\nin {} of the {} folds that chose it: the others chose what is like it, too",
                         fall.folds_alone, fall.folds);
@@ -73,8 +73,8 @@ void add_found(report::Page& page, const Diagnosis& d) {
                                 added ? "missing in the model" : "in the model, fitted again")});
   }
   if (rows.empty()) return;
-  const Row header = {"effect", "sizes (95 %)", "held-out gap without it → with it", "folds that chose it",
-                      "what it is"};
+  const Row header = {"effect", "sizes (95 %)", "held-out gap of the median fold, without it → with it",
+                      "folds that chose it", "what it is"};
   page.table(header, rows);
 }
 

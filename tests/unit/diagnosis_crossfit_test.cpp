@@ -230,5 +230,23 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   EXPECT_EQ(beside.folds_alone, 4U);
 }
 
+/// In one fold another effect holds it up, and without it all is anywhere: what is told is what most folds say.
+TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
+  CrossFit result;
+  for (const double taken_out : {5e-3, 0.8, 4e-3}) {
+    FoldResult fold;
+    fold.chosen = {"a"};
+    OutOfFold& one = fold.conditions.emplace_back();
+    one.condition = result.folds.size();
+    one.count[distance] = 100;
+    one.after[distance] = 100 * 1e-6;
+    one.without["a"] = {.taken_out = 100 * taken_out * taken_out};
+    result.folds.push_back(fold);
+  }
+  const Fall fall = fall_of(result, {"a"}, 1);
+  EXPECT_NEAR(fall.median_taken_out, 5e-3, 1e-12);
+  EXPECT_NEAR(fall.median_with, 1e-3, 1e-12);
+}
+
 }  // namespace
 }  // namespace tofgraph::diagnosis
