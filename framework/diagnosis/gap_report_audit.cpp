@@ -36,6 +36,9 @@ std::string experiments(const Diagnosis& d, const NextCondition& tie) {
   return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
 }
 
+/// Whether the camera's samples are there, or what a table says in their place.
+bool has_samples(const Diagnosis& d) { return d.measurements.taps || d.measurements.phases || d.measurements.table; }
+
 /// What no condition of the list tells, and what its author advises.
 struct Silent {
   std::vector<std::string> values;  ///< as questions
@@ -161,19 +164,18 @@ void add_next(report::Page& page, const ReportData& data) {
   }
   if (rows.empty() && silent.advice.empty()) return;
   page.heading("What to measure next");
-  for (const NextCondition& tie : d.next) {
-    if (tie.effects.size() > 1 && !tells(tie))
-      page.verdict(
-          fmt::format("To tell {}: none of the conditions that were compared does. What does, from experience: {}.",
-                      question(tie), experiments(d, tie)));
-  }
   if (const NextCondition* const first = most_telling(d.next); first != nullptr) {
     page.verdict(sentence(*first));
     page.paragraph(
-        "The most telling of these conditions is beside this report as a scene, next_condition.yaml, for tofgraph "
-        "simulate.");
+        "The most telling condition is beside this report as a scene, next_condition.yaml, for tofgraph simulate.");
   } else {
     page.verdict("Nothing that was compared, at this campaign's settings or somewhat beyond them, would tell more.");
+  }
+  for (const NextCondition& tie : d.next) {
+    if (tie.effects.size() > 1 && !tells(tie))
+      page.verdict(fmt::format(
+          "To tell {}: none of the conditions that were compared does. What does, from experience: {}{}.",
+          question(tie), has_samples(d) ? "" : "the samples, if the camera gives them; or ", experiments(d, tie)));
   }
   if (!d.next.empty())
     page.paragraph(fmt::format(
