@@ -296,7 +296,7 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
     ++fall.folds;
     if (any && !single(fold)) continue;
     fall.folds_alone += any ? 1 : 0;
-    double taken_out = 0, with = 0, known = 0;
+    double taken_out = 0, known = 0;
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;
@@ -306,13 +306,14 @@ Fall fall_of(const CrossFit& cross_fit, const std::vector<std::string>& names, s
       fall.with += c.chi_after;
       fall.seen += less.seen;
       depth_without += less.depth;
-      taken_out += less.taken_out, with += c.after[distance], known += c.count[distance];
       depth_with += c.after[distance];
-      count += c.count[distance];
+      taken_out += less.taken_out;
+      known += c.count[distance];
     }
+    count += known;
     if (!(known > 0)) continue;
-    taken_out_of_each.push_back(std::sqrt(taken_out / known));
-    with_of_each.push_back(std::sqrt(with / known));
+    taken_out_of_each.push_back(root_mean(taken_out, known));
+    with_of_each.push_back(fold.gap(distance).after);
   }
   fall.conditions = conditions.size();
   if (conditions.empty()) return fall;

@@ -16,40 +16,41 @@ constexpr double out_of_line = 6;      ///< standard deviations
 constexpr double least_off = 3e-3;     ///< m: less is what rails and boards do
 constexpr std::size_t enough = 8;      ///< conditions for a median
 
-/// Change of ln of a board's light, as its amplitudes tell. @param rows expected @param sd of most boards
-double brightness_of(const Problem& problem, std::size_t condition, const std::vector<double>& rows, double sd) {
-  const std::size_t n = problem.design.superpixels();
+/// Of what one observable of a condition is off by, along a direction; both in units of the noise.
+struct Along {
   double square = 0, product = 0;
-  for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
+};
+/// @param direction, off of a row
+template <class Direction, class Off> Along along(const Problem& problem, std::size_t condition, std::size_t observable,
+                                                  const Direction& direction, const Off& off) {
+  const std::size_t n = problem.design.superpixels();
+  Along sums;
+  for (std::size_t row = observable * n; row < (observable + 1) * n; ++row) {
     const double variance = problem.data[condition].variance[row];
     if (std::isinf(variance)) continue;
-    const double response = problem.light_response(condition, row);
-    square += response * response / variance;
-    product += response * (problem.data[condition].value[row] - rows[row]) / variance;
+    sums.square += direction(row) * direction(row) / variance;
+    sums.product += direction(row) * off(row) / variance;
   }
-  return sd * sd * product / (1 + sd * sd * square);
+  return sums;
 }
 
 }  // namespace
 
 Places places_of(const Problem& problem, const State& state) {
   const auto rows = with_nuisances(problem, expected(problem, state), state.variances);
-  const std::size_t n = problem.design.superpixels();
   Places places{std::vector<double>(rows.size(), 0), state.variances.jitter};
   std::vector<double> sizes;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double brighter = brightness_of(problem, i, rows[i], state.variances.light);
-    double square = 0, product = 0;
-    for (std::size_t row = distance * n; row < (distance + 1) * n; ++row) {
-      const double variance = problem.data[i].variance[row];
-      if (std::isinf(variance)) continue;
-      const double shift = problem.design.shift(i)[row];
-      const double off = problem.data[i].value[row] - rows[i][row] - brighter * problem.light_response(i, row);
-      square += shift * shift / variance;
-      product += shift * off / variance;
-    }
-    if (!(square > 0)) continue;
-    places.off[i] = product / square;
+    const auto light = [&](std::size_t row) { return problem.light_response(i, row); };
+    const auto shift = [&](std::size_t row) { return problem.design.shift(i)[row]; };
+    const auto off = [&](std::size_t row) { return problem.data[i].value[row] - rows[i][row]; };
+    const Along bright = along(problem, i, amplitude, light, off);
+    const double prior = state.variances.light * state.variances.light;
+    const double brighter = prior * bright.product / (1 + prior * bright.square);  // of ln of its light
+    const Along place =
+        along(problem, i, distance, shift, [&](std::size_t row) { return off(row) - brighter * light(row); });
+    if (!(place.square > 0)) continue;
+    places.off[i] = place.product / place.square;
     sizes.push_back(std::abs(places.off[i]));
   }
   if (sizes.size() < enough) return places;
