@@ -195,25 +195,28 @@ double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / 
 
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
-                   const SearchOptions& options, std::span<const std::vector<std::string>> asked) {
+                   const SearchOptions& options, std::span<const std::vector<std::string>> asked,
+                   std::vector<FoldResult> known) {
   // Each has columns of its own, up to some 500 MB; the first are fewer, as after them it may be known. The same on any
   // machine, as what is asked after them decides.
   constexpr std::size_t at_once = 4, first = 2, enough = 3;
   CrossFit result;
   result.clusters = clusters_of(design);
+  std::size_t done = known.size();
+  result.folds = std::move(known);
   result.folds.resize(folds.size());
   SearchOptions quiet = options;
   quiet.progress = {};
   // Of those that must choose an effect as many may do without it.
   const auto may_miss = static_cast<std::size_t>((1 - least_chosen) * static_cast<double>(folds.size()) + 1e-9);
-  std::size_t done = 0;
   const auto refuted = [&](const std::vector<std::string>& names) {
     const auto without = [&](const FoldResult& fold) { return !fold.chose(names); };
     if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
       return true;
     return done >= enough && fall_of(result, names, options.seed).is_rise();
   };
-  while (done < folds.size()) {
+  const auto decided = [&] { return done > 0 && !asked.empty() && std::ranges::all_of(asked, refuted); };
+  while (done < folds.size() && !decided()) {
     const std::size_t end = std::min(folds.size(), done + (done < at_once ? first : at_once));
     if (options.progress)
       options.progress(fmt::format("predicting what was put aside, {} of {}", done + 1, folds.size()));
@@ -223,7 +226,6 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
           [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
     });
     done = end;
-    if (!asked.empty() && std::ranges::all_of(asked, refuted)) break;
   }
   result.complete = done == folds.size();
   result.folds.resize(done);

@@ -139,7 +139,7 @@ class Search : private Selection {
   /// @returns whether effects were looked for again; that is so twice at most, as what comes may go each time
   bool establish() {
     confirm_all();
-    const bool again = pieces().empty() && !result_.dropped.empty() && regrown_ < 2 && grow_beside_conditions();
+    const bool again = pieces().empty() && !result_.dropped.empty() && regrown_ < 2 && grow_beside_conditions(true);
     if (again) {
       ++regrown_;
       confirm_all();
@@ -160,14 +160,17 @@ class Search : private Selection {
     } while (require_told());
   }
 
-  /// Where nothing is named the model stays as it is, and so it predicts what is put aside.
+  /// Where nothing is named the model stays as it is, and so it predicts what is put aside. Folds search for
+  /// themselves, whatever is asked of them: what they found once they would find again.
   void put_aside() {
+    const bool searched = !pieces().empty();
     SearchOptions aside = options_;
-    if (pieces().empty()) aside.max_effects = 0;
+    if (!searched) aside.max_effects = 0;
     std::vector<std::vector<std::string>> names;
     for (const Found& found : result_.found) names.push_back(found.names());
-    result_.cross_fit =
-        cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_, aside, names);
+    result_.cross_fit = cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_,
+                                  aside, names, searched ? searched_folds_ : std::vector<FoldResult>{});
+    if (searched) searched_folds_ = result_.cross_fit.folds;
   }
 
   /// Drops the effects that a question refutes. @returns whether there was such a one
@@ -306,6 +309,7 @@ class Search : private Selection {
   Rivals rivals_;
   int regrown_ = 0;
   std::vector<StoodFor> stood_for_;
+  std::vector<FoldResult> searched_folds_;
   SearchResult result_;
 };
 

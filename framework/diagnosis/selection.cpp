@@ -71,10 +71,8 @@ void Selection::grow() {
   grow_beside_conditions();
 }
 
-/// Looks for more effects beside what conditions have of their own. @returns whether there is such a thing that was not
-/// known before
-bool Selection::grow_beside_conditions() {
-  if (!look_at_conditions()) return false;
+bool Selection::grow_beside_conditions(bool anew) {
+  if (!look_at_conditions() || (anew && promises_as_before())) return false;
   add_all();
   drop_needless();
   return true;

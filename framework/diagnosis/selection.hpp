@@ -24,6 +24,12 @@ struct SearchOptions {
   std::function<void(const std::string& what)> progress;  ///< may be empty
 };
 
+/// What a set of effects gains in the linearised problem.
+struct Promise {
+  std::vector<std::string> names;
+  double gain = 0;
+};
+
 /// A model's effects and those that were added to it, fitted to some conditions.
 class Selection {
  public:
@@ -41,7 +47,11 @@ class Selection {
   void begin();
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
-  bool grow_beside_conditions();
+  /// Looks for more effects beside what conditions have of their own. @param anew nothing is left of a model that was
+  /// refuted: where sets of effects promise what they promised then, they would lead to it again, and none are looked
+  /// for
+  /// @returns whether they were looked for
+  bool grow_beside_conditions(bool anew = false);
   /// The best model without a piece: fitted once, and kept until there is another best one. @throws
   /// simulation::EffectError
   const Base& without(const Piece& piece);
@@ -95,6 +105,8 @@ class Selection {
   bool leaves_nearly_all(const Fit& added) const;
   std::vector<Column> maps_of(const State& state) const;
   SubsetOptions set_options() const;
+  SubsetOptions leap_options() const;
+  bool promises_as_before() const;
   SubsetOptions alone(const Alternatives& all) const;
   std::optional<Fit> fitted_set(const State& from, const Alternatives& all, const Subset& subset,
                                 const Eigen::MatrixXd& information) const;
@@ -133,6 +145,7 @@ class Selection {
   Base original_, best_;
   std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay
   Alternatives alternatives_;
+  std::vector<Promise> promised_;              ///< beside the model as it is, when it was looked at first
   std::unique_ptr<const BoardShapes> shapes_;  ///< when they are asked for
   bool any_boards_ = false;                    ///< whether their shapes need not be sure
   std::vector<Step> trace_;

@@ -20,6 +20,7 @@ constexpr double nearly_all = 0.97;    ///< of the gain of the best set: what is
 constexpr double by_chance = 30;       ///< gain that the effects of a set more than needed have
 constexpr std::size_t most_singles = 8, sure_singles = 3;  ///< effects that are fitted alone; those that always are
 constexpr std::size_t most_forms = 3;                      ///< of one effect, that are fitted in the place of others
+constexpr double hardly_other = 0.02;                      ///< of what a set promised, where it promises the same again
 constexpr double bends = 0.3;  ///< of the best single effect's promise: less does not become the best once it is fitted
 
 /// Gain that is nearly all of what the best set promises.
@@ -59,6 +60,16 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
   return names;
 }
 
+/// Of each size the first, which is the best.
+std::vector<Promise> promises_of(const Alternatives& all, const std::vector<Subset>& sets) {
+  std::vector<Promise> promises;
+  for (const Subset& set : sets) {
+    if (std::ranges::none_of(promises, [&](const Promise& one) { return one.names.size() == set.choices.size(); }))
+      promises.push_back({names_of(all, set), set.gain});
+  }
+  return promises;
+}
+
 }  // namespace
 
 /// With a map held, an effect for which it stands in part would promise next to nothing beside it. Where the others
@@ -87,6 +98,27 @@ SubsetOptions Selection::alone(const Alternatives& all) const {
   return options;
 }
 
+SubsetOptions Selection::leap_options() const {
+  SubsetOptions options = set_options();
+  options.singles = most_singles;
+  options.share_of_all = nearly_all, options.less_than_all = by_chance;
+  options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
+  return options;
+}
+
+/// Whether sets of effects promise beside the model as it is what they promised at first.
+bool Selection::promises_as_before() const {
+  const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, barred_);
+  if (promised_.empty() || all.list.empty()) return false;
+  const Group* const group = &all.group;
+  const Scanner scanner(problem_, best_.fit.state, best_.columns, std::span(&group, 1), maps_of(best_.fit.state));
+  const Score score = scanner.scan(best_.fit.state.variances, best_.fit.dimension, 0, 0).scores[0];
+  const auto now = promises_of(all, best_subsets(score.information, score.score(), all.choices, leap_options()));
+  return std::ranges::equal(now, promised_, [](const Promise& one, const Promise& before) {
+    return one.names == before.names && std::abs(one.gain - before.gain) < hardly_other * before.gain;
+  });
+}
+
 /// To the best set of effects that may be added: the best sets of the linearised problem are fitted, and again in the
 /// noise that the best of these leaves, until no other comes out. @param least what a set must promise
 /// @returns whether there is one
@@ -95,10 +127,7 @@ std::optional<Fit> Selection::leap(double least) {
   say(fmt::format("looking for effect {}", terms().size() - model_.size() + 1));
   const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, barred_);
   if (all.list.empty()) return std::nullopt;
-  SubsetOptions options = set_options();
-  options.singles = most_singles;
-  options.share_of_all = nearly_all, options.less_than_all = by_chance;
-  options.most_effects = std::min(options.most_effects, model_.size() + options_.max_effects - terms().size());
+  const SubsetOptions options = leap_options();
   Fit reference = best_.fit, best = best_.fit;
   std::vector<std::vector<std::size_t>> fitted;
   const Group* const group = &all.group;
@@ -107,6 +136,7 @@ std::optional<Fit> Selection::leap(double least) {
     const Score score = scanner.scan(reference.state.variances, reference.dimension, 0, 0).scores[0];
     const double before = bic(best);
     std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
+    if (promised_.empty() && terms().size() == model_.size()) promised_ = promises_of(all, sets);
     std::erase_if(sets, [&](const Subset& set) { return set.gain < least; });
     const double needed = needed_of(sets);
     if (round == 0) note_ranks(all, score);

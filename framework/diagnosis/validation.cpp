@@ -97,23 +97,49 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
   return result;
 }
 
-/// Mean variance of what conditions differ by beside the noise of their frames, as the fit needs it.
+/// What a condition has of its own, a place, an offset and light: what the data say of each, in standard deviations of
+/// the fit, and what they leave open.
+struct Own {
+  Eigen::Vector3d value;
+  Eigen::Matrix3d covariance;
+};
+
+Eigen::Vector3d own_response(const Problem& problem, const Variances& sd, std::size_t i, std::size_t row) {
+  return {sd.jitter * problem.jitter_response(i, row), sd.offset * problem.offset_response(i, row),
+          sd.light * problem.light_response(i, row)};
+}
+
+Own own_of(const Problem& problem, const Variances& sd, std::size_t i, const std::vector<double>& rows) {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d score = Eigen::Vector3d::Zero();
+  const Observations& data = problem.data[i];
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (std::isinf(data.variance[row])) continue;
+    const Eigen::Vector3d along = own_response(problem, sd, i, row);
+    information += along * along.transpose() / data.variance[row];
+    score += along * ((data.value[row] - rows[row]) / data.variance[row]);
+  }
+  const Eigen::Matrix3d covariance = information.inverse();
+  return {covariance * score, covariance};
+}
+
+/// Mean square of what conditions differ by beside the noise of their frames. Not the sum of the variances: two of what
+/// differs may take from each other what neither has, where the model lacks something.
 double scatter_variance(const Problem& problem, const State& state, std::size_t observable) {
   const Variances& sd = state.variances;
+  const auto rows = expected(problem, state), shared = with_nuisances(problem, rows, sd);
+  std::vector<Own> own;
+  for (std::size_t i = 0; i < shared.size(); ++i) own.push_back(own_of(problem, sd, i, shared[i]));
   const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
   const double boards = problem.allowed.boards ? problem.allowed.boards->sd : 0;
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
     const double scale = scale_of(problem, observable, i, row);
-    const std::array<double, gram_tail - 1> along = {problem.design.shift(i)[row], problem.offset_response(i, row),
-                                                     problem.light_response(i, row), problem.uniform_response(i, row)};
-    double variance = residue * residue + std::pow(std::hypot(sd.jitter, boards) * along[0], 2) +
-                      std::pow(sd.offset * along[1], 2) + std::pow(sd.light * along[2], 2);
-    for (const Shared& shared : problem.nuisances.of_condition[i])
-      variance += std::pow(sd.*problem.nuisances.sd[static_cast<std::size_t>(shared.unknown)] * shared.factor *
-                               along.at(static_cast<std::size_t>(shared.direction)),
-                           2);
-    sum += scale * scale * variance;
+    const Eigen::Vector3d along = own_response(problem, sd, i, row);
+    const double there = shared[i][row] - rows[i][row] + along.dot(own[i].value);
+    sum += scale * scale *
+           (there * there + along.dot(own[i].covariance * along) + residue * residue +
+            std::pow(boards * problem.design.shift(i)[row], 2));
     ++count;
   });
   return sum / count;

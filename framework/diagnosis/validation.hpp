@@ -18,7 +18,7 @@ double gap(const Problem& problem, const State& state, std::size_t observable);
 /// @param frames whether the variances of the data come from frames
 double noise_floor(const Problem& problem, bool frames, std::size_t observable);
 
-/// What conditions differ by beside that, as the fit needs it: board, camera, light, a wander, sessions, a smooth
+/// What conditions differ by beside that, as the fit says of each: board, camera, light, a wander, sessions, a smooth
 /// residue. In units of gap().
 double scatter_left(const Problem& problem, const State& state, bool frames, std::size_t observable);
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The rail or table below the axis mirrors light of the sources onto the board.
 #include <tofgraph/effect.hpp>
+#include <tofgraph/physics/geometry.hpp>
 
 namespace tofgraph {
 
@@ -39,7 +40,7 @@ struct RailReflection final : Effect {
       for (std::size_t i = 0; i < light.points(); ++i) {
         if (source.strength[i] == 0) continue;
         const double* at = light.state.position + 3 * i;
-        const double mirrored = std::hypot(at[0] - image[0], at[1] - image[1], at[2] - image[2]);
+        const double mirrored = physics::norm({at[0] - image[0], at[1] - image[1], at[2] - image[2]});
         // what the direct light has, turned by the difference of the paths
         source.phasor[i] *= 1.0 + std::polar(*strength, radians_per_path * (mirrored - source.source.path[i]));
         source.strength[i] *= 1 + *strength;
