@@ -23,6 +23,7 @@ struct Rival {
   bool tied = false;                       ///< these data cannot tell which of the two it is
   State state = {};                        ///< of the model with it, fitted
   std::optional<std::size_t> untold = {};  ///< of its parameters, a shape that these data do not tell
+  std::string limit = {};  ///< what of it went to a limit, so that it is no tie though it does as much; or empty
 
   bool of_several() const { return in_place_of.size() > 1; }
   /// Whether it is to be told beside this one of those that it takes the place of: once.
@@ -54,7 +55,7 @@ struct Found {
   double chosen = NAN;           ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
   Fall fall;                     ///< what it brings out of fold
 
-  /// Its own, and of those that it cannot be told from.
+  /// Its own, and of those that do as much.
   std::vector<std::string> names() const;
 };
 

@@ -189,6 +189,11 @@ void add_influence(report::Page& page, const ReportData& data) {
   page.figures(pictures);
 }
 
+std::string compared(const Rival& rival) {
+  if (rival.tied) return "cannot be told apart (a tie)";
+  return rival.limit.empty() ? "worse" : "does as much, but " + rival.limit;
+}
+
 void add_rivals(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   std::vector<std::string> pictures;
@@ -196,10 +201,10 @@ void add_rivals(report::Page& page, const ReportData& data) {
   for (const EffectResult& e : data.d.effects) {
     std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {
-      if (!rival.tied && ++worse > most) continue;
+      if (!rival.tied && rival.limit.empty() && ++worse > most) continue;
       if (!rival.is_told_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),
-                      deviance_text(rival.deviance), rival.tied ? "cannot be told apart (a tie)" : "worse"});
+                      deviance_text(rival.deviance), compared(rival)});
       if (rival.tied || worse == 1) pictures.push_back(apart(data, rival));
     }
   }

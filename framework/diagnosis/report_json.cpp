@@ -48,11 +48,13 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
   result["capture"] = number(effect.capture);
   for (std::size_t i = 0; i < effect.influence.size(); ++i) result["influence"][conditions[i].id] = effect.influence[i];
   if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
-  for (const Rival& rival : effect.rivals)
+  for (const Rival& rival : effect.rivals) {
     result["rivals"].push_back({{"name", rival.candidate->name()},
                                 {"in_place_of", rival.in_place_of},
                                 {"deviance", rival.deviance},
                                 {"bic", rival.bic}});
+    if (!rival.limit.empty()) result["rivals"].back()["limit"] = rival.limit;
+  }
   return result;
 }
 

@@ -3,7 +3,6 @@
 #include "diagnosis/rivals.hpp"
 
 #include "diagnosis/contribution.hpp"
-#include "diagnosis/told.hpp"
 #include "diagnosis/validation.hpp"
 
 #include <algorithm>
@@ -53,7 +52,12 @@ std::optional<Rival> Rivals::compared(const Base& less, const Candidate& candida
               selection_.bic(fit) - selection_.bic(best)};
   rival.tied =
       std::min(rival.deviance, rival.bic) < tie_limit || hardly_differ(problem_, best.state, fit.state, tie_limit);
-  if (rival.tied) rival.untold = untold_shape(fit, candidate);
+  if (rival.tied) {
+    const Silence silence = silence_of_shape(fit, candidate);
+    rival.untold = silence.shape;
+    rival.tied = !silence.at_limit;
+    if (silence.at_limit) rival.limit = silence.why;
+  }
   rival.state = std::move(fit.state);
   return rival;
 }
@@ -81,16 +85,15 @@ std::vector<Rival> Rivals::of(const Found& found, std::size_t term) {
   return rivals;
 }
 
-/// The first of its shapes that these data do not tell.
-std::optional<std::size_t> Rivals::untold_shape(const Fit& fit, const Candidate& candidate) const {
+/// Of the first of its shapes that these data do not tell.
+Silence Rivals::silence_of_shape(const Fit& fit, const Candidate& candidate) const {
   const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
   const auto term = std::ranges::find_if(fit.state.terms, is_it);
   const auto may_be_anything = [](const FreeParameter& p) { return p.shape && !p.is_angle(); };
-  if (term == fit.state.terms.end() || std::ranges::none_of(term->candidate->free(), may_be_anything))
-    return std::nullopt;
+  if (term == fit.state.terms.end() || std::ranges::none_of(term->candidate->free(), may_be_anything)) return {};
   const double rest = left_of(problem_, fit, own_columns(problem_, fit.state, expected(problem_, fit.state)));
   const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
-  return silence_of(fit, static_cast<std::size_t>(term - fit.state.terms.begin()), values, rest).shape;
+  return silence_of(fit, static_cast<std::size_t>(term - fit.state.terms.begin()), values, rest);
 }
 
 /// In the place of all of these. @param terms ascending

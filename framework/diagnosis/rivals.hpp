@@ -5,6 +5,7 @@
 
 #include "diagnosis/found.hpp"
 #include "diagnosis/selection.hpp"
+#include "diagnosis/told.hpp"
 
 namespace tofgraph::diagnosis {
 
@@ -25,7 +26,7 @@ class Rivals {
   std::optional<Rival> compared(const Base& less, const Candidate& candidate, std::vector<std::string> in_place_of,
                                 Fit fit);
   std::optional<Rival> tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms);
-  std::optional<std::size_t> untold_shape(const Fit& fit, const Candidate& candidate) const;
+  Silence silence_of_shape(const Fit& fit, const Candidate& candidate) const;
 
   Selection& selection_;
   Problem& problem_;

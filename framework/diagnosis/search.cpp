@@ -22,10 +22,11 @@ namespace {
 constexpr double promising = 0.3;  ///< of the best linear gain: what bending could still make of a candidate
 constexpr double hardly = 0.01;    ///< of the gain of the best generic pattern: less is not near
 
-/// An effect of which a shape is not told, and the set that explains as much in its place.
+/// An effect of which a shape is not told, or at its limit, and the set that explains as much in its place.
 struct StoodFor {
   Found found;
   Fit fit;  ///< with it
+  Silence silence;
   std::vector<std::string> by;
 
   const std::string& name() const { return found.name; }
@@ -202,7 +203,8 @@ class Search : private Selection {
       if (silence.shape && rest < explained) {
         found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
         found.refutation = silence.why;
-        if (stand_in_for({found, best().fit, {}})) return true;
+        if (stand_in_for({found, best().fit, silence, {}})) return true;
+        if (silence.at_limit) found.untold.reset();  // no condition would tell it
       }
       found.refutation = silence.why;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
@@ -267,7 +269,8 @@ class Search : private Selection {
       std::erase_if(found.rivals, [&](const Rival& rival) { return rival.candidate == other; });
       found.rivals.insert(found.rivals.begin(),
                           {other, stood.by, stood.fit.deviance - best().fit.deviance, bic(stood.fit) - bic(best().fit),
-                           true, stood.fit.state, stood.found.untold->shape});
+                           !stood.silence.at_limit, stood.fit.state, stood.silence.shape,
+                           stood.silence.at_limit ? stood.silence.why : ""});
     }
   }
 

@@ -13,7 +13,15 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
+constexpr double near_limit = 0.02;   ///< of a typical value: no farther from the limit than a derivative's step
 constexpr double certainty = 0.95;    ///< of the region in which sizes are together, as of their intervals
+
+/// Whether a shape is as good as at the end of what it may be: one that may be much more than is typical, as what can
+/// be from none to all is at its ends by itself.
+bool is_at_limit(const FreeParameter& p, double value) {
+  const double typical = std::abs(p.typical), beyond = std::min(value - p.minimum, p.maximum - value);
+  return !p.is_angle() && p.maximum - p.minimum > untold_beyond * typical && beyond < near_limit * typical;
+}
 
 /// Whether the region in which some parameters are, whatever the others are, holds the values at which they are off.
 /// The conditions may tell their differences alone, as those of the gains of four samples where light is not known:
@@ -44,6 +52,10 @@ Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> a
       off = off && interval.low <= p.off && p.off <= interval.high;
       from.push_back((one.values[k] - p.off) / p.typical);
       at.push_back(static_cast<Eigen::Index>(first + k));
+    } else if (is_at_limit(p, one.values[k])) {
+      return {
+          fmt::format("its {} went to its limit, {:.3g}{}{}", p.name, one.values[k], p.unit.empty() ? "" : " ", p.unit),
+          k, true};
     } else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical)) {
       return {fmt::format("these conditions do not tell its {}", p.name), k};
     }

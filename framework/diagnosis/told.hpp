@@ -14,10 +14,12 @@ namespace tofgraph::diagnosis {
 /// Why the values of a term say nothing.
 struct Silence {
   std::string why;                   ///< empty: they say something
-  std::optional<std::size_t> shape;  ///< of its parameters, that may be anything
+  std::optional<std::size_t> shape;  ///< of its parameters, that may be anything, or is at its limit
+  bool at_limit = false;             ///< it is the latter
 };
 
-/// A shape that may be anything, or sizes that may as well be off, each of them and all together.
+/// A shape that may be anything, or went to a limit, where the effect is what others are, too: a warm-up of a second is
+/// an offset. Or sizes that may as well be off, each of them and all together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit);
 

@@ -39,6 +39,32 @@ TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
   EXPECT_EQ(silence_of(differ, 0, each_alone(differ), 9).why, "all of its sizes may as well be off");
 }
 
+Silence silence_at(const Candidate& candidate, const std::string& shape, double value) {
+  Fit fit;
+  fit.state.terms = {{&candidate, {}}};
+  std::vector<Interval> narrow;
+  for (const FreeParameter& p : candidate.free()) {
+    const double here = p.name == shape ? value : p.typical, half = 0.001 * p.typical;
+    fit.state.terms[0].values.push_back(here);
+    narrow.push_back({here - half, here + half});
+  }
+  const auto n = static_cast<Eigen::Index>(narrow.size());
+  fit.covariance = Eigen::MatrixXd::Identity(n, n) * 1e-6;
+  return silence_of(fit, 0, narrow, 1);
+}
+
+/// A warm-up of some seconds is an offset, whatever its interval says; of a share each value is one.
+TEST_F(Rail, AShapeThatWentToItsLimitSaysNothing) {
+  const Candidate& warm_up = effect("warm_up");
+  const Silence there = silence_at(warm_up, "time_constant", 9);
+  EXPECT_TRUE(there.at_limit);
+  EXPECT_EQ(there.why, "its time_constant went to its limit, 9 s");
+  ASSERT_TRUE(there.shape);
+  EXPECT_EQ(warm_up.free()[*there.shape].name, "time_constant");
+  EXPECT_EQ(silence_at(warm_up, "time_constant", 60).why, "");
+  EXPECT_EQ(silence_at(effect("stray_light"), "uniform", 1).why, "");
+}
+
 /// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
 TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
   const Candidate& plain = effect("lens_distortion");
