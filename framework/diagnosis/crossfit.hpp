@@ -77,7 +77,7 @@ struct CrossFit {
 /// @param folds what to put aside @param data of the whole design
 /// @param asked names of each effect that must prove itself, its own first, with all it stands for: when so many folds
 /// did without that none of them can, or predicted worse with them, the other folds are left out
-/// @param known the first folds, from when these options were asked before
+/// @param known results of the first folds, with the same data, model, candidates and options: not searched again
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked = {},

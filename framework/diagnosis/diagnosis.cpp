@@ -167,6 +167,7 @@ class Run {
     const State& after = d_->search.after.state;
     Problem flat = *problem_;  // the gap is the camera's: a board's shape stays in it
     flat.allowed.boards = nullptr;
+    const std::array<double, observables> scatter = scatter_of(*problem_, after);
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
       d_->gaps[o] = {gap(original, before, o),
@@ -176,8 +177,8 @@ class Run {
                      out.low,
                      out.high,
                      noise_floor(*problem_, !d_->measurements.table, o),
-                     scatter_left(*problem_, after, !d_->measurements.table, o),
-                     noise_and_scatter(*problem_, after, !d_->measurements.table, o)};
+                     scatter_left(*problem_, scatter[o], !d_->measurements.table, o),
+                     noise_and_scatter(*problem_, scatter[o], !d_->measurements.table, o)};
     }
   }
 

@@ -9,7 +9,7 @@ namespace tofgraph::diagnosis {
 std::vector<std::string> Found::names() const {
   std::vector<std::string> all = {name};
   for (const Rival& rival : rivals) {
-    if (rival.tied || !rival.limit.empty()) all.push_back(rival.candidate->name());
+    if (rival.does_as_much()) all.push_back(rival.candidate->name());
   }
   return all;
 }

@@ -25,6 +25,8 @@ struct Rival {
   std::optional<std::size_t> untold = {};  ///< of its parameters, a shape that these data do not tell
   std::string limit = {};  ///< what of it went to a limit, so that it is no tie though it does as much; or empty
 
+  /// As much as what it takes the place of, a tie or not.
+  bool does_as_much() const { return tied || !limit.empty(); }
   bool of_several() const { return in_place_of.size() > 1; }
   /// Whether it is to be told beside this one of those that it takes the place of: once.
   bool is_told_at(const std::string& name) const { return in_place_of.front() == name; }
@@ -52,7 +54,7 @@ struct Found {
   std::vector<Pattern> where;    ///< what the gap looks like without it
   std::string refutation;        ///< why it is not to be named, or empty
   std::optional<Untold> untold;  ///< that is because of a shape, where it leaves nothing else
-  double chosen = NAN;           ///< share of the folds that chose it, or what it cannot be told from; NaN: no folds
+  double chosen = NAN;           ///< share of the folds that chose it, or what does as much; NaN: no folds
   Fall fall;                     ///< what it brings out of fold
 
   /// Its own, and of those that do as much.

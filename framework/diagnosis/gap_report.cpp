@@ -28,10 +28,11 @@ std::string name_and_ties(const EffectResult& effect) {
   return text;
 }
 
-/// "distance 5/5, target 4/4": the folds that chose an effect, or what it is tied with.
+/// "distance 5/5, target 4/4": the folds that chose an effect, or what does as much.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
-  std::vector<std::string> names = effect.tied_with;
-  names.push_back(effect.name);
+  std::vector<std::string> names = {effect.name};
+  for (const Rival& rival : effect.rivals)
+    if (rival.does_as_much()) names.push_back(rival.candidate->name());
   std::vector<std::string> settings;
   std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
   for (const FoldResult& fold : cross_fit.folds) {
@@ -161,8 +162,8 @@ void add_verdict(report::Page& page, const ReportData& data) {
                 "fitted without them, and what came out had to predict them (cross-fitting). That holds for the "
                 "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
                 "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
-                "frames, and what boards, camera and light differ by from one condition to the next, as the fit needs "
-                "it; a gap as large has nothing left to explain.{}",
+                "frames, and what boards, camera and light differ by from one condition to the next, as the fit says "
+                "of each; a gap as large has nothing left to explain.{}",
                 folds.folds.size(),
                 std::isfinite(d.gaps[null1].before)
                     ? " N1 / 2I and N2 / a are the null channels: sums of the samples that are zero in an ideal "

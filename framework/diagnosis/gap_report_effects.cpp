@@ -201,18 +201,18 @@ void add_rivals(report::Page& page, const ReportData& data) {
   for (const EffectResult& e : data.d.effects) {
     std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {
-      if (!rival.tied && rival.limit.empty() && ++worse > most) continue;
+      if (!rival.does_as_much() && ++worse > most) continue;
       if (!rival.is_told_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),
                       deviance_text(rival.deviance), compared(rival)});
-      if (rival.tied || worse == 1) pictures.push_back(apart(data, rival));
+      if (rival.tied || (!rival.does_as_much() && worse == 1)) pictures.push_back(apart(data, rival));
     }
   }
   if (rows.empty()) return;
   page.heading("Other effects in its place");
   page.paragraph(
       "How much deviance (minus twice the logarithm of the likelihood) is lost when another effect stands in the place "
-      "of the one that was found, everything fitted anew: the best three, and all that are tied. Two are tied where "
+      "of the one that was found, everything fitted anew: the best three, and all that do as much. Two are tied where "
       "the loss, or what is left of it after the price of more parameters (BIC: the logarithm of the number of "
       "conditions for each), is below 10, or where conditions differ by more from one to the next than the two models "
       "do.");

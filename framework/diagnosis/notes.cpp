@@ -215,9 +215,9 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
                     1e3 * problem.allowed.residue->sd()));
   if (search.something_left())
     notes.push_back(fmt::format(
-        "From one condition to the next {:.2f} mm scatter, as the fit needs it. With something unexplained a part of "
-        "that is no noise.",
-        1e3 * std::hypot(sd.jitter, sd.offset)));
+        "From one condition to the next distances scatter by {:.2f} mm, as the fit says of each. With something "
+        "unexplained a part of that is no noise.",
+        1e3 * std::sqrt(scatter_of(problem, search.after.state)[distance])));
   return notes;
 }
 

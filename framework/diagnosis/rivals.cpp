@@ -6,6 +6,8 @@
 #include "diagnosis/validation.hpp"
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -14,9 +16,9 @@ constexpr double tie_limit = 10;       ///< of deviance or BIC
 constexpr double rival_share = 0.5;    ///< of the best linear gain, to be fitted in the place of one that was found
 constexpr double close_behind = 0.01;  ///< of a gain: rivals that are settled by every pixel, as the best one was
 
-/// One rival a candidate: tied, if it is in any form.
+/// One rival a candidate: tied, if it is in any form, else one that does as much.
 void put(std::vector<Rival>& rivals, Rival rival) {
-  const auto rank = [](const Rival& one) { return std::pair(!one.tied, one.bic); };
+  const auto rank = [](const Rival& one) { return std::tuple(!one.tied, !one.does_as_much(), one.bic); };
   const auto known = std::ranges::find(rivals, rival.candidate, &Rival::candidate);
   if (known == rivals.end())
     rivals.push_back(std::move(rival));
@@ -55,8 +57,8 @@ std::optional<Rival> Rivals::compared(const Base& less, const Candidate& candida
   if (rival.tied) {
     const Silence silence = silence_of_shape(fit, candidate);
     rival.untold = silence.shape;
-    rival.tied = !silence.at_limit;
-    if (silence.at_limit) rival.limit = silence.why;
+    rival.limit = silence.at_limit ? silence.why : limit_reached(fit, candidate);
+    rival.tied = rival.limit.empty();
   }
   rival.state = std::move(fit.state);
   return rival;
@@ -96,6 +98,23 @@ Silence Rivals::silence_of_shape(const Fit& fit, const Candidate& candidate) con
   return silence_of(fit, static_cast<std::size_t>(term - fit.state.terms.begin()), values, rest);
 }
 
+/// Of the first of its shapes that is near its limit, where it does as much at the limit itself; or "".
+std::string Rivals::limit_reached(const Fit& fit, const Candidate& candidate) const {
+  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
+  State end = fit.state;
+  const auto term = std::ranges::find_if(end.terms, is_it);
+  if (term == end.terms.end()) return "";
+  for (std::size_t k = 0; k < term->values.size(); ++k) {
+    const FreeParameter& p = term->candidate->free()[k];
+    std::string limit = limit_of(p, term->values[k]);
+    if (limit.empty()) continue;
+    const double here = std::exchange(term->values[k], p.minimum);
+    if (deviance_of(problem_, end) - fit.deviance < tie_limit) return limit;
+    term->values[k] = here;
+  }
+  return "";
+}
+
 /// In the place of all of these. @param terms ascending
 std::optional<Rival> Rivals::tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms) {
   Base less = selection_.best();
@@ -110,7 +129,7 @@ std::optional<Rival> Rivals::tied_with(const Candidate& candidate, const std::ve
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // it gives no number there
   }
-  return !rivals.empty() && rivals.front().tied ? std::optional(std::move(rivals.front())) : std::nullopt;
+  return !rivals.empty() && rivals.front().does_as_much() ? std::optional(std::move(rivals.front())) : std::nullopt;
 }
 
 void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) {

@@ -27,6 +27,7 @@ class Rivals {
                                 Fit fit);
   std::optional<Rival> tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms);
   Silence silence_of_shape(const Fit& fit, const Candidate& candidate) const;
+  std::string limit_reached(const Fit& fit, const Candidate& candidate) const;
 
   Selection& selection_;
   Problem& problem_;

@@ -200,13 +200,10 @@ class Search : private Selection {
       const Silence silence = silence_of(best().fit, model_.size() + f, all, rest);
       if (silence.why.empty()) continue;
       note({"valued", {found.name}, {}, silence.why});
-      if (silence.shape && rest < explained) {
-        found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
-        found.refutation = silence.why;
-        if (stand_in_for({found, best().fit, silence, {}})) return true;
-        if (silence.at_limit) found.untold.reset();  // no condition would tell it
-      }
       found.refutation = silence.why;
+      const bool fits = silence.shape && rest < explained;
+      if (fits && !silence.at_limit) found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
+      if ((fits || silence.at_limit) && stand_in_for({found, best().fit, silence, {}})) return true;
       dismiss({model_.size() + f, std::nullopt}, std::move(found));
       return true;
     }

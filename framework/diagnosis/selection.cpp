@@ -72,7 +72,12 @@ void Selection::grow() {
 }
 
 bool Selection::grow_beside_conditions(bool anew) {
-  if (!look_at_conditions() || (anew && promises_as_before())) return false;
+  if (!look_at_conditions()) return false;
+  if (anew && left() >= explained && promises_as_before()) {
+    note({"allowed", {}, {}, "sets of effects promise what they did: none are looked for again"});
+    settle();
+    return false;
+  }
   add_all();
   drop_needless();
   return true;

@@ -48,8 +48,8 @@ class Selection {
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
   /// Looks for more effects beside what conditions have of their own. @param anew nothing is left of a model that was
-  /// refuted: where sets of effects promise what they promised then, they would lead to it again, and none are looked
-  /// for
+  /// refuted: where something is left beside it and sets of effects promise what they promised then, they would lead to
+  /// it again, and none are looked for
   /// @returns whether they were looked for
   bool grow_beside_conditions(bool anew = false);
   /// The best model without a piece: fitted once, and kept until there is another best one. @throws

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace tofgraph::diagnosis {
@@ -14,14 +15,8 @@ namespace {
 
 constexpr double untold_beyond = 10;  ///< typical values of a shape that its interval spans
 constexpr double near_limit = 0.02;   ///< of a typical value: no farther from the limit than a derivative's step
+constexpr double told_at_limit = 1;   ///< typical values that the interval of a shape spans at most that is told there
 constexpr double certainty = 0.95;    ///< of the region in which sizes are together, as of their intervals
-
-/// Whether a shape is as good as at the end of what it may be: one that may be much more than is typical, as what can
-/// be from none to all is at its ends by itself.
-bool is_at_limit(const FreeParameter& p, double value) {
-  const double typical = std::abs(p.typical), beyond = std::min(value - p.minimum, p.maximum - value);
-  return !p.is_angle() && p.maximum - p.minimum > untold_beyond * typical && beyond < near_limit * typical;
-}
 
 /// Whether the region in which some parameters are, whatever the others are, holds the values at which they are off.
 /// The conditions may tell their differences alone, as those of the gains of four samples where light is not known:
@@ -38,6 +33,14 @@ bool holds_off(const Fit& fit, const std::vector<double>& from, const std::vecto
 
 }  // namespace
 
+std::string limit_of(const FreeParameter& p, double value) {
+  const double typical = std::abs(p.typical);
+  const bool open = p.shape && !p.is_angle() && p.maximum - p.minimum > untold_beyond * typical;
+  if (!open || value - p.minimum >= near_limit * typical) return "";
+  const std::string unit = p.unit.empty() ? "" : " " + p.unit;
+  return fmt::format("its {} went to its limit ({:.3g}{}, of {:.3g}{} at least)", p.name, value, unit, p.minimum, unit);
+}
+
 Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit) {
   const Term& one = fit.state.terms[term];
   if (one.maps) return {};
@@ -48,16 +51,16 @@ Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> a
   for (std::size_t k = 0; k < one.values.size(); ++k) {
     const FreeParameter& p = one.candidate->free()[k];
     const Interval& interval = all[first + k];
+    const double width = interval.high - interval.low;
     if (!p.shape) {
       off = off && interval.low <= p.off && p.off <= interval.high;
       from.push_back((one.values[k] - p.off) / p.typical);
       at.push_back(static_cast<Eigen::Index>(first + k));
-    } else if (is_at_limit(p, one.values[k])) {
-      return {
-          fmt::format("its {} went to its limit, {:.3g}{}{}", p.name, one.values[k], p.unit.empty() ? "" : " ", p.unit),
-          k, true};
-    } else if (!p.is_angle() && interval.high - interval.low > untold_beyond * std::abs(p.typical)) {
+    } else if (!p.is_angle() && width > untold_beyond * std::abs(p.typical)) {
       return {fmt::format("these conditions do not tell its {}", p.name), k};
+    } else if (std::string limit = limit_of(p, one.values[k]);
+               !limit.empty() && width > told_at_limit * std::abs(p.typical)) {
+      return {std::move(limit), k, true};
     }
   }
   if (!off || !holds_off(fit, from, at, lack_of_fit)) return {};

@@ -18,8 +18,12 @@ struct Silence {
   bool at_limit = false;             ///< it is the latter
 };
 
-/// A shape that may be anything, or went to a limit, where the effect is what others are, too: a warm-up of a second is
-/// an offset. Or sizes that may as well be off, each of them and all together.
+/// What a reader is told where a shape is as good as at the least that it may be: one that may be much more than is
+/// typical, as what can be from none to all is at its ends by itself. Else "".
+std::string limit_of(const FreeParameter& p, double value);
+
+/// A shape that may be anything, or went to the least that it may be and says nothing there, as a warm-up of a second,
+/// which is an offset; or sizes that may as well be off, each of them and all together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Silence silence_of(const Fit& fit, std::size_t term, std::span<const Interval> all, double lack_of_fit);
 

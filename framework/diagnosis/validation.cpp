@@ -12,6 +12,7 @@
 #include <map>
 #include <numbers>
 #include <random>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -97,54 +98,6 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
   return result;
 }
 
-/// What a condition has of its own, a place, an offset and light: what the data say of each, in standard deviations of
-/// the fit, and what they leave open.
-struct Own {
-  Eigen::Vector3d value;
-  Eigen::Matrix3d covariance;
-};
-
-Eigen::Vector3d own_response(const Problem& problem, const Variances& sd, std::size_t i, std::size_t row) {
-  return {sd.jitter * problem.jitter_response(i, row), sd.offset * problem.offset_response(i, row),
-          sd.light * problem.light_response(i, row)};
-}
-
-Own own_of(const Problem& problem, const Variances& sd, std::size_t i, const std::vector<double>& rows) {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d score = Eigen::Vector3d::Zero();
-  const Observations& data = problem.data[i];
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (std::isinf(data.variance[row])) continue;
-    const Eigen::Vector3d along = own_response(problem, sd, i, row);
-    information += along * along.transpose() / data.variance[row];
-    score += along * ((data.value[row] - rows[row]) / data.variance[row]);
-  }
-  const Eigen::Matrix3d covariance = information.inverse();
-  return {covariance * score, covariance};
-}
-
-/// Mean square of what conditions differ by beside the noise of their frames. Not the sum of the variances: two of what
-/// differs may take from each other what neither has, where the model lacks something.
-double scatter_variance(const Problem& problem, const State& state, std::size_t observable) {
-  const Variances& sd = state.variances;
-  const auto rows = expected(problem, state), shared = with_nuisances(problem, rows, sd);
-  std::vector<Own> own;
-  for (std::size_t i = 0; i < shared.size(); ++i) own.push_back(own_of(problem, sd, i, shared[i]));
-  const double residue = observable == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
-  const double boards = problem.allowed.boards ? problem.allowed.boards->sd : 0;
-  double sum = 0, count = 0;
-  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
-    const double scale = scale_of(problem, observable, i, row);
-    const Eigen::Vector3d along = own_response(problem, sd, i, row);
-    const double there = shared[i][row] - rows[i][row] + along.dot(own[i].value);
-    sum += scale * scale *
-           (there * there + along.dot(own[i].covariance * along) + residue * residue +
-            std::pow(boards * problem.design.shift(i)[row], 2));
-    ++count;
-  });
-  return sum / count;
-}
-
 }  // namespace
 
 double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
@@ -153,13 +106,46 @@ double noise_floor(const Problem& problem, bool frames, std::size_t observable) 
   return std::sqrt(all.frames + all.repeated);
 }
 
-double scatter_left(const Problem& problem, const State& state, bool frames, std::size_t observable) {
-  const double repeated = measured(problem, frames, observable).repeated;
-  return std::sqrt(std::max(scatter_variance(problem, state, observable) - (std::isnan(repeated) ? 0 : repeated), 0.0));
+std::array<double, observables> scatter_of(const Problem& problem, const State& state) {
+  const Variances& sd = state.variances;
+  const auto rows = expected(problem, state), shared = with_nuisances(problem, rows, sd);
+  const std::vector<Gram> grams = grams_of(problem, shared, {});
+  const Eigen::Vector3d deviation(sd.jitter, sd.offset, sd.light);
+  const double boards = problem.allowed.boards ? problem.allowed.boards->sd : 0;
+  // What the data say of a condition's place, offset and light, and what they leave open, in standard deviations.
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Matrix3d>> own;
+  for (const Gram& gram : grams) {
+    const Eigen::Matrix3d information = deviation.asDiagonal() * gram.topLeftCorner<3, 3>() * deviation.asDiagonal();
+    const Eigen::Matrix3d open = (information + Eigen::Matrix3d::Identity()).llt().solve(Eigen::Matrix3d::Identity());
+    own.emplace_back(open * deviation.cwiseProduct(gram.col(gram.cols() - 1).head<3>()), open);
+  }
+  std::array<double, observables> scatter{};
+  for (std::size_t o = 0; o < observables; ++o) {
+    const double residue = o == distance && problem.allowed.residue ? problem.allowed.residue->sd() : 0;
+    double sum = 0, count = 0;
+    for_each_known(problem, o, [&](std::size_t i, std::size_t, std::size_t row) {
+      const Eigen::Vector3d along(sd.jitter * problem.jitter_response(i, row),
+                                  sd.offset * problem.offset_response(i, row),
+                                  sd.light * problem.light_response(i, row));
+      const auto& [value, open] = own[i];
+      const double scale = scale_of(problem, o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
+      sum += scale * scale *
+             (there * there + along.dot(open * along) + residue * residue +
+              std::pow(boards * problem.design.shift(i)[row], 2));
+      ++count;
+    });
+    scatter[o] = sum / count;
+  }
+  return scatter;
 }
 
-double noise_and_scatter(const Problem& problem, const State& state, bool frames, std::size_t observable) {
-  return std::sqrt(measured(problem, frames, observable).frames + scatter_variance(problem, state, observable));
+double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable) {
+  const double repeated = measured(problem, frames, observable).repeated;
+  return std::sqrt(std::max(scatter - (std::isnan(repeated) ? 0 : repeated), 0.0));
+}
+
+double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable) {
+  return std::sqrt(measured(problem, frames, observable).frames + scatter);
 }
 
 namespace {

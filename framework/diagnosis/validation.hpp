@@ -5,6 +5,7 @@
 
 #include "diagnosis/fit.hpp"
 
+#include <array>
 #include <cstdint>
 
 namespace tofgraph::diagnosis {
@@ -18,13 +19,17 @@ double gap(const Problem& problem, const State& state, std::size_t observable);
 /// @param frames whether the variances of the data come from frames
 double noise_floor(const Problem& problem, bool frames, std::size_t observable);
 
-/// What conditions differ by beside that, as the fit says of each: board, camera, light, a wander, sessions, a smooth
-/// residue. In units of gap().
-double scatter_left(const Problem& problem, const State& state, bool frames, std::size_t observable);
+/// Mean squares of what conditions differ by beside the noise of their frames, in squared units of gap(): place, offset
+/// and light of each, a wander and sessions as the fit says of them; shapes of boards and a smooth residue. Not the sum
+/// of the fit's variances: two of these may take from each other what neither has, where the model lacks something.
+std::array<double, observables> scatter_of(const Problem& problem, const State& state);
 
-/// The gap of a model that lacks nothing: the noise of the frames, and all that conditions differ by as the fit needs
-/// it. Few repeated conditions may say more or less than that. In units of gap().
-double noise_and_scatter(const Problem& problem, const State& state, bool frames, std::size_t observable);
+/// What conditions differ by beside what repeated ones do. In units of gap(). @param scatter of the observable
+double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable);
+
+/// The gap of a model that lacks nothing: the noise of the frames, and all that conditions differ by. Few repeated
+/// conditions may say more or less than that. In units of gap(). @param scatter of the observable
+double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable);
 
 /// What intervals suppose of the refinements that the data did not demand.
 enum class Refinements {

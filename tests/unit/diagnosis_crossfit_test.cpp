@@ -106,6 +106,25 @@ TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
   }
 }
 
+/// Folds that are known are taken as they are, and what is asked may be answered by them alone.
+TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
+  const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
+  const CrossFit all = folds(data);
+  ASSERT_GT(all.folds.size(), 5U);
+  std::vector<FoldResult> known(all.folds.begin(), all.folds.begin() + 2);
+  known[0].chosen = {"known"};
+  const CrossFit more = cross_fit(folds_of(*design), *design, data, {}, candidates, {}, {}, known);
+  ASSERT_EQ(more.folds.size(), all.folds.size());
+  EXPECT_TRUE(more.complete);
+  EXPECT_EQ(more.folds[0].chosen, known[0].chosen);
+  for (std::size_t f = 2; f < all.folds.size(); ++f) EXPECT_EQ(more.folds[f].chosen, all.folds[f].chosen) << f;
+  const std::vector<std::vector<std::string>> asked = {{"crosstalk"}};
+  known.assign(all.folds.begin(), all.folds.begin() + 5);
+  const CrossFit answered = cross_fit(folds_of(*design), *design, data, {}, candidates, {}, asked, known);
+  EXPECT_EQ(answered.folds.size(), known.size()) << "none of them chose it";
+  EXPECT_FALSE(answered.complete);
+}
+
 /// The gap out of fold against that of new data of the same camera at the distances in between.
 TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   const Term truth = random_term(effect("wiggling"), 1, 6);

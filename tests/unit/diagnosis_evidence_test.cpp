@@ -7,6 +7,7 @@
 #include "diagnosis/inputs.hpp"
 #include "diagnosis/notes.hpp"
 #include "diagnosis/standing.hpp"
+#include "diagnosis/validation.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <cmath>
@@ -112,6 +113,23 @@ TEST(ByCondition, AGapOutOfFoldIsTheRootMeanSquareOverItsFolds) {
   EXPECT_TRUE(std::isnan(gaps[0].before)) << "it was never put aside";
   EXPECT_NEAR(gaps[1].before, std::sqrt(32e-6 / 6), 1e-12);
   EXPECT_NEAR(gaps[1].after, 1e-3, 1e-12);
+}
+
+/// Boards that stand 1 mm nearer and farther in turn, of a fit that allows each 3 mm: what they differ by is 1 mm.
+TEST_F(Rail, ScatterIsWhatConditionsDifferBy) {
+  const Problem exact = make_problem(*design, blank);
+  State state{{}, std::vector<double>(exact.targets.size(), 0), {.jitter = 3e-3, .offset = 0, .light = 1e-6}};
+  EXPECT_LT(scatter_of(exact, state)[distance], 1e-8) << "nothing is off";
+  std::vector<Observations> off = blank;
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    for (std::size_t row = 0; row < design->rows(); ++row)
+      off[i].value[row] += (i / 2 % 2 == 0 ? 1e-3 : -1e-3) * design->shift(i)[row];
+  }
+  const Problem scattered = make_problem(*design, off);
+  const double scatter = scatter_of(scattered, state)[distance];
+  EXPECT_NEAR(scatter_left(scattered, scatter, true, distance), 1e-3, 0.05e-3);
+  const double both = noise_and_scatter(scattered, scatter, true, distance), left = gap(scattered, state, distance);
+  EXPECT_NEAR(both * both, left * left + std::pow(noise_floor(exact, true, distance), 2), 0.02e-6);
 }
 
 TEST(Standing, NumbersHaveTheDigitsOfTheirUncertainty) {

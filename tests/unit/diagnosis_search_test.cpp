@@ -26,6 +26,11 @@ TEST_F(Rail, AnEffectThatIsNoCandidateIsNotReplacedByOthers) {
   EXPECT_EQ(names(result), std::vector<std::string>{});
   ASSERT_FALSE(result.rest.empty());
   EXPECT_EQ(result.rest.front().axis, "period 1.87 m");
+  // What was refuted is not built up and refuted again: nothing is ranked after the proof.
+  const auto is = [](const std::string& what) { return [what](const Step& step) { return step.what == what; }; };
+  const auto proved = std::ranges::find_if(result.trace, is("proved"));
+  ASSERT_NE(proved, result.trace.end());
+  EXPECT_TRUE(std::none_of(proved, result.trace.end(), is("ranked")));
 }
 
 TEST_F(Rail, TheSameSeedGivesTheSameResult) {

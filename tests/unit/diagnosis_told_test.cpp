@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What values say: regions of several sizes, and intervals beside what is too small to be seen.
 #include "diagnosis/told.hpp"
+
+#include "diagnosis/found.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <random>
@@ -39,30 +41,43 @@ TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
   EXPECT_EQ(silence_of(differ, 0, each_alone(differ), 9).why, "all of its sizes may as well be off");
 }
 
-Silence silence_at(const Candidate& candidate, const std::string& shape, double value) {
+/// @param half of the shape's interval, in typical values
+Silence silence_at(const Candidate& candidate, const std::string& shape, double value, double half) {
   Fit fit;
   fit.state.terms = {{&candidate, {}}};
-  std::vector<Interval> narrow;
+  std::vector<Interval> all;
   for (const FreeParameter& p : candidate.free()) {
-    const double here = p.name == shape ? value : p.typical, half = 0.001 * p.typical;
+    const double here = p.name == shape ? value : p.typical, away = (p.name == shape ? half : 0.001) * p.typical;
     fit.state.terms[0].values.push_back(here);
-    narrow.push_back({here - half, here + half});
+    all.push_back({here - away, here + away});
   }
-  const auto n = static_cast<Eigen::Index>(narrow.size());
+  const auto n = static_cast<Eigen::Index>(all.size());
   fit.covariance = Eigen::MatrixXd::Identity(n, n) * 1e-6;
-  return silence_of(fit, 0, narrow, 1);
+  return silence_of(fit, 0, all, 1);
 }
 
-/// A warm-up of some seconds is an offset, whatever its interval says; of a share each value is one.
+/// A warm-up of some seconds is an offset; a mirror that is known to be near is one, and of a share each value is.
 TEST_F(Rail, AShapeThatWentToItsLimitSaysNothing) {
   const Candidate& warm_up = effect("warm_up");
-  const Silence there = silence_at(warm_up, "time_constant", 9);
+  const Silence there = silence_at(warm_up, "time_constant", 9, 2);
   EXPECT_TRUE(there.at_limit);
-  EXPECT_EQ(there.why, "its time_constant went to its limit, 9 s");
+  EXPECT_EQ(there.why, "its time_constant went to its limit (9 s, of 1 s at least)");
   ASSERT_TRUE(there.shape);
   EXPECT_EQ(warm_up.free()[*there.shape].name, "time_constant");
-  EXPECT_EQ(silence_at(warm_up, "time_constant", 60).why, "");
-  EXPECT_EQ(silence_at(effect("stray_light"), "uniform", 1).why, "");
+  EXPECT_EQ(silence_at(warm_up, "time_constant", 60, 2).why, "");
+  EXPECT_EQ(silence_at(warm_up, "time_constant", 9, 0.1).why, "");
+  EXPECT_EQ(silence_at(warm_up, "time_constant", 9, 20).why, "these conditions do not tell its time_constant");
+  EXPECT_EQ(silence_at(effect("static_reflection"), "distance", 2e-3, 0.01).why, "");
+  EXPECT_EQ(silence_at(effect("stray_light"), "uniform", 0, 2).why, "");
+}
+
+TEST_F(Rail, WhatDoesAsMuchIsChosenInItsPlace) {
+  Found found;
+  found.name = "zero_offset";
+  found.rivals = {{.candidate = &effect("rail_offset"), .tied = true},
+                  {.candidate = &effect("warm_up"), .limit = "its time_constant went to its limit"},
+                  {.candidate = &effect("wiggling")}};
+  EXPECT_EQ(found.names(), (std::vector<std::string>{"zero_offset", "rail_offset", "warm_up"}));
 }
 
 /// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
