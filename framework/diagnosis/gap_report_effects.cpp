@@ -105,7 +105,8 @@ std::string half_of(const EffectResult& e) {
 std::string deviance_text(double deviance) {
   constexpr double tenths_matter = 20, beyond_doubt = 1000;  // a tie ends at 10
   if (deviance > beyond_doubt) return fmt::format("above {}", beyond_doubt);
-  return deviance < tenths_matter ? fmt::format("{:.1f}", deviance) : report::plain(deviance, 2);
+  if (deviance >= tenths_matter) return report::plain(deviance, 2);
+  return fmt::format("{:.1f}", std::round(10 * deviance) / 10 + 0.0);  // 0.0, not -0.0
 }
 
 /// What a rival's model has more than the extended model, over the distance.
