@@ -109,14 +109,17 @@ std::string Rivals::limit_reached(const Fit& fit, const Candidate& candidate) co
     std::string limit = limit_of(p, term->values[k]);
     if (limit.empty()) continue;
     const double here = std::exchange(term->values[k], p.minimum);
-    if (deviance_of(problem_, end) - fit.deviance < tie_limit) return limit;
+    try {
+      if (deviance_of(problem_, end) - deviance_of(problem_, fit.state) < tie_limit) return limit;
+    } catch (const simulation::EffectError&) {  // it gives no number there
+    }
     term->values[k] = here;
   }
   return "";
 }
 
-/// In the place of all of these. @param terms ascending
-std::optional<Rival> Rivals::tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms) {
+/// In the place of all of these, if it does as much. @param terms ascending
+std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms) {
   Base less = selection_.best();
   std::vector<std::string> names;
   for (const std::size_t term : terms) names.push_back(selection_.terms()[term].candidate->name());
@@ -134,7 +137,7 @@ std::optional<Rival> Rivals::tied_with(const Candidate& candidate, const std::ve
 
 void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) {
   const auto stands_for_several = [](const Found& found) {
-    return std::ranges::any_of(found.rivals, &Rival::of_several);
+    return std::ranges::any_of(found.rivals, [](const Rival& one) { return one.tied && one.of_several(); });
   };
   for (const auto& candidate : candidates_) {
     if (candidate->sizes() == 0 || !candidate->maps().empty() || is_in(selection_.best().fit.state, *candidate))
@@ -146,16 +149,21 @@ void Rivals::add_of_several(std::vector<Found>& all, std::size_t first_term) {
         terms.push_back(first_term + f);
     }
     if (terms.size() < 2) continue;
+    std::optional<Rival> rival;  // one that is tied, else one that does as much
+    std::vector<std::size_t> place;
     for (const std::vector<std::size_t>& some : parts_of_set(terms)) {
-      const std::optional<Rival> rival = tied_with(*candidate, some);
-      if (!rival) continue;
-      for (const std::size_t term : some) {
-        std::vector<Rival>& rivals = all[term - first_term].rivals;
-        std::erase_if(rivals, [&](const Rival& one) { return one.candidate == candidate.get(); });
-        const auto worse = [&](const Rival& one) { return one.bic > rival->bic; };
-        rivals.insert(std::ranges::find_if(rivals, worse), *rival);
-      }
-      break;
+      std::optional<Rival> one = in_place_of_all(*candidate, some);
+      if (!one || (rival && !one->tied)) continue;
+      rival = std::move(one), place = some;
+      if (rival->tied) break;
+    }
+    for (const std::size_t term : place) {
+      std::vector<Rival>& rivals = all[term - first_term].rivals;
+      const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
+      if (known != rivals.end() && known->tied && !rival->tied) continue;
+      if (known != rivals.end()) rivals.erase(known);
+      const auto worse = [&](const Rival& one) { return one.bic > rival->bic; };
+      rivals.insert(std::ranges::find_if(rivals, worse), *rival);
     }
   }
 }

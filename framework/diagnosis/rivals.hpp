@@ -25,7 +25,7 @@ class Rivals {
  private:
   std::optional<Rival> compared(const Base& less, const Candidate& candidate, std::vector<std::string> in_place_of,
                                 Fit fit);
-  std::optional<Rival> tied_with(const Candidate& candidate, const std::vector<std::size_t>& terms);
+  std::optional<Rival> in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms);
   Silence silence_of_shape(const Fit& fit, const Candidate& candidate) const;
   std::string limit_reached(const Fit& fit, const Candidate& candidate) const;
 
