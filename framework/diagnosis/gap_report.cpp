@@ -163,8 +163,10 @@ void add_verdict(report::Page& page, const ReportData& data) {
                 "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
                 "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
                 "frames, and what boards, camera and light differ by from one condition to the next, as the fit says "
-                "of each; a gap as large has nothing left to explain.{}",
+                "of each; {}.{}",
                 folds.folds.size(),
+                d.search.something_left() ? "with something unexplained that is in it, so compare with the noise"
+                                          : "a gap as large has nothing left to explain",
                 std::isfinite(d.gaps[null1].before)
                     ? " N1 / 2I and N2 / a are the null channels: sums of the samples that are zero in an ideal "
                       "camera, relative to intensity I and amplitude a."
