@@ -6,8 +6,8 @@
 
 namespace tofgraph::diagnosis {
 
-std::vector<std::string> Found::names() const {
-  std::vector<std::string> all = {name};
+std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
+  std::vector<std::string> all = {effect};
   for (const Rival& rival : rivals) {
     if (rival.does_as_much()) all.push_back(rival.candidate->name());
   }

@@ -44,6 +44,9 @@ struct Untold {
   std::size_t term = 0, shape = 0;  ///< of the state, and of the term's parameters
 };
 
+/// Of an effect, and of its rivals that do as much.
+std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals);
+
 struct Found {
   const Candidate* candidate = nullptr;
   std::string name;  ///< of the effect, or "effect.parameter" of a refinement
@@ -58,7 +61,7 @@ struct Found {
   Fall fall;                     ///< what it brings out of fold
 
   /// Its own, and of those that do as much.
-  std::vector<std::string> names() const;
+  std::vector<std::string> names() const { return names_of(name, rivals); }
 };
 
 /// Whether two models differ by these effects of the one and that of the other alone.

@@ -30,9 +30,7 @@ std::string name_and_ties(const EffectResult& effect) {
 
 /// "distance 5/5, target 4/4": the folds that chose an effect, or what does as much.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
-  std::vector<std::string> names = {effect.name};
-  for (const Rival& rival : effect.rivals)
-    if (rival.does_as_much()) names.push_back(rival.candidate->name());
+  const std::vector<std::string> names = names_of(effect.name, effect.rivals);
   std::vector<std::string> settings;
   std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
   for (const FoldResult& fold : cross_fit.folds) {

@@ -36,6 +36,12 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
   return parts;
 }
 
+/// Which of a state's terms is a candidate's, in any of its forms; their number, if none is.
+std::size_t term_of(const State& state, const Candidate& candidate) {
+  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
+  return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
+}
+
 }  // namespace
 
 /// Nothing where it is no better than the model without what it stands in the place of.
@@ -89,31 +95,31 @@ std::vector<Rival> Rivals::of(const Found& found, std::size_t term) {
 
 /// Of the first of its shapes that these data do not tell.
 Silence Rivals::silence_of_shape(const Fit& fit, const Candidate& candidate) const {
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
-  const auto term = std::ranges::find_if(fit.state.terms, is_it);
+  const std::size_t term = term_of(fit.state, candidate);
   const auto may_be_anything = [](const FreeParameter& p) { return p.shape && !p.is_angle(); };
-  if (term == fit.state.terms.end() || std::ranges::none_of(term->candidate->free(), may_be_anything)) return {};
+  if (term == fit.state.terms.size() || std::ranges::none_of(fit.state.terms[term].candidate->free(), may_be_anything))
+    return {};
   const double rest = left_of(problem_, fit, own_columns(problem_, fit.state, expected(problem_, fit.state)));
   const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
-  return silence_of(fit, static_cast<std::size_t>(term - fit.state.terms.begin()), values, rest);
+  return silence_of(fit, term, values, rest);
 }
 
 /// Of the first of its shapes that is near its limit, where it does as much at the limit itself; or "".
 std::string Rivals::limit_reached(const Fit& fit, const Candidate& candidate) const {
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
   State end = fit.state;
-  const auto term = std::ranges::find_if(end.terms, is_it);
-  if (term == end.terms.end()) return "";
-  for (std::size_t k = 0; k < term->values.size(); ++k) {
-    const FreeParameter& p = term->candidate->free()[k];
-    std::string limit = limit_of(p, term->values[k]);
+  const std::size_t at = term_of(end, candidate);
+  if (at == end.terms.size()) return "";
+  Term& term = end.terms[at];
+  for (std::size_t k = 0; k < term.values.size(); ++k) {
+    const FreeParameter& p = term.candidate->free()[k];
+    std::string limit = limit_of(p, term.values[k]);
     if (limit.empty()) continue;
-    const double here = std::exchange(term->values[k], p.minimum);
+    const double here = std::exchange(term.values[k], p.minimum);
     try {
       if (deviance_of(problem_, end) - deviance_of(problem_, fit.state) < tie_limit) return limit;
     } catch (const simulation::EffectError&) {  // it gives no number there
     }
-    term->values[k] = here;
+    term.values[k] = here;
   }
   return "";
 }

@@ -248,9 +248,10 @@ double left_of(const Problem& problem, const Fit& fit, std::span<const Column> o
 }
 
 Score score_of(const Problem& problem, const Fit& fit, std::span<const Column> own, const Group& group,
-               std::size_t flips, std::uint64_t seed) {
+               std::size_t flips, std::uint64_t seed, std::span<const Column> maps) {
   const Group* const only = &group;
-  return scan(problem, fit, own, std::span(&only, 1), flips, seed).scores[0];
+  const Scanner scanner(problem, fit.state, own, std::span(&only, 1), maps);
+  return scanner.scan(fit.state.variances, fit.dimension, flips, seed).scores[0];
 }
 
 double false_discovery_limit(std::vector<double> p_values, double q) {

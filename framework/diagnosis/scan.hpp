@@ -82,9 +82,9 @@ Scan scan(const Problem& problem, const Fit& fit, std::span<const Column> own, s
 /// Chi-square of what a fit leaves over what noise alone would.
 double left_of(const Problem& problem, const Fit& fit, std::span<const Column> own);
 
-/// The score of one group.
+/// The score of one group. @param maps see Scanner
 Score score_of(const Problem& problem, const Fit& fit, std::span<const Column> own, const Group& group,
-               std::size_t flips, std::uint64_t seed);
+               std::size_t flips, std::uint64_t seed, std::span<const Column> maps = {});
 
 /// Largest rejected p-value of Benjamini and Hochberg's procedure at the rate q; 0 when nothing is rejected.
 double false_discovery_limit(std::vector<double> p_values, double q);

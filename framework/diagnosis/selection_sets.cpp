@@ -110,9 +110,7 @@ SubsetOptions Selection::leap_options() const {
 bool Selection::promises_as_before() const {
   const Alternatives all = alternatives_beside(problem_, best_.fit.state, alternatives_, barred_);
   if (promised_.empty() || all.list.empty()) return false;
-  const Group* const group = &all.group;
-  const Scanner scanner(problem_, best_.fit.state, best_.columns, std::span(&group, 1), maps_of(best_.fit.state));
-  const Score score = scanner.scan(best_.fit.state.variances, best_.fit.dimension, 0, 0).scores[0];
+  const Score score = score_of(problem_, best_.fit, best_.columns, all.group, 0, 0, maps_of(best_.fit.state));
   const auto now = promises_of(all, best_subsets(score.information, score.score(), all.choices, leap_options()));
   return std::ranges::equal(now, promised_, [](const Promise& one, const Promise& before) {
     return one.names == before.names && std::abs(one.gain - before.gain) < hardly_other * before.gain;
@@ -183,9 +181,7 @@ std::vector<Fit> Selection::with(const Base& base, const Candidate& one) const {
   const Alternatives all = alternatives_beside(problem_, base.fit.state, alternatives_, others);
   const auto is_form = [&](const Alternative& a) { return !a.refines && &a.candidate->root() == &one; };
   if (std::ranges::none_of(all.list, is_form)) return {};
-  const Group* const group = &all.group;
-  const Scanner scanner(problem_, base.fit.state, base.columns, std::span(&group, 1), maps_of(base.fit.state));
-  const Score score = scanner.scan(base.fit.state.variances, base.fit.dimension, 0, 0).scores[0];
+  const Score score = score_of(problem_, base.fit, base.columns, all.group, 0, 0, maps_of(base.fit.state));
   const SubsetOptions options = alone(all);
   std::vector<Subset> forms;
   for (std::size_t c = 0; c < all.list.size(); ++c) {
