@@ -39,9 +39,9 @@ struct Pattern {
   }
 };
 
-class Reader {
+class SeriesReader {
  public:
-  Reader(Characterisation& data, const BoardModels& models)
+  SeriesReader(Characterisation& data, const BoardModels& models)
       : data_(data),
         models_(models),
         camera_(data.campaign.conditions.camera->view()),
@@ -193,7 +193,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
   double pattern_square = 0;
   try {
     const BoardModels models(campaign.camera->view(), request.campaign.variant, campaign.conditions);
-    Reader reader(data, models);
+    SeriesReader reader(data, models);
     ReadBoards options{.progress = progress, .repeats = Repeats::kept, .single_sources = true, .skip_wrapped = true};
     options.visit = [&](std::size_t i, const Board& b, const MeanImages& images) { reader.take(i, b, images); };
     data.campaign.boards = read_boards(campaign, request.campaign.variant, options);

@@ -34,9 +34,9 @@ struct Drawing {
   bool logarithmic = false;
 };
 
-class Report {
+class CharacterisationReport {
  public:
-  explicit Report(const Characterisation& data) : data_(data) {}
+  explicit CharacterisationReport(const Characterisation& data) : data_(data) {}
 
   report::Page make() {
     const std::string summary = summary_of(data_);
@@ -262,7 +262,7 @@ nlohmann::json moments(const Moments& m) { return {{"mean", number(m.mean)}, {"s
 
 }  // namespace
 
-report::Page characterisation_report(const Characterisation& data) { return Report(data).make(); }
+report::Page characterisation_report(const Characterisation& data) { return CharacterisationReport(data).make(); }
 
 nlohmann::json characterisation_json(const Characterisation& data) {
   nlohmann::json conditions = nlohmann::json::array(), budget = conditions, effects = conditions;

@@ -18,43 +18,44 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_contrast = 2;  ///< half the difference of bright and dark over the noise of a pixel
-constexpr double min_radius = 1.5;  ///< px
+constexpr double min_circle_contrast = 2;  ///< half the difference of bright and dark over the noise of a pixel
+constexpr double min_radius = 1.5;         ///< px
 
-struct Pixel {
+struct CirclePixel {
   double u, v, value;
 };
 
-/// Places of the fit's parameters: centre, the shape matrix q (inside: |q d| < 1), blur, brightness and its slope.
-enum : int { x, y, q00, q01, q11, log_blur, mean, contrast, slope_u, slope_v };
-constexpr int parameters = 10;
+/// Places of the fit's circle_parameters: centre, the shape matrix q (inside: |q d| < 1), blur, brightness and its
+/// slope.
+enum : int { centre_x, centre_y, q00, q01, q11, rim_log_blur, grey_mean, grey_contrast, light_slope_u, light_slope_v };
+constexpr int circle_parameters = 10;
 
 /// A blurred ellipse: I = (m + c erf(s / (sqrt(2) b))) (1 + h d), s about the distance beyond the rim.
 struct Ellipse {
   using Scalar = double;
-  const std::vector<Pixel>& pixels;
+  const std::vector<CirclePixel>& pixels;
   double u, v, scale;
 
   int NumResiduals() const { return static_cast<int>(pixels.size()); }
   template <class T> bool operator()(const T* p, T* residual) const {
     using std::erf, std::exp, std::sqrt;
-    const T sharpness = exp(-p[log_blur]) * (1 / std::numbers::sqrt2);
+    const T sharpness = exp(-p[rim_log_blur]) * (1 / std::numbers::sqrt2);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const T du = pixels[i].u - u - p[x], dv = pixels[i].v - v - p[y];
+      const T du = pixels[i].u - u - p[centre_x], dv = pixels[i].v - v - p[centre_y];
       const T a = p[q00] * du + p[q01] * dv, b = p[q01] * du + p[q11] * dv;
       const T level = sqrt(a * a + b * b + 1e-9);
       // the level's slope on the rim turns it into a distance
       const T ga = (a * p[q00] + b * p[q01]) / level, gb = (a * p[q01] + b * p[q11]) / level;
       const T beyond = (level - 1.0) / sqrt(ga * ga + gb * gb + 1e-12);
-      const T light = 1.0 + p[slope_u] * du + p[slope_v] * dv;
-      residual[i] = pixels[i].value / scale - (p[mean] + p[contrast] * erf(beyond * sharpness)) * light;
+      const T light = 1.0 + p[light_slope_u] * du + p[light_slope_v] * dv;
+      residual[i] = pixels[i].value / scale - (p[grey_mean] + p[grey_contrast] * erf(beyond * sharpness)) * light;
     }
     return true;
   }
 };
 
-std::vector<Pixel> window_of(const Image& image, const cv::Point2d& centre, double reach) {
-  std::vector<Pixel> pixels;
+std::vector<CirclePixel> window_of(const Image& image, const cv::Point2d& centre, double reach) {
+  std::vector<CirclePixel> pixels;
   for (long v = std::lround(centre.y - reach); v <= std::lround(centre.y + reach); ++v) {
     for (long u = std::lround(centre.x - reach); u <= std::lround(centre.x + reach); ++u) {
       if (u < 0 || v < 0 || u >= static_cast<long>(image.width) || v >= static_cast<long>(image.height)) continue;
@@ -70,40 +71,42 @@ std::vector<Pixel> window_of(const Image& image, const cv::Point2d& centre, doub
 bool refine(const Image& image, std::size_t point, const cv::Point2d& centre, double spacing, double ratio,
             RefinedCorner& refined) {
   const double radius = ratio * spacing / 2, reach = spacing * (1 - ratio / 2) * 0.9;
-  const std::vector<Pixel> pixels = window_of(image, centre, std::max(reach, radius + 1));
-  if (pixels.size() < 2 * parameters || radius < min_radius) return false;
+  const std::vector<CirclePixel> pixels = window_of(image, centre, std::max(reach, radius + 1));
+  if (pixels.size() < 2 * circle_parameters || radius < min_radius) return false;
   double low = pixels[0].value, high = low;
-  for (const Pixel& p : pixels) {
+  for (const CirclePixel& p : pixels) {
     low = std::min(low, p.value);
     high = std::max(high, p.value);
   }
   const double scale = (high - low) / 2;
   if (!(scale > 0)) return false;
   const double inside = image.at(std::lround(centre.x), std::lround(centre.y));
-  using Function = ceres::TinySolverAutoDiffFunction<Ellipse, Eigen::Dynamic, parameters>;
+  using Function = ceres::TinySolverAutoDiffFunction<Ellipse, Eigen::Dynamic, circle_parameters>;
   const Ellipse ellipse{pixels, centre.x, centre.y, scale};
   const Function function(ellipse);
   ceres::TinySolver<Function> solver;
   solver.options.max_num_iterations = 80;
-  Eigen::Matrix<double, parameters, 1> p;
+  Eigen::Matrix<double, circle_parameters, 1> p;
   p << 0, 0, 1 / radius, 0, 1 / radius, std::log(0.7), (high + low) / (2 * scale),
       inside < (high + low) / 2 ? 1.0 : -1.0, 0, 0;
   solver.Solve(function, &p);
-  if (!p.allFinite() || std::hypot(p[x], p[y]) > 0.4 * radius + 0.5) return false;
+  if (!p.allFinite() || std::hypot(p[centre_x], p[centre_y]) > 0.4 * radius + 0.5) return false;
   const auto count = static_cast<Eigen::Index>(pixels.size());
   Eigen::VectorXd residual(count);
-  Eigen::Matrix<double, Eigen::Dynamic, parameters> jacobian(count, parameters);
+  Eigen::Matrix<double, Eigen::Dynamic, circle_parameters> jacobian(count, circle_parameters);
   function(p.data(), residual.data(), jacobian.data());
-  const Eigen::Matrix<double, parameters, parameters> inverse = (jacobian.transpose() * jacobian).inverse();
-  if (!(inverse(x, x) > 0) || !(inverse(y, y) > 0)) return false;
+  const Eigen::Matrix<double, circle_parameters, circle_parameters> inverse =
+      (jacobian.transpose() * jacobian).inverse();
+  if (!(inverse(centre_x, centre_x) > 0) || !(inverse(centre_y, centre_y) > 0)) return false;
   const double variance = 1 / (scale * scale);
   refined.corner = {point,
-                    centre.x + p[x],
-                    centre.y + p[y],
-                    {inverse(x, x) * variance, inverse(x, y) * variance, inverse(y, y) * variance}};
-  refined.contrast = p[contrast] * scale;
+                    centre.x + p[centre_x],
+                    centre.y + p[centre_y],
+                    {inverse(centre_x, centre_x) * variance, inverse(centre_x, centre_y) * variance,
+                     inverse(centre_y, centre_y) * variance}};
+  refined.contrast = p[grey_contrast] * scale;
   refined.residual = residual.squaredNorm() * scale * scale;
-  refined.freedom = static_cast<double>(pixels.size()) - parameters;
+  refined.freedom = static_cast<double>(pixels.size()) - circle_parameters;
   return true;
 }
 
@@ -153,7 +156,8 @@ BoardSearch checked(const Image& image, const io::Pattern& pattern, const std::v
   }
   result.pixel_noise = std::sqrt(squares / freedom);
   for (const RefinedCorner& circle : circles) {
-    if (circle.contrast * circles[0].contrast > 0 && std::abs(circle.contrast) > min_contrast * result.pixel_noise)
+    if (circle.contrast * circles[0].contrast > 0 &&
+        std::abs(circle.contrast) > min_circle_contrast * result.pixel_noise)
       continue;
     result.reason = "its circles do not stand out alike";
     return result;

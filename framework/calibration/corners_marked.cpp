@@ -13,8 +13,8 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr std::size_t min_corners = 8;  ///< of a view: a pose has six unknowns
-constexpr double min_crossing = 0.3;    ///< see crossing()
+constexpr std::size_t min_corners = 8;       ///< of a view: a pose has six unknowns
+constexpr double min_marked_crossing = 0.3;  ///< see crossing()
 
 cv::Ptr<cv::aruco::CharucoBoard> board_of(const io::Pattern& p) {
   const auto& names = io::marker_dictionaries();  // in the order of OpenCV's, which begin with 4x4_50
@@ -83,7 +83,7 @@ BoardSearch checked(const Image& image, const std::vector<RoughCorner>& rough, s
     RoughCorner centred = r;
     centred.u = refined.corner.u;
     centred.v = refined.corner.v;
-    if (!quadrants(image, centred, means) || crossing(means) < min_crossing) continue;
+    if (!quadrants(image, centred, means) || crossing(means) < min_marked_crossing) continue;
     squares += refined.residual;
     freedom += refined.freedom;
     const bool turn = (r.point % columns + r.point / columns) % 2 == 1;

@@ -20,9 +20,9 @@ std::vector<double> in_mm(const std::vector<double>& values, const std::vector<d
   return result;
 }
 
-class Report {
+class FixedPatternReport {
  public:
-  Report(const PatternData& data, const PatternFit& fit) : data_(data), fit_(fit) {}
+  FixedPatternReport(const PatternData& data, const PatternFit& fit) : data_(data), fit_(fit) {}
 
   report::Page make(const std::string& verdict) {
     page_.verdict(verdict, fit_.after.high < fit_.before.value ? "good" : "warn");
@@ -141,7 +141,7 @@ class Report {
 }  // namespace
 
 report::Page fixed_pattern_report(const PatternData& data, const PatternFit& fit, const std::string& verdict) {
-  return Report(data, fit).make(verdict);
+  return FixedPatternReport(data, fit).make(verdict);
 }
 
 }  // namespace tofgraph::calibration

@@ -18,9 +18,9 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-class Report {
+class IntrinsicsReport {
  public:
-  Report(const std::string& camera, const Intrinsics& result)
+  IntrinsicsReport(const std::string& camera, const Intrinsics& result)
       : result_(result), solution_(result.solution), page_("Lens of " + camera) {}
 
   report::Page make(const std::string& verdict, const std::string& severity, const std::vector<std::string>& lines) {
@@ -183,7 +183,7 @@ class Report {
 
 report::Page intrinsics_report(const std::string& camera, const Intrinsics& result, const std::string& verdict,
                                const std::string& severity, const std::vector<std::string>& lines) {
-  return Report(camera, result).make(verdict, severity, lines);
+  return IntrinsicsReport(camera, result).make(verdict, severity, lines);
 }
 
 }  // namespace tofgraph::calibration

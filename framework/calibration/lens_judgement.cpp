@@ -23,12 +23,6 @@ constexpr std::size_t max_folds = 5;
 
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-Eigen::Vector2d image_of(const LensParameters& lens, const Eigen::Vector3d& camera) {
-  Eigen::Vector2d pixel;
-  project<double>(lens.data(), camera.data(), pixel.data());
-  return pixel;
-}
-
 Eigen::Matrix<double, 2, 3> place_jacobian(const LensParameters& lens, const Eigen::Vector3d& camera) {
   Eigen::Matrix<double, 2, 3> jacobian;
   const double step = 1e-6 * camera.z();

@@ -10,13 +10,13 @@ namespace {
 
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
+}  // namespace
+
 Eigen::Vector2d image_of(const LensParameters& lens, const Eigen::Vector3d& camera) {
   Eigen::Vector2d pixel;
   project<double>(lens.data(), camera.data(), pixel.data());
   return pixel;
 }
-
-}  // namespace
 
 bool derivatives_of(const LensSolution& solution, const Pose& pose, const BoardPoint& point,
                     const std::array<double, 3>& basis, PointDerivatives& result) {

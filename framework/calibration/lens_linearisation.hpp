@@ -20,6 +20,9 @@ struct PointDerivatives {
   Eigen::Vector2d height;                           ///< px per m of the point's height above the board
 };
 
+/// Pixel at which a lens images a point of the camera's frame, in m.
+Eigen::Vector2d image_of(const LensParameters& lens, const Eigen::Vector3d& camera);
+
 /// @param basis of the warp at the point @returns false behind the camera
 bool derivatives_of(const LensSolution& solution, const Pose& pose, const BoardPoint& point,
                     const std::array<double, 3>& basis, PointDerivatives& result);

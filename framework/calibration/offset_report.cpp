@@ -34,9 +34,9 @@ std::string shape_text(physics::OffsetTable::Shape shape) {
   }
 }
 
-class Report {
+class OffsetReport {
  public:
-  Report(const Campaign& campaign, const physics::OffsetTable& table, const std::vector<HeldOut>& axes)
+  OffsetReport(const Campaign& campaign, const physics::OffsetTable& table, const std::vector<HeldOut>& axes)
       : boards_(campaign.boards), camera_(campaign.conditions.camera->view()), table_(table), axes_(axes) {}
 
   report::Page make(const std::string& verdict) {
@@ -214,7 +214,7 @@ class Report {
 
 report::Page offset_report(const Campaign& campaign, const physics::OffsetTable& table,
                            const std::vector<HeldOut>& axes, const std::string& verdict) {
-  return Report(campaign, table, axes).make(verdict);
+  return OffsetReport(campaign, table, axes).make(verdict);
 }
 
 }  // namespace tofgraph::calibration

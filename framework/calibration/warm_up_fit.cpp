@@ -20,7 +20,7 @@ using Vector = Eigen::VectorXd;
 constexpr double slow_ratio = 3;     ///< of two time constants: closer ones cannot be told apart
 constexpr double min_bic_gain = 10;  ///< for a second time constant: very strong evidence (Kass and Raftery 1995)
 constexpr double max_spans = 5;      ///< of the recording: slower drift is a straight line in it
-constexpr double significant = 3;    ///< standard deviations
+constexpr double min_drift_sds = 3;  ///< standard deviations of a drift that is seen
 constexpr std::size_t grid = 60;     ///< time constants that are tried first, in equal ratios
 
 double warm(double time, double tau) { return -std::expm1(-time / tau); }
@@ -156,7 +156,7 @@ void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& 
   }
   const auto points = static_cast<std::size_t>(t.size());
   const double constant = bic((y.array() - y.mean()).matrix().squaredNorm(), points, 1);
-  drift.seen = std::abs(drift.drift.value) > significant * drift.drift.sd ||
+  drift.seen = std::abs(drift.drift.value) > min_drift_sds * drift.drift.sd ||
                (points > 4 && (constant - bic(squares, points, 3)) / drift.redundancy > min_bic_gain);
 }
 

@@ -24,9 +24,9 @@ std::string estimate(const Estimate& e, double scale) {
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
 }
 
-class Report {
+class WarmUpReport {
  public:
-  Report(const WarmUpData& data, const std::vector<Drift>& drifts) : data_(data), drifts_(drifts) {}
+  WarmUpReport(const WarmUpData& data, const std::vector<Drift>& drifts) : data_(data), drifts_(drifts) {}
 
   report::Page make(const WarmUpModel& model, double tolerance, const std::string& verdict) {
     page_.verdict(verdict);
@@ -155,7 +155,7 @@ class Report {
 
 report::Page warm_up_report(const WarmUpData& data, const std::vector<Drift>& drifts, const WarmUpModel& model,
                             double tolerance, const std::string& verdict) {
-  return Report(data, drifts).make(model, tolerance, verdict);
+  return WarmUpReport(data, drifts).make(model, tolerance, verdict);
 }
 
 }  // namespace tofgraph::calibration

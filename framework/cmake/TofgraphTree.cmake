@@ -9,6 +9,13 @@ set(tofgraph_headers <algorithm> <array> <cmath> <cstdint> <filesystem> <functio
 # GCC 12 sees copies out of bounds in std::string's own code (bug 105329).
 set(tofgraph_false_alarms -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 
+# tofgraph_compile_together(TARGET): compiles the files of a target ten at a time. -DTOFGRAPH_UNITY=OFF compiles each
+# alone: for clang-tidy, which looks at files one by one, and for who changes one file again and again.
+option(TOFGRAPH_UNITY "Compile the files of a library some at a time" ON)
+function(tofgraph_compile_together target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TOFGRAPH_UNITY} UNITY_BUILD_BATCH_SIZE 10)
+endfunction()
+
 # The libraries that a source file needs, read from its #include lines, so that a new plugin is one file.
 function(tofgraph_libraries_of file result)
   # Other includes may mean other libraries: an edited file is read again.
@@ -53,6 +60,18 @@ function(tofgraph_libraries_of file result)
   set(${result} ${libraries} PARENT_SCOPE)
 endfunction()
 
+# A library of nothing holds the headers that all plugins share, compiled once.
+function(tofgraph_add_plugin_headers)
+  file(WRITE ${CMAKE_BINARY_DIR}/plugin_headers.cpp "")
+  add_library(tofgraph_plugin_headers MODULE EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/plugin_headers.cpp)
+  target_link_libraries(tofgraph_plugin_headers PRIVATE tofgraph_physics tofgraph_warnings)
+  set_target_properties(tofgraph_plugin_headers PROPERTIES CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden DEFINE_SYMBOL "")
+  target_precompile_headers(
+    tofgraph_plugin_headers PRIVATE <algorithm> <array> <cmath> <exception> <functional> <limits> <memory> <numbers>
+                                    <optional> <span> <string> <string_view> <type_traits> <utility> <vector>
+                                    <tofgraph/array.hpp> <tofgraph/channels.hpp>)
+endfunction()
+
 # tofgraph_add_tree_plugin(KIND FILE.cpp): a plugin of this tree, named after its file, with the libraries it includes.
 function(tofgraph_add_tree_plugin kind file)
   get_filename_component(name ${file} NAME_WE)
@@ -65,6 +84,7 @@ function(tofgraph_add_tree_plugin kind file)
     target_include_directories(${target} SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
   endif()
   target_include_directories(${target} SYSTEM PRIVATE /usr/include/opencv4)
+  target_precompile_headers(${target} REUSE_FROM tofgraph_plugin_headers)
   # Highway's foreach_target includes the plugin's own file again, by its path in the project.
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
 endfunction()

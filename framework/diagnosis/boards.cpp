@@ -86,12 +86,12 @@ std::vector<Wave> waves_of_boards() {
   return waves;
 }
 
-struct Fall {
+struct ScoreTest {
   double deviance = 0, square = 0;
 };
 
 /// With shapes of a standard deviation.
-Fall fall_of(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, double sd) {
+ScoreTest score_test(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, double sd) {
   Eigen::MatrixXd inner = sd * sd * information;
   inner.diagonal().array() += 1;
   const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
@@ -186,12 +186,12 @@ BoardTrial BoardShapes::trial(const Problem& problem, const State& state) const 
   Eigen::VectorXd sum_of_scores = Eigen::VectorXd::Zero(count);
   for (const auto& [name, score] : scores) all += information_.at(name), sum_of_scores += score;
   double best = 0, one_for_all = 0;
-  Fall most_fall{worth, 0};
+  ScoreTest most_fall{worth, 0};
   for (double sd = least; sd <= most; sd *= factor) {
-    one_for_all = std::max(one_for_all, fall_of(all, sum_of_scores, sd).deviance);
-    Fall sum;
+    one_for_all = std::max(one_for_all, score_test(all, sum_of_scores, sd).deviance);
+    ScoreTest sum;
     for (const auto& [name, score] : scores) {
-      const Fall one = fall_of(information_.at(name), score, sd);
+      const ScoreTest one = score_test(information_.at(name), score, sd);
       sum.deviance += one.deviance, sum.square += one.square;
     }
     if (sum.deviance > most_fall.deviance) most_fall = sum, best = sd;

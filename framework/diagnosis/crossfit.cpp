@@ -56,7 +56,7 @@ double square(const Gram& gram, Eigen::Index column, const Variances& variances)
 /// Predictions of what was put aside.
 class Prediction {
  public:
-  Prediction(Part& held, const Fold& fold) : held_(held) {
+  Prediction(FoldProblem& held, const Fold& fold) : held_(held) {
     for (const std::size_t i : fold.held) conditions_.push_back({.condition = i});
   }
 
@@ -119,7 +119,7 @@ class Prediction {
     return squares;
   }
 
-  Part& held_;
+  FoldProblem& held_;
   std::vector<OutOfFold> conditions_;
   std::vector<std::vector<double>> after_;
   Variances variances_;
@@ -133,8 +133,8 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   for (std::size_t i = 0; i < design.size(); ++i) {
     if (!std::ranges::binary_search(fold.held, i)) left.push_back(i);
   }
-  const Part training(design, data, left);
-  Part held(design, data, fold.held, training);
+  const FoldProblem training(design, data, left);
+  FoldProblem held(design, data, fold.held, training);
   try {
     Selection selection(training.problem, model, candidates, options, {});
     selection.begin();

@@ -29,11 +29,12 @@ std::vector<Observations> picked(const std::vector<Observations>& all, const std
 
 }  // namespace
 
-Part::Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen)
+FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
+                         const std::vector<std::size_t>& chosen)
     : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data)) {}
 
-Part::Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
-           const Part& other)
+FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
+                         const std::vector<std::size_t>& chosen, const FoldProblem& other)
     : design(whole.part(chosen)), data(picked(all, chosen)), problem(problem_like(other.problem, design, data)) {}
 
 }  // namespace tofgraph::diagnosis

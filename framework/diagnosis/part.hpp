@@ -11,17 +11,17 @@
 namespace tofgraph::diagnosis {
 
 /// Some conditions of a design, with nothing of the others.
-struct Part {
+struct FoldProblem {
   Design design;
   std::vector<Observations> data;
   Problem problem;
 
-  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen);
+  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen);
   /// With the targets of another part, and those that are new.
-  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
-       const Part& other);
-  Part(const Part&) = delete;
-  Part& operator=(const Part&) = delete;
+  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+              const FoldProblem& other);
+  FoldProblem(const FoldProblem&) = delete;
+  FoldProblem& operator=(const FoldProblem&) = delete;
 };
 
 }  // namespace tofgraph::diagnosis

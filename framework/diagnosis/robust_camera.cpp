@@ -18,7 +18,7 @@ using Complex = std::complex<double>;
 
 /// Columns: an offset (m), distance by ln amplitude and by ln integration time (m), a constant phasor beside the light
 /// (counts/s, two parts), then one logarithm of the reflectivity a target.
-enum Column : Eigen::Index { offset, by_light, by_time, real_part, imaginary_part, first_target };
+enum CameraColumn : Eigen::Index { offset, by_light, by_time, real_part, imaginary_part, first_target };
 constexpr std::array<double, first_target> usual = {1, 0.02, 0.02, 3000, 3000};  // standard deviations of the priors
 constexpr double usual_reflectivity = 3;
 

@@ -3,6 +3,7 @@
 #include "io/calibration.hpp"
 
 #include "config/quantity.hpp"
+#include "io/unknown.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +12,6 @@
 
 namespace tofgraph::io {
 namespace {
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The numbers under one key of a quantity, as a list or, where there is one, bare.
 std::vector<double> numbers_of(config::Reader& quantity, const config::Value& map, std::string_view key,

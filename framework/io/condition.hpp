@@ -5,12 +5,12 @@
 
 #include "config/document.hpp"
 #include "io/camera.hpp"
+#include "io/unknown.hpp"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -18,9 +18,6 @@
 #include <vector>
 
 namespace tofgraph::io {
-
-/// A number that is not known.
-inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// A window of the image, first and last inclusive.
 struct Roi {

@@ -3,6 +3,7 @@
 #include "io/offset_calibration.hpp"
 
 #include "config/quantity.hpp"
+#include "io/unknown.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -50,7 +51,7 @@ Calibrated optional_column(CalibrationReader& file, const std::string& key, std:
 }
 
 /// What is there for people, and for other programs.
-void skip(CalibrationReader& file) {
+void skip_report_values(CalibrationReader& file) {
   for (const char* key : {"amplitude", "measured_mean", "measured_sd", "modelled_mean", "modelled_sd",
                           "remodelled_mean", "remodelled_sd", "offset_mean", "offset_sd", "final_mean", "final_sd",
                           "rmse", "uncorrected", "held_out_distance", "held_out_target", "held_out_integration_time"}) {
@@ -82,7 +83,7 @@ OffsetCalibration read_offset_calibration(const std::filesystem::path& path, con
   const Calibrated depth = file.column("depth", "m", count, "{unit: mm, value: [507.66, 998.02], sd: [0.1, 0.1]}");
   const Calibrated time = file.column("integration_time", "s", count, "{unit: ms, value: [0.5, 2]}");
   const Calibrated reflectivity = optional_column(file, "reflectivity", count);
-  skip(file);
+  skip_report_values(file);
   if (result.modulation_frequency > 0) check_frequency(file, result.modulation_frequency, camera);
   const bool whole = count > 0 && distance.value.size() == count && depth.value.size() == count &&
                      time.value.size() == count && reflectivity.value.size() == count;
@@ -100,7 +101,6 @@ void write_offset_calibration(const OffsetCalibration& c, CalibrationWriter& wri
   for (const std::string& label : c.targets) words.push_back(config::yaml_word(label));
   writer.setting("variant", c.variant == OffsetVariant::printed ? "printed" : "geometric");
   writer.setting("targets", fmt::format("[{}]", fmt::join(words, ", ")));
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   writer.number("modulation_frequency", c.modulation_frequency, unknown, "MHz", 1e6);
   writer.number("gain", c.gain, unknown, "counts m^2/s", 1);
   writer.column("falloff", {{c.falloff[0], c.falloff[1]}, {}}, "", 1);

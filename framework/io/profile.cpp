@@ -4,6 +4,7 @@
 
 #include "config/paths.hpp"
 #include "config/quantity.hpp"
+#include "io/unknown.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,8 +22,6 @@ using config::Diagnostics;
 using config::Entry;
 using config::Reader;
 using config::Value;
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Where a key's value stands; the document when it is not there.
 config::Position place_of(const config::Value& document, std::string_view key) {

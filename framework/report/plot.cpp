@@ -18,7 +18,7 @@ namespace {
 /// gnuplot's word for a number; what is not finite is missing.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
 
-constexpr const char* style =
+constexpr const char* plot_style =
     "set encoding utf8\n"
     "set border lc rgb '#555555'\n"
     "set tics textcolor rgb '#333333'\n"
@@ -93,7 +93,7 @@ std::string matrix_block(const std::string& name, std::size_t rows, std::size_t 
 std::string gnuplot_svg(const std::string& script, int width, int height) {
   const std::string terminal = fmt::format(
       "set terminal svg noenhanced size {},{} font 'sans-serif,11' background rgb 'white'\n", width, height);
-  const std::string svg = run_gnuplot(terminal + style + script + "\nunset output\n");
+  const std::string svg = run_gnuplot(terminal + plot_style + script + "\nunset output\n");
   if (svg.find("</svg>") == std::string::npos) throw std::runtime_error("gnuplot drew nothing");
   return svg.substr(svg.find("<svg"));
 }
@@ -101,7 +101,7 @@ std::string gnuplot_svg(const std::string& script, int width, int height) {
 std::string gnuplot_png(const std::string& script, int width, int height) {
   const std::string terminal =
       fmt::format("set terminal pngcairo noenhanced size {},{} font 'sans,10' background rgb 'white'\n", width, height);
-  std::string png = run_gnuplot(terminal + style + script + "\nunset output\n");
+  std::string png = run_gnuplot(terminal + plot_style + script + "\nunset output\n");
   if (!png.starts_with("\x89PNG")) throw std::runtime_error("gnuplot drew nothing");
   return png;
 }

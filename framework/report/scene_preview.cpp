@@ -135,9 +135,9 @@ std::vector<std::span<const float>> points_of(const PreviewFrame& frame) {
 }
 
 /// An axis of the cloud: half steps about its values.
-struct Axis {
+struct PreviewAxis {
   double first, last;
-  Axis(double low, double high, double step)
+  PreviewAxis(double low, double high, double step)
       : first(std::floor(2 * low / step) * step / 2),
         last(std::max(std::ceil(2 * high / step) * step / 2, first + step / 2)) {}
   double length() const { return last - first; }
@@ -151,7 +151,7 @@ constexpr double tilt = 65, turn = 25;  // deg, of gnuplot's view
 
 /// Where gnuplot has to draw the box of the axes, so that it and the numbers about it stay within a place: its longest
 /// axis is as long as what gnuplot is given is high, whatever `set view` says.
-Place place_of_box(const Axis& x, const Axis& y, const Axis& z, const Place& place) {
+Place place_of_box(const PreviewAxis& x, const PreviewAxis& y, const PreviewAxis& z, const Place& place) {
   constexpr double radian = std::numbers::pi / 180, numbers_beside = 130, numbers_below = 50;
   const double c = std::cos(turn * radian), s = std::sin(turn * radian);
   const double longest = std::max({x.length(), y.length(), z.length()});
@@ -186,7 +186,7 @@ std::string cloud(const PreviewFrame& frame, const Layout& layout) {
     length = std::max(length, high[i] - low[i]);
   }
   const double step = step_of(length);
-  const Axis x(low[0], high[0], step), y(low[2], high[2], step), z(-high[1], -low[1], step);
+  const PreviewAxis x(low[0], high[0], step), y(low[2], high[2], step), z(-high[1], -low[1], step);
   const Place place = layout.cloud();
   std::string script = layout.margins(place_of_box(x, y, z, place)) + layout.scale(Layout::bar(place), "z / m") +
                        layout.title(place, "the points, seen from above right");

@@ -10,12 +10,6 @@
 #include <cmath>
 
 namespace tofgraph::simulation {
-namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
-
 Evaluation::Evaluation(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition,
                        const Pixels& pixels, const BoardChange& moved, double modulation)
     : tofgraph_light_state{},
@@ -89,7 +83,7 @@ void Evaluation::place_sources() {
 
 Vector3 Evaluation::ray_at(const physics::Lens& lens, double u, double v) const {
   const auto p = physics::image_point(*camera, lens, u - principal_point[0], v - principal_point[1]);
-  const Vector3 along = p ? Vector3{p->x, p->y, 1} : Vector3{nan, nan, nan};
+  const Vector3 along = p ? Vector3{p->x, p->y, 1} : Vector3{io::unknown, io::unknown, io::unknown};
   return (1 / physics::norm(along)) * along;
 }
 

@@ -10,8 +10,6 @@
 namespace tofgraph::simulation {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 /// e^(j angle), exact where the angle is a multiple of pi/2 as it is rounded.
 Complex turn_of(double angle) {
   constexpr std::array<Complex, 4> quarters = {Complex{1, 0}, Complex{0, 1}, Complex{-1, 0}, Complex{0, -1}};
@@ -104,7 +102,7 @@ void Evaluation::expose(Expectation& result) {
     for (std::size_t i = 0; i < n; ++i) {
       const Complex p = exposures_[k * n + i];
       double c = p.real() * turn.real() - p.imag() * turn.imag() + extras_[k * n + i];
-      if (std::isnan(pixels_.rays[i].z)) c = nan;
+      if (std::isnan(pixels_.rays[i].z)) c = io::unknown;
       const double mean = intensities_[k * n + i];
       result.taps[2 * k * n + i] = mean + c / 2;
       result.taps[(2 * k + 1) * n + i] = mean - c / 2;

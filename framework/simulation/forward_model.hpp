@@ -6,6 +6,7 @@
 /// coarse grid of pixels, what a search for effects evaluates thousands of times.
 #pragma once
 
+#include "io/unknown.hpp"
 #include "simulation/files/effect.hpp"
 #include "simulation/hit.hpp"
 

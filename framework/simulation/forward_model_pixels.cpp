@@ -10,13 +10,12 @@ namespace {
 Pixels grid(const tofgraph_camera& camera, std::size_t rows, std::size_t columns, double height, double width) {
   Pixels pixels{rows, columns, (height + width) / 2, {}, {}};
   const physics::Lens lens(camera.distortion);
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) {
       const double u = (static_cast<double>(c) + 0.5) * width - 0.5, v = (static_cast<double>(r) + 0.5) * height - 0.5;
       pixels.at.insert(pixels.at.end(), {u, v});
       const auto p = physics::image_point(camera, lens, u, v);
-      const Vector3 along = p ? Vector3{p->x, p->y, 1} : Vector3{nan, nan, nan};
+      const Vector3 along = p ? Vector3{p->x, p->y, 1} : Vector3{io::unknown, io::unknown, io::unknown};
       pixels.rays.push_back((1 / physics::norm(along)) * along);
     }
   }
@@ -33,7 +32,6 @@ Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t 
 }
 
 Acquisition acquisition_of(const tofgraph_camera& camera, double integration_time) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Acquisition acquisition;
   acquisition.condition = {sizeof(tofgraph_condition),
                            0,
@@ -41,12 +39,12 @@ Acquisition acquisition_of(const tofgraph_camera& camera, double integration_tim
                            "dark",
                            integration_time,
                            camera.modulation_frequency,
-                           nan,
-                           nan,
-                           nan,
+                           io::unknown,
+                           io::unknown,
+                           io::unknown,
                            {0, 0},
                            0,
-                           nan};
+                           io::unknown};
   return acquisition;
 }
 

@@ -12,8 +12,6 @@
 namespace tofgraph::simulation {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 physics::TapNoise noise_of(const SceneFile& scene) {
   const tofgraph_camera& camera = scene.camera->view();
   switch (scene.noise.from) {
@@ -130,7 +128,8 @@ tofgraph_metadata Simulation::metadata(const Condition& condition, std::uint64_t
   m.integration_time = condition.integration_time;
   m.modulation_frequency = camera().modulation_frequency;
   m.temperature = condition.temperature;
-  m.time_since_power_on = std::isnan(condition.time_since_power_on) ? nan : condition.time_since_power_on + seconds;
+  m.time_since_power_on =
+      std::isnan(condition.time_since_power_on) ? io::unknown : condition.time_since_power_on + seconds;
   return m;
 }
 

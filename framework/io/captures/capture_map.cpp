@@ -23,7 +23,7 @@ std::string only_dataset(hid_t file) {
 }
 
 /// What the file has at its root, at most twenty names.
-std::vector<std::string> names_in(hid_t file) {
+std::vector<std::string> names_at_root(hid_t file) {
   std::vector<std::string> names;
   const auto add = [](hid_t, const char* name, const H5L_info_t*, void* list) {
     static_cast<std::vector<std::string>*>(list)->emplace_back(name);
@@ -42,7 +42,7 @@ ImageData load(const std::string& file, const std::string& wanted) {
   if (!data) {
     H5Eclear2(H5E_DEFAULT);
     throw std::runtime_error(
-        fmt::format("{}: no dataset '{}'; it has {}", file, dataset, fmt::join(names_in(opened), ", ")));
+        fmt::format("{}: no dataset '{}'; it has {}", file, dataset, fmt::join(names_at_root(opened), ", ")));
   }
   const h5::Handle space(h5::check(H5Dget_space(data), file), H5Sclose);
   hsize_t extent[2] = {0, 0};

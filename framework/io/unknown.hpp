@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+
+namespace tofgraph::io {
+
+/// Value of a number that is not known.
+inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace tofgraph::io
