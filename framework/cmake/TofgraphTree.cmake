@@ -6,9 +6,6 @@ set(tofgraph_headers <algorithm> <array> <cmath> <cstdint> <filesystem> <functio
                      <optional> <set> <span> <string> <string_view> <utility> <vector> <fmt/format.h> <fmt/ranges.h>
                      <nlohmann/json.hpp>)
 
-# GCC 12 sees copies out of bounds in std::string's own code (bug 105329).
-set(tofgraph_false_alarms -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
-
 # tofgraph_compile_together(TARGET): compiles the files of a target ten at a time. -DTOFGRAPH_UNITY=OFF compiles each
 # alone: for clang-tidy, which looks at files one by one, and for who changes one file again and again.
 option(TOFGRAPH_UNITY "Compile the files of a library some at a time" ON)
@@ -87,4 +84,7 @@ function(tofgraph_add_tree_plugin kind file)
   target_precompile_headers(${target} REUSE_FROM tofgraph_plugin_headers)
   # Highway's foreach_target includes the plugin's own file again, by its path in the project.
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  if("hwy" IN_LIST libraries)  # no processor of this century stops at SSSE3
+    target_compile_definitions(${target} PRIVATE HWY_DISABLED_TARGETS=HWY_SSSE3)
+  endif()
 endfunction()

@@ -20,7 +20,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int draws = 1000;
+constexpr int interval_draws = 1000;
 
 /// A state of the conditions that were left, for those that were put aside: reflectivities of targets that are new are
 /// found from amplitudes, never from distances.
@@ -180,13 +180,13 @@ template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uin
   for (const auto& [one, sums] : of_each) conditions.push_back(sums);
   std::mt19937_64 generator(seed);
   std::vector<double> values;
-  for (int d = 0; d < draws; ++d) {
+  for (int d = 0; d < interval_draws; ++d) {
     std::array<double, 2> sums{};
     for (std::size_t k = 0; k < conditions.size(); ++k) add(sums, conditions[generator() % conditions.size()]);
     values.push_back(of(sums));
   }
   std::ranges::sort(values);
-  return {values[draws / 40], values[draws - 1 - draws / 40]};
+  return {values[interval_draws / 40], values[interval_draws - 1 - interval_draws / 40]};
 }
 
 double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }

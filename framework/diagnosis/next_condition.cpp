@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr std::size_t together = 64;  ///< conditions in memory at a time
+constexpr std::size_t conditions_at_a_time = 64;  ///< conditions in memory at a time
 
 /// Conditions that were not measured, as a problem with the campaign's targets.
 class Unmeasured {
@@ -150,8 +150,8 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
                     .measured_sigma = measured[q],
                     .candidates = list.size(),
                     .experiment = questions[q].experiment});
-  for (std::size_t first = 0; first < list.size(); first += together) {
-    const std::size_t count = std::min(together, list.size() - first);
+  for (std::size_t first = 0; first < list.size(); first += conditions_at_a_time) {
+    const std::size_t count = std::min(conditions_at_a_time, list.size() - first);
     const Unmeasured part(problem, some(list, first, count), noise, state);
     for (std::size_t q = 0; q < questions.size(); ++q) keep_best(part.problem(), questions[q], best[q]);
   }
