@@ -32,7 +32,7 @@ struct CloudFile : Sink {
                           .choices = provenance_ending,
                           .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Next to "
                                   "them: out/cloud.provenance.json"}};
-  Param<bool> dense{this, "dense", {.default_value = "false", .text = "valid points only, without the image's rows"}};
+  Param<bool> dense;
   Param<std::string> intensity{
       this,
       "intensity",
@@ -40,6 +40,10 @@ struct CloudFile : Sink {
        .text = "the channel for the field intensity, or none; default: amplitude if it exists"}};
   Param<bool> sigma{this, "sigma", {.default_value = "false", .text = "with the field sigma"}};
   Param<bool> flags{this, "flags", {.default_value = "false", .text = "with the field flags"}};
+
+  /// @param dense_default of the parameter dense
+  explicit CloudFile(const char* dense_default)
+      : dense(this, "dense", {.default_value = dense_default, .text = "valid points only, without the image's rows"}) {}
 
   /// @param ending of the files' names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {
@@ -52,6 +56,7 @@ struct CloudFile : Sink {
 
   /// At the end, when the hash of a long input is ready, too.
   void finish() const {
+    if (written_ && *dense && !any_point_) throw std::runtime_error("every cloud is empty: no point is valid");
     if (written_) io::FileWriter(path.create(provenance_ending)).write(provenance() + "\n");
   }
 
@@ -60,6 +65,7 @@ struct CloudFile : Sink {
   template <class Write> void store(const Frame& frame, Write&& write) const {
     thread_local pcl::PCLPointCloud2 cloud;
     fill(frame, cloud);
+    if (!cloud.data.empty()) any_point_ = true;
     io::FileWriter file(path.create(frame));
     write(cloud, file);
     written_ = true;
@@ -188,7 +194,7 @@ struct CloudFile : Sink {
   }
 
   std::string intensity_channel_;
-  mutable std::atomic<bool> written_{false};
+  mutable std::atomic<bool> written_{false}, any_point_{false};
 };
 
 }  // namespace tofgraph
