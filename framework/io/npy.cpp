@@ -23,7 +23,7 @@ namespace tofgraph::io {
 namespace {
 
 constexpr std::string_view npy_magic = "\x93NUMPY";
-constexpr std::size_t max_header = 65536;  // bytes
+constexpr std::size_t max_npy_header = 65536;  // bytes
 
 struct NpyHeader {
   std::string type;  ///< "<f8"
@@ -86,7 +86,7 @@ class NpyFile {
     number(1);
     if (major < 1 || major > 3) fail(fmt::format("is of .npy version {}, expected 1 to 3", major));
     const std::uint64_t length = number(major == 1 ? 2 : 4);
-    if (length > max_header || length > size_)
+    if (length > max_npy_header || length > size_)
       fail(fmt::format("announces a header of {} bytes, but has {} bytes in all", length, size_));
     std::string header(length, '\0');
     if (!in_.read(header.data(), static_cast<std::streamsize>(length))) fail("ends within its header");

@@ -19,7 +19,7 @@ namespace {
 
 using config::format_quantity;
 
-constexpr double zero_celsius = 273.15;  // K
+constexpr double zero_celsius_in_k = 273.15;  // K
 
 struct Interval {
   double least, most;
@@ -54,16 +54,16 @@ std::string range_text(Interval range, const char* unit) {
 }
 
 /// A clock's values by frame, s.
-using Clock = std::vector<double>;
+using ClockTimes = std::vector<double>;
 
 /// The first frame whose time is before that of the frame before it.
-std::optional<std::size_t> first_step_back(const Clock& times) {
+std::optional<std::size_t> first_step_back(const ClockTimes& times) {
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] < times[i - 1]) return i;
   return std::nullopt;
 }
 
-double median_step(const Clock& times) {
+double median_step(const ClockTimes& times) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < times.size(); ++i) steps.push_back(times[i] - times[i - 1]);
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
@@ -87,7 +87,7 @@ std::string fast_frames(double step, double time, double rate) {
 }
 
 std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const tofgraph_camera* camera) {
-  Clock times;
+  ClockTimes times;
   for (const tofgraph_metadata& frame : frames) {
     if (frame.timestamp_ns == 0) return {};  // unknown
     times.push_back(static_cast<double>(frame.timestamp_ns - frames[0].timestamp_ns) * 1e-9);
@@ -106,7 +106,7 @@ std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const to
 }
 
 std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
-  Clock times;
+  ClockTimes times;
   for (const tofgraph_metadata& frame : frames) {
     if (std::isnan(frame.time_since_power_on)) return {};
     times.push_back(frame.time_since_power_on);
@@ -162,10 +162,10 @@ std::string integration_time_doubt(double time, const tofgraph_camera* camera) {
 }
 
 std::string temperature_doubt(double temperature) {
-  const double celsius = temperature - zero_celsius;
+  const double celsius = temperature - zero_celsius_in_k;
   const Interval expected{-60, 120};
   if (std::isnan(temperature) || expected.contains(celsius)) return {};
-  const char* unit = expected.contains(celsius - zero_celsius) ? "K"
+  const char* unit = expected.contains(celsius - zero_celsius_in_k) ? "K"
                      : expected.contains(celsius / 1000)       ? "thousandths of a degree"
                                                                : nullptr;
   return fmt::format("the temperature is {:.6g} degC, expected {} to {} degC{}", celsius, expected.least, expected.most,
