@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <initializer_list>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -102,7 +103,9 @@ std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const to
     return fmt::format("the clock of the time stamps stands still: {} ns at all {} frames", frames[0].timestamp_ns,
                        frames.size());
   const double rate = camera != nullptr ? camera->frame_rate : std::nan("");
-  return step > 0 ? fast_frames(step, frames[0].integration_time, rate) : std::string();
+  const double time = frames[0].integration_time;
+  const bool doubtful = !integration_time_doubt(time, camera).empty();  // which is reported by itself
+  return step > 0 ? fast_frames(step, doubtful ? std::nan("") : time, rate) : std::string();
 }
 
 std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
