@@ -3,16 +3,16 @@
 /// @file What the writers of clouds have in common: fields, layout, one file a frame, provenance beside them.
 #pragma once
 
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <fmt/format.h>
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/common/io.h>
 
 #include <atomic>
-#include <cmath>
 #include <cstring>
 #include <iterator>
+#include <optional>
 #include <sstream>
 
 #include "io/output_file.hpp"
@@ -48,6 +48,7 @@ struct CloudFile : Sink {
   /// @param ending of the files' names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {
     static_cast<void>(provenance());  // asked for here, it is made beside the run
+    rule_.emplace(setup.find("points")->applied);
     check_ending(ending);
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
@@ -165,8 +166,7 @@ struct CloudFile : Sink {
     describe(columns, cloud);
     std::vector<std::uint32_t> valid;
     for (std::uint32_t i = 0; *dense && i < columns.front().pixels; ++i) {
-      if (std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]))
-        valid.push_back(i);
+      if (rule_->is_valid(&xyz[3 * i])) valid.push_back(i);
     }
     cloud.width = static_cast<std::uint32_t>(*dense ? valid.size() : xyz.columns());
     cloud.height = static_cast<std::uint32_t>(*dense ? 1 : xyz.rows());
@@ -193,6 +193,7 @@ struct CloudFile : Sink {
     for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * step, from + size * (*dense ? valid[i] : i), size);
   }
 
+  std::optional<PointRule> rule_;
   std::string intensity_channel_;
   mutable std::atomic<bool> written_{false}, any_point_{false};
 };
