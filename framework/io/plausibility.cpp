@@ -141,8 +141,7 @@ std::string frequency_doubt(double frequency, const tofgraph_camera* camera) {
   const Interval expected = known ? Interval{nominal / 100, nominal * 100} : Interval{1e5, 1e9};
   if (expected.contains(frequency)) return {};
   const Interval near = known ? Interval{nominal / 5, nominal * 5} : Interval{1e6, 3e8};
-  const std::string units =
-      likely_units(frequency, "Hz", near, {{"kHz", 1e3}, {"MHz", 1e6}, {"GHz", 1e9}, {"mHz", 1e-3}, {"uHz", 1e-6}});
+  const std::string units = likely_units(frequency, "Hz", near, {{"kHz", 1e3}, {"MHz", 1e6}, {"GHz", 1e9}});
   const std::string other =
       known ? fmt::format("that of the camera '{}' is {}", camera->name, format_quantity(nominal, "Hz"))
             : fmt::format("expected {}", range_text(expected, "Hz"));
@@ -157,8 +156,8 @@ std::string integration_time_doubt(double time, const tofgraph_camera* camera) {
       known ? Interval{camera->integration_time[0], camera->integration_time[1]} : Interval{1e-6, 0.5};
   const Interval expected = known ? Interval{valid.least / 10, valid.most * 10} : valid;
   if (expected.contains(time)) return {};
-  const std::string units = likely_units(time, "s", known ? valid : Interval{1e-5, 0.1},
-                                         {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"ks", 1e3}});
+  const std::string units =
+      likely_units(time, "s", known ? valid : Interval{1e-5, 0.1}, {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}});
   const std::string other = known ? fmt::format("the camera '{}' allows {}", camera->name, range_text(valid, "s"))
                                   : fmt::format("expected {}", range_text(valid, "s"));
   return fmt::format("the integration time is {}, {}{}", format_quantity(time, "s"), other, likely(units, "s"));
@@ -169,8 +168,8 @@ std::string temperature_doubt(double temperature) {
   const Interval expected{-60, 120};
   if (std::isnan(temperature) || expected.contains(celsius)) return {};
   const char* unit = expected.contains(celsius - zero_celsius_in_k) ? "K"
-                     : expected.contains(celsius / 1000)       ? "thousandths of a degree"
-                                                               : nullptr;
+                     : expected.contains(celsius / 1000)            ? "thousandths of a degree"
+                                                                    : nullptr;
   return fmt::format("the temperature is {:.6g} degC, expected {} to {} degC{}", celsius, expected.least, expected.most,
                      unit != nullptr ? fmt::format(": likely it was written in {}, not in degC", unit) : "");
 }
@@ -181,7 +180,7 @@ std::string length_doubt(const std::string& channel, double median, double unamb
   const Interval expected{5e-3, known ? 10 * unambiguous_range : 1e3};
   if (expected.contains(median)) return {};
   const Interval near{0.05, known ? unambiguous_range : 50};
-  const std::string units = likely_units(median, "m", near, {{"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"km", 1e3}});
+  const std::string units = likely_units(median, "m", near, {{"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}});
   const std::string other = known ? fmt::format("the unambiguous range is {}", format_quantity(unambiguous_range, "m"))
                                   : fmt::format("expected {}", range_text(expected, "m"));
   return fmt::format("the median of {} is {}, {}{}", channel, format_quantity(median, "m"), other, likely(units, "m"));

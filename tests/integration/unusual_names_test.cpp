@@ -84,13 +84,13 @@ TEST_F(UnusualNames, ACameraMayBeCalledAnything) {
 
 TEST_F(UnusualNames, NamesOfOtherEncodingsLeaveValidJson) {
   const std::string latin = "lat\xe4in";
-  for (const std::string name : {latin, std::string("\xff\xfe"), std::string("trunc\xc3")}) {
+  for (const std::string& name : {latin, std::string("\xff\xfe"), std::string("trunc\xc3")}) {
     std::filesystem::copy_file(file("plane.h5"), file(name + ".h5"));
     const Outcome outcome = run("capture_reader file=" + name + ".h5 ! point_cloud ! pcd_writer path=" + name + ".pcd",
                                 "--stats " + name + ".json");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_FALSE(says(outcome, "json.exception")) << outcome.err;
-    for (const std::string made : {name + ".provenance.json", name + ".json"})
+    for (const std::string& made : {name + ".provenance.json", name + ".json"})
       EXPECT_NO_THROW(static_cast<void>(nlohmann::json::parse(read_text(file(made))))) << made;
     EXPECT_EQ(command("info '" + name + ".h5' --json").exit_code, 0);
   }
@@ -127,7 +127,7 @@ TEST_F(UnusualNames, TruthIsWrittenAsYamlAllows) {
 
 TEST_F(UnusualNames, MergeKeysAreNamedInEveryKindOfFile) {
   const std::string words = "merge keys ('<<') are not supported: write the keys out";
-  for (const std::string text :
+  for (const std::string& text :
        {head_ + "  - &save {name: a, stage: pcd_writer, path: a.pcd}\n  - {<<: *save, name: b, path: b.pcd}\n",
         std::string(
             "scene: 1\ncamera: camcube2\nobjects:\n  - &b {type: board, distance: 1 m}\n  - {<<: *b, distance: 2 m}\n"),
@@ -185,7 +185,7 @@ void write_filtered(const std::filesystem::path& path, H5Z_filter_t number, cons
   const hid_t data = H5Dcreate2(group, dataset, H5T_IEEE_F32LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
   const auto plane = plane_ranges(1);
   H5Dwrite(data, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, plane.data());
-  for (const hid_t id : {data}) H5Dclose(id);
+  H5Dclose(data);
   H5Pclose(creation);
   H5Sclose(space);
   H5Gclose(group);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -53,7 +54,7 @@ template <class T> std::string number(T value, bool big) {
 
 std::string header(const std::string& format, const Points& points, const Faces& faces, const std::string& end = "\n") {
   std::string text;
-  for (const std::string line :
+  for (const std::string& line :
        {std::string("ply"), "format " + format + " 1.0", std::string("comment element face 99"),
         fmt::format("element vertex {}", points.size()), std::string("property float x"),
         std::string("property float y"), std::string("property float z"), std::string("property uchar red"),
@@ -95,16 +96,10 @@ std::string obj(const Points& points, const Faces& faces) {
   return text;
 }
 
-/// Coordinates whose first byte in a file is the given one.
-float beginning_with(unsigned char byte, bool big) {
+/// A coordinate whose first byte in a little-endian file is the given one.
+float beginning_with(unsigned char byte) {
   float value = 0.75F;
-  char raw[4];
-  std::memcpy(raw, &value, 4);
-  raw[big ? 3 : 0] = static_cast<char>(byte);
-  if (big)
-    std::memcpy(&value, raw, 4);
-  else
-    std::memcpy(&value, raw, 4);
+  std::memcpy(&value, &byte, 1);
   return value;
 }
 
@@ -112,7 +107,7 @@ TEST_F(MeshBytes, PlyIsReadByItsBytesWhateverTheFirstOneIs) {
   for (const bool big : {false, true}) {
     for (int byte = 0; byte < 256; ++byte) {
       Points points = {{0.75F, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-      if (!big) points[0][0] = beginning_with(static_cast<unsigned char>(byte), false);
+      if (!big) points[0][0] = beginning_with(static_cast<unsigned char>(byte));
       const Triangles mesh = load("a.ply", binary_ply(points, {{0, 1, 2, 3}}, big));
       ASSERT_EQ(mesh.vertices, points) << byte;
       ASSERT_EQ(mesh.triangles.size(), 2U);
@@ -126,7 +121,7 @@ TEST_F(MeshBytes, PlyIsReadByItsBytesWhateverTheFirstOneIs) {
 }
 
 TEST_F(MeshBytes, LineEndsAndEndingsInCapitalsDoNotMatter) {
-  const Points points = {{beginning_with('\n', false), 0, 1}, {1, 0, 1}, {1, 1, 1}};
+  const Points points = {{beginning_with('\n'), 0, 1}, {1, 0, 1}, {1, 1, 1}};
   for (const std::string end : {"\n", "\r\n", "\r"})
     EXPECT_EQ(load("A.PLY", binary_ply(points, {{0, 1, 2}}, false, end)).vertices, points);
   EXPECT_EQ(load("A.Ply", ascii_ply({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}}, {{0, 1, 2}})).triangles.size(), 1U);

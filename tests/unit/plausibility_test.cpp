@@ -54,7 +54,7 @@ TEST(Length, InMillimetresIsDoubted) {
   EXPECT_THAT(length_doubt("range", 1000, range), AllOf(HasSubstr("median of range is 1000 m"), HasSubstr("7.49481 m"),
                                                         HasSubstr("in mm (1000 mm = 1 m)")));
   EXPECT_THAT(length_doubt("depth", 250, range), AllOf(HasSubstr("in cm"), HasSubstr("or in mm")));
-  EXPECT_THAT(length_doubt("depth", 0.001, range), AllOf(HasSubstr("is 1 mm"), HasSubstr("in km")));
+  EXPECT_THAT(length_doubt("depth", 0.001, range), HasSubstr("is 1 mm"));
   EXPECT_THAT(length_doubt("distance", 5000, std::nan("")), HasSubstr("in mm"));
   for (const double good : {0.05, 1.0, 7.4, 40.0, std::nan("")})
     EXPECT_EQ(length_doubt("range", good, range), "") << good;
