@@ -7,6 +7,7 @@
 #include "io/table_text.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/channels.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -144,6 +145,8 @@ class TableReader {
   std::string range_problem(const std::string& key, double value) const {
     const tofgraph_camera& camera = campaign_.camera->view();
     if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
+    if ((key == "measured_depth" || key == "measured_distance") && !is_valid_length(static_cast<float>(value)))
+      return "is not a length: it must be positive; an empty cell means unknown";
     if (key == "integration_time" && !(value > 0)) return "must be positive";
     if (key == "reflectivity" && !(value > 0 && value <= 1)) return "must be above 0 and at most 1";
     if ((key == "measured_depth_sd" || key == "count") && value < 0) return "must not be negative";

@@ -81,6 +81,7 @@ TEST_F(TableText, AColumnThatOccursTwiceIsAnErrorWithBothPlaces) {
   EXPECT_NE(twice.err.find("the first is in line 1, column 3"), std::string::npos) << twice.err;
   EXPECT_EQ(check("d,m,x,x\n500,507,0,1007\n", "m").exit_code, 0) << "columns that nothing refers to";
   EXPECT_EQ(check("\"d\",\"m\"\r\n\"500\",\"507\"\r\n", "m").exit_code, 0) << "quoted numbers";
+  EXPECT_NE(check("d,m\n500,0\n", "m").err.find("the measured_depth '0' is not a length"), std::string::npos);
   EXPECT_NE(check("d;m\n500;507\n", "m").err.find("separated by semicolons"), std::string::npos);
 }
 
