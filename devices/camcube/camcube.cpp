@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "config/json_text.hpp"
 #include "config/overtaken.hpp"
 #include "config/quantity.hpp"
 #include "devices/camcube/backend.hpp"
@@ -95,7 +96,7 @@ struct CamCube final : CamCubeParameters {
     note(description_);
     nlohmann::json source = {{"backend", used}, {"live", delivery.live}};
     if (!delivery.serial.empty()) source["serial"] = delivery.serial;
-    host->set_source(context, source.dump().c_str());
+    host->set_source(context, config::json_text(source).c_str());
   }
 
   /// What the controller of the integration time has to know; it may begin with another time.

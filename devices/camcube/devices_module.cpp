@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/devices.hpp"
+#include "config/json_text.hpp"
 #include "devices/camcube/pmd_library.hpp"
 #include "devices/camcube/usb_device.hpp"
 
@@ -62,7 +63,7 @@ void print(const json& all) {
 int devices(const cli::DevicesArguments& arguments) {
   const json all = found();
   if (arguments.json)
-    fmt::print("{}\n", all.dump(2));
+    fmt::print("{}\n", config::json_text(all, 2));
   else
     print(all);
   return 0;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
+#include "config/json_text.hpp"
 
 #include "config/quantity.hpp"
 #include "io/profile.hpp"
@@ -138,7 +139,7 @@ void print_profile(const json& camera) {
 int describe_profile(const std::filesystem::path& file, bool as_json) {
   const json camera = profile(file);
   if (as_json)
-    fmt::print("{}\n", camera.dump(2));
+    fmt::print("{}\n", config::json_text(camera, 2));
   else
     print_profile(camera);
   return done;
@@ -162,7 +163,7 @@ int describe(const std::string& name, bool as_json, const Common& common) {
   if (plugin.contains("error")) throw config::ConfigurationError("error: " + plugin["error"].get<std::string>());
   tell_hidden(registry, common, name);
   if (as_json)
-    fmt::print("{}\n", plugin.dump(2));
+    fmt::print("{}\n", config::json_text(plugin, 2));
   else
     print(plugin);
   return done;

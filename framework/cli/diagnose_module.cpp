@@ -3,6 +3,7 @@
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
 #include "config/diagnostics.hpp"
+#include "config/json_text.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
 #include "io/output_files.hpp"
@@ -82,7 +83,7 @@ void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   };
   diagnosis::write_maps(result, out, files);
   files.add(out / "model.yaml").write(diagnosis::model_yaml(result));
-  files.add(out / "report.json").write(diagnosis::report_json(result).dump(2) + "\n");
+  files.add(out / "report.json").write(config::json_text(diagnosis::report_json(result), 2) + "\n");
   write_or_drop(diagnosis::unexplained_map_name, diagnosis::unexplained_map(result));
   write_or_drop(diagnosis::next_condition_name, diagnosis::next_condition_yaml(result));
   files.add(out / "report.html").write(diagnosis::gap_report(result).html());

@@ -3,9 +3,11 @@
 #include "cli/info.hpp"
 #include "config/diagnostics.hpp"
 #include "config/document.hpp"
+#include "config/json_text.hpp"
 #include "config/quantity.hpp"
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
+#include "io/captures/plausibility.hpp"
 #include "io/captures/repair.hpp"
 #include "io/profile.hpp"
 
@@ -26,21 +28,24 @@ using nlohmann::json;
 
 constexpr std::size_t max_gaps = 10;  // that are listed
 
-/// Where the exposures are from: the capture, else its profile in it, else that of its camera's name, else the four.
-physics::Exposures exposures_of(const io::CaptureHeader& header, std::string& from) {
-  from = "the capture";
-  if (!header.exposures.empty()) return header.exposures;
+/// The camera by the profile in the capture, else by that of the camera's name; null where there is none that can be
+/// read.
+io::CameraPtr camera_of(const io::CaptureHeader& header) {
   config::Diagnostics diagnostics;
-  io::CameraPtr camera;
   try {
     const auto file = io::find_profile(header.camera, {});
     if (!header.profile.empty())
-      camera = io::read_profile(config::parse_document("profile", header.profile), diagnostics);
-    else if (!file.empty())
-      camera = io::load_profile(file);
-  } catch (const config::ConfigurationError&) {  // a profile that cannot be read tells nothing
-    camera = nullptr;
+      return io::read_profile(config::parse_document("profile", header.profile), diagnostics);
+    return file.empty() ? nullptr : io::load_profile(file);
+  } catch (const config::ConfigurationError&) {
+    return nullptr;
   }
+}
+
+/// Where the exposures are from: the capture, else the camera's profile, else the four.
+physics::Exposures exposures_of(const io::CaptureHeader& header, const io::CameraPtr& camera, std::string& from) {
+  from = "the capture";
+  if (!header.exposures.empty()) return header.exposures;
   from = camera && camera->view().exposure_count != 0 ? "the profile" : "the default";
   return camera ? physics::exposures_of(camera->view()) : physics::exposures_of(tofgraph_camera{});
 }
@@ -60,6 +65,7 @@ void add_range(json& settings, const io::CaptureReader& reader, std::uint64_t bi
 
 json described(const io::CaptureReader& reader) {
   const io::CaptureHeader& header = reader.header();
+  const io::CameraPtr camera = camera_of(header);
   json result = {{"format", "tofgraph-info"},     {"version", 1},
                  {"camera", header.camera},       {"width", header.width},
                  {"height", header.height},       {"frames", reader.frames()},
@@ -74,7 +80,7 @@ json described(const io::CaptureReader& reader) {
     const bool raw = channel.name == "taps" || channel.name == "phases";
     if (!raw || result.contains("exposures")) continue;
     std::string from;
-    const physics::Exposures exposures = exposures_of(header, from);
+    const physics::Exposures exposures = exposures_of(header, camera, from);
     json list = json::array();
     for (const tofgraph_exposure& e : exposures)
       list.push_back({{"phase_rad", e.phase}, {"frequency_hz", e.frequency}});
@@ -103,8 +109,9 @@ json described(const io::CaptureReader& reader) {
   result["lost"] = lost;
   if ((reader.known(0, reader.frames() - 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0) {
     const auto first = reader.metadata(0).timestamp_ns, last = reader.metadata(reader.frames() - 1).timestamp_ns;
-    result["duration_s"] = static_cast<double>(last - first) * 1e-9;
+    if (last >= first) result["duration_s"] = static_cast<double>(last - first) * 1e-9;
   }
+  result["warnings"] = io::doubts_of(reader, 0, reader.frames() - 1, camera ? &camera->view() : nullptr);
   return result;
 }
 
@@ -159,6 +166,7 @@ void print(const std::string& file, const json& info) {
   print_setting(info["settings"], "time_since_power_on_s", "time since power on", "s");
   if (info.contains("duration_s")) fmt::print("  {:22} {:.6g} s\n", "duration", info["duration_s"].get<double>());
   print_gaps(info);
+  for (const json& warning : info["warnings"]) fmt::print("\nwarning: {}\n", warning.get<std::string>());
 }
 
 int info(const InfoArguments& arguments) {
@@ -170,7 +178,7 @@ int info(const InfoArguments& arguments) {
     throw config::ConfigurationError(file + "error: " + (text.starts_with(file) ? text.substr(file.size()) : text));
   }
   if (arguments.json)
-    fmt::print("{}\n", result.dump(2));
+    fmt::print("{}\n", config::json_text(result, 2));
   else
     print(arguments.capture.string(), result);
   return 0;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "config/json_text.hpp"
 
 #include "config/paths.hpp"
 #include "io/profile.hpp"
@@ -96,7 +97,7 @@ int list(const std::string& what, bool as_json, const Common& common) {
   if (what != "cameras" && !common.quiet) tell_strays(common);
   if (what != "cameras") tell_hidden(graph::PluginRegistry(common.plugin_folders), common);
   if (as_json)
-    fmt::print("{}\n", entries.dump(2));
+    fmt::print("{}\n", config::json_text(entries, 2));
   else
     print(entries, what == "plugins");
   return done;

@@ -5,6 +5,7 @@
 #include "cli/progress.hpp"
 #include "cli/report.hpp"
 #include "config/diagnostics.hpp"
+#include "config/json_text.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -37,7 +38,7 @@ int report(const ReportArguments& arguments) {
   const report::Page page = calibration::characterisation_report(data);
   bar.finish();
   page.write(out / "report.html");
-  io::write_file(out / "report.json", calibration::characterisation_json(data).dump(2) + "\n");
+  io::write_file(out / "report.json", config::json_text(calibration::characterisation_json(data), 2) + "\n");
   if (arguments.quiet) return 0;
   say_notes(data.campaign.boards.notes);
   config::say(fmt::format("{}\nwrote {} and {}", calibration::summary_of(data), (out / "report.html").string(),

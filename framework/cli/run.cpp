@@ -4,6 +4,7 @@
 #include "cli/commands.hpp"
 #include "cli/watch.hpp"
 #include "cli/written_files.hpp"
+#include "config/json_text.hpp"
 
 #include "config/quantity.hpp"
 #include "graph/outputs.hpp"
@@ -45,7 +46,7 @@ int write_statistics(const RunArguments& arguments, const graph::Graph& graph, c
   try {
     // Somebody may have made it since the first look.
     if (const std::string problem = statistics_problem(arguments); !problem.empty()) throw std::runtime_error(problem);
-    io::write_file(arguments.stats, graph::statistics_json(graph, result).dump(2) + "\n");
+    io::write_file(arguments.stats, config::json_text(graph::statistics_json(graph, result), 2) + "\n");
     return code;
   } catch (const std::exception& error) {
     say(fmt::format("error: the statistics of the run could not be written: {}", error.what()));
@@ -84,6 +85,8 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
     }
   }
   const std::string written = common.quiet ? "" : files.summary(graph);
+  for (const std::string& warning : result.warnings)
+    if (!common.quiet) say("warning: " + warning);
   if (!result.error.empty()) {
     if (!written.empty()) say(written);
     say("error: " + result.error);

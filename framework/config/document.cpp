@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/document.hpp"
+#include "config/json_text.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -54,6 +55,12 @@ class Converter {
   template <class Pair> void add(Value& map, const Pair& pair, Diagnostics& diagnostics) {
     if (!pair.first.IsScalar()) {
       diagnostics.error(position(pair.first), "a key must be a word");
+      return;
+    }
+    if (pair.first.Scalar() == "<<") {
+      Position at = position(pair.first);
+      at.length = 2;
+      diagnostics.error(at, "merge keys ('<<') are not supported: write the keys out");
       return;
     }
     Entry entry{pair.first.Scalar(), position(pair.first), {}};
@@ -161,7 +168,11 @@ std::string yaml_word(const std::string& text) {
   };
   const bool harmless =
       !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 && std::ranges::all_of(text, plain);
-  return harmless ? text : nlohmann::json(text).dump();
+  if (harmless) return text;
+  if (as_utf8(text) == text) return nlohmann::json(text).dump();
+  std::string quoted = "'";  // a file name of another encoding: its bytes stay
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + "'";
 }
 
 std::string assignment(const Position& at, std::string_view key, std::string_view value) {

@@ -4,6 +4,8 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 
 namespace tofgraph::config {
@@ -45,6 +47,12 @@ std::filesystem::path cache_folder() {
 std::vector<std::filesystem::path> plugin_path_from_environment() {
   const char* path = std::getenv("TOFGRAPH_PLUGIN_PATH");
   return split_path(path != nullptr ? path : "");
+}
+
+std::string lower_case_ending(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
 }
 
 std::string joined_path(const std::vector<std::filesystem::path>& folders) {

@@ -18,6 +18,9 @@ std::filesystem::path trial_program();   ///< the program that tries captures in
 std::filesystem::path profile_folder();  ///< share/tofgraph/profiles
 std::filesystem::path cache_folder();    ///< $XDG_CACHE_HOME/tofgraph or ~/.cache/tofgraph
 
+/// The ending of a file's name in lower case, e.g. ".ply" of PART.PLY.
+std::string lower_case_ending(const std::filesystem::path& file);
+
 /// Folders with colons between, apart and together.
 std::vector<std::filesystem::path> split_path(std::string_view path);
 std::string joined_path(const std::vector<std::filesystem::path>& folders);

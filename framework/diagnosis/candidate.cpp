@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "config/json_text.hpp"
 #include "diagnosis/observables.hpp"
 #include "io/image_file.hpp"
 
@@ -209,7 +210,7 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
     } else if (written_->data()[i].given != 0) {
       const nlohmann::json& shown = written_->shown()[p.name];  // an object is a map of YAML as it is
       text += fmt::format(", {}: {}", p.name,
-                          shown.is_string() ? config::yaml_word(shown.get<std::string>()) : shown.dump());
+                          shown.is_string() ? config::yaml_word(shown.get<std::string>()) : config::json_text(shown));
     }
   }
   for (std::size_t m = 0; maps != nullptr && m < maps->maps().size(); ++m) {

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "config/json_text.hpp"
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/gap_report_parts.hpp"
 #include "diagnosis/gap_report_script.hpp"
@@ -175,7 +176,7 @@ std::string numbers(const std::vector<double>& values, std::size_t o) {
 /// A text in a script; nothing in it ends the script.
 std::string for_script(const std::string& text) {
   std::string result;
-  for (const char c : nlohmann::json(text).dump()) result += c == '<' ? "\\u003c" : std::string(1, c);
+  for (const char c : config::json_text(nlohmann::json(text))) result += c == '<' ? "\\u003c" : std::string(1, c);
   return result;
 }
 

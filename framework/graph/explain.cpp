@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/explain.hpp"
 
+#include "config/json_text.hpp"
 #include "config/quantity.hpp"
 
 #include <tofgraph/channels.hpp>
@@ -43,8 +44,8 @@ std::string channel_text(const Channel& channel) {
 std::string parameters_text(const Node& node) {
   std::string text;
   for (const auto& [key, value] : node.values().shown().items()) {
-    text += fmt::format("{}{}={}", text.empty() ? "" : " ", key,
-                        value.get<std::string>().empty() ? "''" : value.get<std::string>());
+    const std::string shown = value.is_string() ? value.get<std::string>() : config::json_text(value);
+    text += fmt::format("{}{}={}", text.empty() ? "" : " ", key, shown.empty() ? "''" : shown);
   }
   return text;
 }

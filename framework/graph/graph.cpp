@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/graph.hpp"
 
+#include "config/json_text.hpp"
 #include "config/paths.hpp"
 #include "graph/known_stages.hpp"
 #include "graph/outputs.hpp"
@@ -233,7 +234,7 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
   }
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     nodes_[i]->set_provenance(
-        [this, i, whole = static_cast<bool>(good[i])] { return whole ? provenance(i).dump(2) : "{}"; });
+        [this, i, whole = static_cast<bool>(good[i])] { return whole ? config::json_text(provenance(i), 2) : "{}"; });
     const bool read =
         std::ranges::any_of(inputs_, [&](const auto& in) { return std::ranges::find(in, i) != in.end(); });
     if (!read && !nodes_[i]->is_sink() && diagnostics.ok()) {
@@ -252,7 +253,9 @@ std::set<std::size_t> Graph::steps_to(std::size_t node) const {
 
 nlohmann::json Graph::provenance(std::size_t node) const {
   nlohmann::json stages = nlohmann::json::array();
-  for (const std::size_t i : steps_to(node)) {
+  std::set<std::size_t> steps = steps_to(node);
+  for (const std::size_t other : nodes_with_same_companion(nodes_, node)) steps.merge(steps_to(other));
+  for (const std::size_t i : steps) {
     const Node& step = *nodes_[i];
     nlohmann::json files = nlohmann::json::array();
     for (const UsedFile& file : step.files()) {

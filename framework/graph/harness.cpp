@@ -51,7 +51,7 @@ Harness::Harness(const std::string& line, const std::vector<std::string>& plugin
   bool overwrite = false;
   for (const config::Entry& entry : spec.parameters) {
     if (entry.key == "overwrite" && file->kind == "sink")
-      overwrite = entry.value.text == "true";
+      static_cast<void>(parse_bool(entry.value.text, overwrite));
     else
       entries.push_back(&entry);
   }

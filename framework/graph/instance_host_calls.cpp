@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // What plugins ask of the host, over the border.
+#include "config/json_text.hpp"
 #include "config/paths.hpp"
 #include "graph/instance.hpp"
 #include "graph/open_outputs.hpp"
@@ -196,7 +197,7 @@ struct HostCalls {
     guarded([&] {
       const auto known = nlohmann::json::parse(needed(json, "what is known of the source"), nullptr, false);
       if (!known.is_object()) throw std::runtime_error("set_source() was given no JSON object");
-      leaving(instance(context), "set_source").stream.source = known.dump();
+      leaving(instance(context), "set_source").stream.source = config::json_text(known);
     });
   }
 

@@ -148,7 +148,7 @@ bool Node::spares_inputs(config::Diagnostics& diagnostics) const {
     const std::string path = writes && values_.data()[i].text != nullptr ? values_.data()[i].text : "";
     if (path.empty()) continue;
     try {
-      const std::string problem = io::input_problem(io::OutputPattern(path), host_.inputs);
+      const std::string problem = io::input_problem(io::OutputPattern(path, values_.text_of(p.name)), host_.inputs);
       if (!problem.empty()) right = tell(Failure{p.name, problem}, diagnostics);
     } catch (const std::runtime_error&) {  // not a pattern: told where the files are chosen
     }
@@ -167,7 +167,7 @@ bool Node::choose_files(std::uint64_t frames, config::Diagnostics& diagnostics) 
     if ((!each && p.kind != TOFGRAPH_KIND_OUTPUT_FILE) || path.empty()) continue;
     std::string problem;
     try {
-      outputs_[i] = io::OutputPattern(path);
+      outputs_[i] = io::OutputPattern(path, values_.text_of(p.name));
       if (each && !outputs_[i].numbered() && frames != 1) {
         outputs_[i] = outputs_[i].with_number();
         diagnostics.warning(

@@ -16,16 +16,14 @@ struct Claim {
   const Node* node;
   const char* parameter;
   io::OutputPattern files;
+  bool companion = false;  ///< a file beside the others, which says the same whichever node writes it
 };
 
 /// With the folder by its one name, whatever links lead to it.
 io::OutputPattern resolved(const io::OutputPattern& files) {
   std::error_code error;
-  const std::filesystem::path path = files.text();
-  const auto folder = std::filesystem::weakly_canonical(path.parent_path(), error);
-  // A brace in the folder's own name would be taken for that of {frame}.
-  if (error || folder.string().find_first_of("{}") != std::string::npos) return files;
-  return io::OutputPattern((folder / path.filename()).string());
+  const auto folder = std::filesystem::weakly_canonical(files.folder(), error);
+  return error ? files : files.in_folder(folder);
 }
 
 std::vector<Claim> claims_of(const Node& node) {
@@ -36,7 +34,7 @@ std::vector<Claim> claims_of(const Node& node) {
     const io::OutputPattern files = resolved(node.outputs()[i]);
     claims.push_back({&node, parameter.name, files});
     for (const std::string& ending : split_words(parameter.choices))
-      claims.push_back({&node, parameter.name, io::OutputPattern(files.companion(ending).string())});
+      claims.push_back({&node, parameter.name, io::OutputPattern::of_file(files.companion(ending)), true});
   }
   return claims;
 }
@@ -49,12 +47,27 @@ std::vector<io::OutputPattern> output_files(const Node& node) {
   return files;
 }
 
+std::vector<std::size_t> nodes_with_same_companion(std::span<const std::unique_ptr<Node>> nodes, std::size_t node) {
+  std::vector<std::size_t> found;
+  const std::vector<Claim> own = claims_of(*nodes[node]);
+  for (const auto& other : nodes) {
+    if (other->index == node) continue;
+    for (const Claim& claim : claims_of(*other)) {
+      const auto same = [&](const Claim& c) { return c.companion && claim.companion && c.files.overlaps(claim.files); };
+      if (std::ranges::any_of(own, same)) found.push_back(other->index);
+    }
+  }
+  return found;
+}
+
 void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnostics& diagnostics) {
   std::vector<Claim> all;
   for (const auto& node : nodes) {
     const std::vector<Claim> own = claims_of(*node);
     for (const Claim& claim : own) {
-      const auto same = [&](const Claim& other) { return other.files.overlaps(claim.files); };
+      const auto same = [&](const Claim& other) {
+        return other.files.overlaps(claim.files) && !(other.companion && claim.companion);
+      };
       const auto found = std::ranges::find_if(all, same);
       const bool taken = found != all.end();
       const Claim other = taken ? *found : claim;

@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <span>
+#include <string_view>
 
 namespace tofgraph::graph {
 namespace {
@@ -110,8 +112,11 @@ std::string advice(const tofgraph_descriptor& stage, const std::string& key, con
 }  // namespace
 
 bool parse_bool(const std::string& text, bool& value) {
-  value = text == "true" || text == "yes" || text == "on";
-  return value || text == "false" || text == "no" || text == "off";
+  const auto is_any = [&text](std::initializer_list<std::string_view> words) {
+    return std::ranges::find(words, text) != words.end();
+  };
+  value = is_any({"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"});
+  return value || is_any({"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"});
 }
 
 ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<const config::Entry*> written,

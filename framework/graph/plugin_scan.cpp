@@ -3,6 +3,7 @@
 // Descriptors are read by a child process, so that a broken plugin takes nothing down, and remembered by path, size
 // and time. Deleting the cache costs nothing but the time of a scan.
 #include "config/child_process.hpp"
+#include "config/json_text.hpp"
 #include "config/paths.hpp"
 #include "config/say.hpp"
 #include "graph/plugin.hpp"
@@ -47,14 +48,14 @@ void write_cache(const json& cache) {
   const auto temporary = fmt::format("{}.{}", cache_file().string(), getpid());
   {
     std::ofstream out(temporary);
-    out << cache.dump();
+    out << config::json_text(cache);
     if (!out.flush()) return;
   }
   std::filesystem::rename(temporary, cache_file(), error);
 }
 
 /// Found again in an entry whose content nobody changed.
-std::size_t check_number(const json& plugin) { return std::hash<std::string>()(plugin.dump()); }
+std::size_t check_number(const json& plugin) { return std::hash<std::string>()(config::json_text(plugin)); }
 
 /// What the cache knows of the file as it is now, or null. An entry that is damaged is one that is not there.
 const json* remembered(const json& cache, const std::filesystem::path& file) {

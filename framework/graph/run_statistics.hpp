@@ -41,7 +41,8 @@ struct RunResult {
   std::size_t in_flight = 0;  ///< frames that can be under way at once behind the source's exit
   std::size_t buffers_allocated = 0;
   bool interrupted = false;
-  std::string error;  ///< node, frame and reason; empty: none
+  std::string error;                  ///< node, frame and reason; empty: none
+  std::vector<std::string> warnings;  ///< about the run as a whole
   std::vector<NodeStatistics> nodes;
 };
 

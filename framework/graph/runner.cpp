@@ -5,6 +5,7 @@
 #include "graph/frame_queue.hpp"
 #include "graph/hashing.hpp"
 #include "graph/segments.hpp"
+#include "graph/valid_frames.hpp"
 
 #include <fmt/format.h>
 #include <tbb/flow_graph.h>
@@ -47,6 +48,7 @@ class Runner::Impl {
         last_reader_(graph.nodes().size(), 0),
         times_(graph.nodes().size()),
         failed_(graph.nodes().size()),
+        valid_(graph.nodes().size()),
         frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), pool_) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
@@ -88,6 +90,7 @@ class Runner::Impl {
   std::vector<std::size_t> last_reader_;
   std::vector<TimeHistogram> times_;
   std::vector<std::atomic<bool>> failed_;
+  std::vector<ValidFrames> valid_;
   FrameQueue frame_queue_;
 
   std::vector<Segment> segments_;
@@ -170,6 +173,7 @@ RunResult Runner::Impl::run() {
   result.buffers_allocated = pool_.allocated();
   result.interrupted = graph_.host().stopping.load() && error_.empty();
   result.error = error_;
+  judge_frames(graph_, valid_, result);
   for (std::size_t i = 0; i < graph_.nodes().size(); ++i) {
     const Node& node = *graph_.nodes()[i];
     result.nodes.push_back({node.name, node.stage().name, times_[i].count(), times_[i].quantile(0.5),
@@ -279,6 +283,7 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
     } else {
       take_inputs(index, token);
     }
+    if (node.is_sink()) valid_[index].add(frames);
     const auto start = Clock::now();
     // A stage that waits for its own parallel work must not begin another node's frame meanwhile.
     tbb::this_task_arena::isolate([&] { token.absent[index] = !node.process(frames.data(), frames.size()); });

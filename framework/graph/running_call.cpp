@@ -120,17 +120,22 @@ void describe(Line& line, const Entry& call) {
   line << ", in " << call.what.load() << "() of plugin " << instance.plugin().file.path.c_str();
 }
 
-void on_crash(int number) {
-  // The handler runs on the thread that crashed.
-  Line line;
-  line << "\ntofgraph: error: crashed (signal " << static_cast<std::uint64_t>(number) << ", " << sigdescr_np(number)
-       << ")";
-  const Thread* thread = place;
+/// The calls of a thread, the innermost first. @returns whether there are any
+bool describe_calls(Line& line, const Thread* thread) {
   const std::size_t depth = thread != nullptr ? std::min(thread->depth.load(), deepest) : 0;
   for (std::size_t i = depth; i-- > 0;) {
     line << (i + 1 == depth ? ": " : "\n         called by ");
     describe(line, thread->calls[i]);
   }
+  return depth > 0;
+}
+
+void on_crash(int number) {
+  // The handler runs on the thread that crashed.
+  Line line;
+  line << "\ntofgraph: error: crashed (signal " << static_cast<std::uint64_t>(number) << ", " << sigdescr_np(number)
+       << ")";
+  describe_calls(line, place);
   line << "\n";
   line.write();
   std::raise(number);  // the action is the default again: the exit code stays that of the signal
@@ -168,6 +173,16 @@ void tell_crashes() {
     sigaction(number, nullptr, &before);
     if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // a sanitizer's stays
   }
+}
+
+void tell_ending(const char* call, int code) {
+  Line line;
+  line << "\ntofgraph: error: a library ended the program by " << call << "(" << (code < 0 ? "-" : "")
+       << static_cast<std::uint64_t>(code < 0 ? -std::int64_t{code} : code) << ")";
+  bool found = describe_calls(line, place);
+  for (const Thread& thread : threads()) found = found || describe_calls(line, &thread);
+  line << "\n";
+  line.write();
 }
 
 std::vector<std::string> calls_longer_than(double seconds) {

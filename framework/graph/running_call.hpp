@@ -29,6 +29,10 @@ class RunningCall {
 /// From now on a crash writes which node, frame and plugin this thread was in, and then ends as it would have.
 void tell_crashes();
 
+/// Writes that a library is about to end the program, and which node, frame and plugin was at work: on this thread,
+/// else on any other. Safe wherever a library may call exit(). @param call a literal: exit, _exit, quick_exit
+void tell_ending(const char* call, int code);
+
 /// The calls that have been running for so long, one line each.
 std::vector<std::string> calls_longer_than(double seconds);
 

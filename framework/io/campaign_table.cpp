@@ -4,16 +4,14 @@
 #include "io/campaign.hpp"
 
 #include "config/quantity.hpp"
+#include "io/table_text.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/channels.hpp>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <functional>
-#include <sstream>
 
 namespace tofgraph::io {
 namespace {
@@ -22,51 +20,6 @@ using config::Diagnostics;
 using config::Position;
 using config::Reader;
 using config::Value;
-
-struct Cell {
-  std::string text;
-  config::Position at;
-};
-
-using Row = std::vector<Cell>;
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
-Row split(const std::string& line, std::size_t number, const std::shared_ptr<const config::SourceText>& source) {
-  Row row;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    const std::string_view cell = trimmed(std::string_view(line).substr(begin, end - begin));
-    const std::size_t blanks = cell.empty() ? 0 : static_cast<std::size_t>(cell.data() - line.data()) - begin;
-    row.push_back({std::string(cell), {source, number, begin + blanks + 1, std::max<std::size_t>(cell.size(), 1)}});
-    begin = end + 1;
-  }
-  return row;
-}
-
-/// The rows with something in them; the first one holds the names.
-std::vector<Row> read_rows(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf() || in.peek() == std::ifstream::traits_type::eof()))
-    throw config::ConfigurationError(fmt::format("{}: error: cannot be read: {}", file.string(), std::strerror(errno)));
-  std::string content = text.str();
-  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // the mark of spreadsheet programs' "CSV UTF-8"
-  std::erase(content, '\r');                                     // of lines that end as on Windows
-  const auto source =
-      std::make_shared<config::SourceText>(config::SourceText{file.string(), std::move(content), file.parent_path()});
-  std::vector<Row> rows;
-  std::istringstream lines(source->text);
-  std::string line;
-  for (std::size_t number = 1; std::getline(lines, line); ++number) {
-    if (!trimmed(line).empty()) rows.push_back(split(line, number, source));
-  }
-  return rows;
-}
 
 /// A key of the table: which column, in which unit, and where a row's value goes.
 struct Column {
@@ -84,7 +37,7 @@ class TableReader {
       : reader_(table, diagnostics, "the table"), campaign_(campaign), diagnostics_(diagnostics) {
     const std::size_t errors = diagnostics.errors();
     const std::filesystem::path file = reader_.input_file("file", "thesis_offset_tables.csv");
-    if (diagnostics.errors() == errors && table.is_map()) rows_ = read_rows(file);
+    if (diagnostics.errors() == errors && table.is_map()) rows_ = read_table_rows(file);
     if (rows_.empty() && table.is_map() && diagnostics.errors() == errors)
       diagnostics.error(table.find("file")->value.at, fmt::format("{} is empty", file.string()));
     for (std::size_t i = 0; !rows_.empty() && i < rows_.front().size(); ++i) names_.push_back(rows_.front()[i].text);
@@ -148,10 +101,26 @@ class TableReader {
     const config::Entry* column = reader.need("column", example);
     if (column == nullptr || names_.empty()) return std::nullopt;
     const auto found = std::ranges::find(names_, column->value.text);
-    if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
+    if (found != names_.end()) {
+      const auto index = static_cast<std::size_t>(found - names_.begin());
+      refuse_second(index);
+      return index;
+    }
+    const bool semicolons = names_.size() == 1 && names_[0].find(';') != std::string::npos;
     diagnostics_.error(column->value.at, fmt::format("the table has no column {}", column->value.described()),
-                       config::suggestion(column->value.text, names_, "columns"));
+                       semicolons ? "its cells are separated by semicolons, expected commas"
+                                  : config::suggestion(column->value.text, names_, "columns"));
     return std::nullopt;
+  }
+
+  /// A name that the table has twice does not say which column is meant.
+  void refuse_second(std::size_t index) {
+    const auto second = std::find(names_.begin() + static_cast<std::ptrdiff_t>(index) + 1, names_.end(), names_[index]);
+    if (second == names_.end()) return;
+    const config::Position& first = rows_.front()[index].at;
+    diagnostics_.error(rows_.front()[static_cast<std::size_t>(second - names_.begin())].at,
+                       fmt::format("the column '{}' occurs twice", names_[index]),
+                       fmt::format("the first is in line {}, column {}: rename one of them", first.line, first.column));
   }
 
   void read_target() {
@@ -176,6 +145,8 @@ class TableReader {
   std::string range_problem(const std::string& key, double value) const {
     const tofgraph_camera& camera = campaign_.camera->view();
     if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
+    if ((key == "measured_depth" || key == "measured_distance") && !is_valid_length(static_cast<float>(value)))
+      return "is not a length: it must be positive; an empty cell means unknown";
     if (key == "integration_time" && !(value > 0)) return "must be positive";
     if (key == "reflectivity" && !(value > 0 && value <= 1)) return "must be above 0 and at most 1";
     if ((key == "measured_depth_sd" || key == "count") && value < 0) return "must not be negative";
@@ -189,7 +160,7 @@ class TableReader {
 
   void read_conditions() {
     for (std::size_t i = 1; i < rows_.size(); ++i) {
-      const Row& row = rows_[i];
+      const TableRow& row = rows_[i];
       if (row.size() != names_.size()) {
         diagnostics_.error(row.front().at,
                            fmt::format("the row has {} cells, but the first line has {}", row.size(), names_.size()));
@@ -201,13 +172,13 @@ class TableReader {
       diagnostics_.error(rows_.front().front().at, "the table has no rows below the names of its columns");
   }
 
-  Condition read_row(const Row& row) {
+  Condition read_row(const TableRow& row) {
     Condition condition;
     condition.at = row.front().at;
     condition.at.column = 0;
     condition.id = fmt::format("line {}", condition.at.line);
     for (const Column& column : columns_) {
-      const Cell& cell = row[column.index];
+      const TableCell& cell = row[column.index];
       if (cell.text.empty() && !column.required) continue;
       const auto value = config::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
       std::string problem = value.problem;
@@ -228,7 +199,7 @@ class TableReader {
   config::Reader reader_;
   Campaign& campaign_;
   config::Diagnostics& diagnostics_;
-  std::vector<Row> rows_;
+  std::vector<TableRow> rows_;
   std::vector<std::string> names_;
   std::vector<Column> columns_;
   std::optional<std::size_t> target_;

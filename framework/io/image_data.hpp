@@ -4,10 +4,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace tofgraph::io {
+
+/// More pixels are refused: a small damaged or compressed file could announce any number.
+inline constexpr std::uint64_t max_image_pixels = std::uint64_t{1} << 25U;
 
 struct ImageData {
   std::vector<double> values;  ///< row by row

@@ -98,13 +98,13 @@ void write_file(const fs::path& path, std::string_view content) {
   file.commit();
 }
 
-OutputPattern::OutputPattern(const std::string& path) : folder_(fs::path(path).parent_path()) {
+OutputPattern::OutputPattern(const fs::path& path, const std::string& written) : folder_(path.parent_path()) {
   const auto refuse = [&](const std::string& why) {
-    throw std::runtime_error(
-        fmt::format("{}: {}; example: out/cloud_{{frame:06}}.pcd for out/cloud_000000.pcd and so on", path, why));
+    throw std::runtime_error(fmt::format(
+        "{}: {}; example: out/cloud_{{frame:06}}.pcd for out/cloud_000000.pcd and so on", path.string(), why));
   };
-  const std::string name = fs::path(path).filename().string();
-  if (folder_.string().find_first_of("{}") != std::string::npos)
+  const std::string name = path.filename().string();
+  if (fs::path(written).parent_path().string().find_first_of("{}") != std::string::npos)
     refuse("the frame's number can be only in the file's name, not in a folder's");
   if (name.empty() || name == "." || name == "..") refuse("names a folder, not a file");
   const auto open = name.find('{');
@@ -118,6 +118,19 @@ OutputPattern::OutputPattern(const std::string& path) : folder_(fs::path(path).p
   digits_ = digits_of(std::string_view(name).substr(open + 1, close - open - 1));
   if (digits_ < 0) refuse(name.substr(open, close - open + 1) + " is unknown: only {frame} and {frame:06} are allowed");
   if (after_.find_first_of("{}") != std::string::npos) refuse("the frame's number can appear only once");
+}
+
+OutputPattern OutputPattern::of_file(const fs::path& path) {
+  OutputPattern file;
+  file.folder_ = path.parent_path();
+  file.before_ = path.filename().string();
+  return file;
+}
+
+OutputPattern OutputPattern::in_folder(fs::path folder) const {
+  OutputPattern pattern = *this;
+  pattern.folder_ = std::move(folder);
+  return pattern;
 }
 
 OutputPattern OutputPattern::with_number() const {

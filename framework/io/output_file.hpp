@@ -67,12 +67,20 @@ class OutputPattern {
  public:
   OutputPattern() = default;
   /// @throws std::runtime_error when braces are not {frame} or {frame:06}, stand in a folder's name or come twice
-  explicit OutputPattern(const std::string& path);
+  explicit OutputPattern(const std::string& path) : OutputPattern(path, path) {}
+  /// The path of what a user wrote relative to some folder: braces in the names of the folders above are not a pattern.
+  /// @throws std::runtime_error likewise
+  OutputPattern(const std::filesystem::path& path, const std::string& written);
+  /// One file, whatever its name.
+  static OutputPattern of_file(const std::filesystem::path& path);
 
   /// One file a frame.
   bool numbered() const { return numbered_; }
   /// This pattern with _{frame:06} before the extension.
   OutputPattern with_number() const;
+  /// This pattern in another folder.
+  OutputPattern in_folder(std::filesystem::path folder) const;
+  const std::filesystem::path& folder() const { return folder_; }
   /// The pattern as it is written.
   std::string text() const;
   std::filesystem::path path(std::uint64_t frame) const;

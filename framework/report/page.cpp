@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report/page.hpp"
 
+#include "config/json_text.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -51,7 +52,7 @@ footer { color: var(--quiet); font-size: 13px; margin-top: 40px; }
 
 std::string escaped(std::string_view text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : config::as_utf8(text)) {
     switch (c) {
       case '&':
         result += "&amp;";
@@ -77,11 +78,12 @@ namespace {
 /// Text in which lines do not break between a number and its unit or its sign.
 std::string unbroken(std::string_view text) {
   constexpr std::string_view plus_minus = "\u00b1";
+  const std::string whole = escaped(text);
   std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool behind_number = i > 0 && text[i - 1] >= '0' && text[i - 1] <= '9';
-    const bool stays = text[i] == ' ' && (behind_number || text.substr(0, i).ends_with(plus_minus));
-    result += stays ? "&nbsp;" : escaped(text.substr(i, 1));
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    const bool behind_number = i > 0 && whole[i - 1] >= '0' && whole[i - 1] <= '9';
+    const bool stays = whole[i] == ' ' && (behind_number || std::string_view(whole).substr(0, i).ends_with(plus_minus));
+    result += stays ? "&nbsp;" : whole.substr(i, 1);
   }
   return result;
 }

@@ -3,6 +3,7 @@
 #include "report/plot.hpp"
 
 #include "config/child_process.hpp"
+#include "config/json_text.hpp"
 #include "io/palettes.hpp"
 
 #include <fmt/format.h>
@@ -65,7 +66,7 @@ std::string rising_palette() { return palette(io::rising_colours); }
 
 std::string quoted(const std::string& text) {
   std::string result = "'";
-  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c);
+  for (const char c : config::as_utf8(text)) result += c == '\'' ? "''" : std::string(1, c == '\n' ? ' ' : c);
   return result + "'";
 }
 
@@ -112,6 +113,8 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   std::string script = fmt::format("set title {}\nset cblabel {}\nunset key\n", quoted(map.title), quoted(map.unit));
   script += map.signed_values ? signed_palette() : rising_palette();
   script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
+  if (!map.signed_values && std::ranges::none_of(map.values, [](double v) { return std::isfinite(v); }))
+    script += "set cbrange [0:1]\n";
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
                         static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
   script += map.x_names.empty() && map.x_label.empty() ? "unset xtics\n" : names("x", map.x_names, false);
@@ -129,16 +132,35 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   return gnuplot_svg(script, width, height);
 }
 
+namespace {
+
+bool can_be_drawn(const Curve& curve, bool logarithmic_x) {
+  for (std::size_t k = 0; k < curve.x.size(); ++k) {
+    if (std::isfinite(curve.x[k]) && std::isfinite(curve.y[k]) && (!logarithmic_x || curve.x[k] > 0)) return true;
+  }
+  return false;
+}
+
+/// gnuplot refuses a plot without a single point.
+constexpr const char* no_data =
+    "set xrange [0:1]\nset yrange [0:1]\nunset xtics\nunset ytics\nset label 'no data' at graph 0.5,0.5 center\n"
+    "plot NaN notitle";
+
+}  // namespace
+
 std::string curves(const Curves& plot, int width, int height) {
   std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
                                    quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
   script += "set key outside below horizontal\nset offsets graph 0.02, graph 0.02, graph 0, graph 0\n";
+  const auto drawn = [&plot](const Curve& curve) { return can_be_drawn(curve, plot.logarithmic_x); };
+  if (std::ranges::none_of(plot.curves, drawn)) return gnuplot_svg(script + no_data, width, height);
   if (plot.logarithmic_x) script += "set logscale x\n";
   const auto flat = [](const Curve& c) { return std::ranges::all_of(c.y, [](double y) { return y == 0; }); };
   if (std::ranges::all_of(plot.curves, flat)) script += "set yrange [-1:1]\n";
   std::string commands;
   for (std::size_t i = 0; i < plot.curves.size(); ++i) {
     const Curve& curve = plot.curves[i];
+    if (!drawn(curve)) continue;
     script += fmt::format("$curve{} << END\n", i);
     for (std::size_t k = 0; k < curve.x.size(); ++k) {
       script += fmt::format("{} {} {}\n", number(curve.x[k]), number(curve.y[k]),
@@ -149,7 +171,7 @@ std::string curves(const Curves& plot, int width, int height) {
     const std::string how = curve.points && !curve.error.empty() ? "using 1:2:3 with yerrorbars pt 7 ps 0.5"
                             : curve.points                       ? "using 1:2 with points pt 7 ps 0.5"
                                                                  : "using 1:2 with lines lw 2";
-    commands += fmt::format("{}$curve{} {} lc rgb '{}' {}", i == 0 ? "plot " : ", ", i, how, colour,
+    commands += fmt::format("{}$curve{} {} lc rgb '{}' {}", commands.empty() ? "plot " : ", ", i, how, colour,
                             curve.name.empty() ? "notitle" : "title " + quoted(curve.name));
   }
   return gnuplot_svg(script + commands, width, height);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/image.hpp"
 
+#include "io/picture_file.hpp"
+
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
@@ -22,6 +24,7 @@ std::vector<float> brightness(const cv::Mat& image) {
 }  // namespace
 
 Image Image::load(const std::filesystem::path& file) {
+  io::check_picture(file);
   cv::Mat image;
   std::string problem = "it is damaged, or not an image that OpenCV can read";
   try {

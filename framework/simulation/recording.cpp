@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/recording.hpp"
 
+#include "config/json_text.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
@@ -122,7 +123,7 @@ io::CaptureHeader header_of(const Simulation& simulation) {
           simulation.scene().name.empty() ? "simulated" : "simulated: " + simulation.scene().name,
           "",
           camera.profile != nullptr ? camera.profile : "",
-          provenance.dump(),
+          config::json_text(provenance),
           camera.exposure_count > 0 ? physics::exposures_of(camera) : physics::Exposures{}};
 }
 

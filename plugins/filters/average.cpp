@@ -61,13 +61,12 @@ float Choose(bool first, float a, float b) {
 
 /// A frame's pixels come into the sums of a block, those of another leave them.
 void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
-  constexpr float most = std::numeric_limits<float>::max();
   float* __restrict reference = sums.reference;
   double* __restrict sum = sums.sum, * __restrict squares = sums.squares, * __restrict amplitude = sums.amplitude;
   std::int32_t* __restrict valid = sums.valid, * __restrict lit = sums.lit;
   const float *now = in.lengths, *old = out.lengths;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const bool comes = std::abs(now[i]) <= most, goes = std::abs(old[i]) <= most;
+    const bool comes = is_valid_length(now[i]), goes = is_valid_length(old[i]);
     const std::int32_t left = valid[i] - (goes ? 1 : 0);
     const float before = reference[i], origin = Choose(comes & (left == 0), now[i], before);
     const double gone = static_cast<double>(Choose(goes, old[i], before)) - static_cast<double>(before);
@@ -78,6 +77,7 @@ void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& o
     valid[i] = left + (comes ? 1 : 0);
   }
   if (in.amplitudes == nullptr) return;
+  constexpr float most = std::numeric_limits<float>::max();
   now = in.amplitudes, old = out.amplitudes;
   for (std::size_t i = 0; i < pixels; ++i) {
     const bool comes = std::abs(now[i]) <= most, goes = std::abs(old[i]) <= most;

@@ -11,6 +11,7 @@
 #include <atomic>
 
 #include "io/noise_calibration.hpp"
+#include "io/plausibility.hpp"
 #include "plugins/filters/calibrated_serial.hpp"
 
 namespace tofgraph {
@@ -110,7 +111,12 @@ struct Decoder : Filter {
     if (taps.present()) intensity.provide(setup);
     const tofgraph_camera* camera = setup.stream().camera;
     counts_ = counts_of(camera, calibrated_noise(setup, camera));
+    camera_ = camera;
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
+    if (modulation_frequency.given()) {
+      const std::string doubt = io::frequency_doubt(*modulation_frequency, camera);
+      if (!doubt.empty()) warn(doubt);
+    }
     from_camera_ = camera == nullptr || physics::same_exposures(exposures_, physics::exposures_of(*camera));
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
   }
@@ -156,11 +162,16 @@ struct Decoder : Filter {
   /// Once, at the first frame: a warning where another order of the exposures would explain it better.
   void look_at_order(const Frame& frame, const tofgraph_view& samples) const {
     if (looks_left_.load(std::memory_order_relaxed) <= 0 || looks_left_.fetch_sub(1) <= 0) return;
+    const double frequency = frequency_of(frame);
+    if (!io::frequency_doubt(frequency, camera_).empty()) {  // no order of the exposures fits at a wrong frequency
+      looks_left_ = 0;
+      return;
+    }
     physics::OrderSamples some = some_of(samples);
     if (some.pixels.size() < 128 || looked_.test_and_set()) return;
     looks_left_ = 0;
     const double time = frame.metadata().integration_time;
-    some.modulation_frequency = frequency_of(frame);
+    some.modulation_frequency = frequency;
     some.light = gain_ > 0 && time > 0 ? gain_ * time : 0;
     const std::vector<double> frequencies = physics::frequencies_of(exposures_, some.modulation_frequency);
     // Where nothing but max_range limits the distances there is nothing to compare with.
@@ -244,6 +255,7 @@ struct Decoder : Filter {
   mutable std::atomic_flag looked_;
   mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
 
+  const tofgraph_camera* camera_ = nullptr;
   bool from_camera_ = true;  // the exposures
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;

@@ -69,10 +69,10 @@ struct LinearModel : Filter {
     float* z = corrected.data();
     std::uint16_t* flag_bits = bits.data();
     const auto lens = static_cast<float>(geometry.focal_length);
-    const float nan = std::numeric_limits<float>::quiet_NaN(), most = std::numeric_limits<float>::max();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < measured.size(); ++i) {
       const float value = offset[i] + slope[i] * d[i];
-      const bool good = value > lens && value <= most && (flag_bits[i] & flag::invalid) == 0;
+      const bool good = value > lens && is_valid_length(d[i]) && (flag_bits[i] & flag::invalid) == 0;
       z[i] = good ? value : nan;
       flag_bits[i] = static_cast<std::uint16_t>(flag_bits[i] | (good ? 0 : flag::invalid));
     }

@@ -125,7 +125,7 @@ template <class D> HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::s
   const hn::RebindToSigned<D> di;
   const auto distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
   const auto far = hn::Gt(hn::Sub(hn::Add(distance, distance), sensor), hn::Set(d, in.camera.closest));
-  const auto finite = hn::Lt(distance, hn::Set(d, physics::max_distance));
+  const auto finite = hn::Le(distance, hn::Set(d, max_length));
   const auto flags = hn::PromoteTo(di, hn::LoadU(hn::Rebind<std::uint16_t, D>(), in.images.flags + i));
   const auto good = hn::Eq(hn::And(flags, hn::Set(di, flag::invalid)), hn::Zero(di));
   return hn::And(hn::And(far, finite), hn::RebindMask(d, good));
@@ -259,7 +259,9 @@ struct OptimizedBistatic final : Filter {
  private:
   void bisect(const BistaticImages& images) const {
     for (std::size_t i = 0; i < images.pixels; ++i) {
-      const double measured = (images.flags[i] & flag::invalid) == 0 ? images.distance[i] : std::nan("");
+      const double measured = (images.flags[i] & flag::invalid) == 0 && is_valid_length(images.distance[i])
+                                  ? images.distance[i]
+                                  : std::nan("");
       const double return_path = physics::optimized_bistatic_bisection(geometry_, rays_[i], measured);
       images.depth[i] = static_cast<float>(physics::depth_of(geometry_, rays_[i], return_path));
       if (images.sigma != nullptr) {

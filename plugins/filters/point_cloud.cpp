@@ -49,10 +49,11 @@ template <class D> HWY_INLINE std::size_t ScaleSome(D d, const CloudImages image
                                                                hn::SetTableIndices(d, pixel_of + 2 * lanes)};
   std::size_t i = begin;
   for (; i + lanes <= images.pixels; i += lanes) {
-    V length = hn::Sub(hn::LoadU(d, images.length + i), hn::Set(d, images.offset));
+    const V measured = hn::LoadU(d, images.length + i);
+    V length = hn::Sub(measured, hn::Set(d, images.offset));
     auto flags = hn::PromoteTo(di, hn::LoadU(du16, images.flags + i));
     const auto good = hn::Eq(hn::And(flags, hn::Set(di, flag::invalid)), hn::Zero(di));
-    const auto ahead = hn::And(hn::Gt(length, hn::Zero(d)), hn::Lt(length, hn::Set(d, hwy::HighestValue<float>())));
+    const auto ahead = hn::And(hn::Gt(length, hn::Zero(d)), hn::Le(measured, hn::Set(d, max_length)));
     const auto valid = hn::And(ahead, hn::RebindMask(d, good));
     flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, hn::Not(valid)), hn::Set(di, flag::invalid)));
     hn::StoreU(hn::DemoteTo(du16, flags), du16, images.flags + i);

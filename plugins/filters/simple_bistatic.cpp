@@ -95,7 +95,7 @@ struct SimpleBistatic final : LinearModel {
       for (std::size_t i = 0; i < measured.size(); i += step) {
         const double first =
             static_cast<double>(perpendicular_.offset[i]) + static_cast<double>(perpendicular_.slope[i]) * measured[i];
-        if (!(first > geometry.focal_length) || !std::isfinite(first)) continue;
+        if (!(first > geometry.focal_length) || !is_valid_length(measured[i])) continue;
         const physics::LinearDepth pixel =
             round == 0 ? physics::LinearDepth{} : physics::simple_bistatic(geometry, rays[i], plane);
         sum += round == 0 ? first : pixel.offset + pixel.slope * measured[i];

@@ -5,7 +5,7 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_types.h>
 
-#include <cmath>
+#include <optional>
 #include <vector>
 
 namespace tofgraph {
@@ -30,6 +30,7 @@ struct StatisticalOutlierRemoval final : Filter {
   void prepare(Setup& setup) {
     flags.provide(setup);
     lengths_.prepare(setup, {});
+    rule_.emplace(setup.find("points")->applied);
   }
 
   void process(Frame& frame) const {
@@ -39,7 +40,7 @@ struct StatisticalOutlierRemoval final : Filter {
     std::vector<std::size_t> pixels;
     for (std::size_t i = 0; i < bits.size(); ++i) {
       const float* at = &all[3 * i];
-      if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+      if (!rule_->is_valid(at)) continue;
       cloud->emplace_back(at[0], at[1], at[2]);
       pixels.push_back(i);
     }
@@ -57,6 +58,7 @@ struct StatisticalOutlierRemoval final : Filter {
 
  private:
   OtherLengths lengths_;
+  std::optional<PointRule> rule_;
 };
 
 }  // namespace tofgraph

@@ -2,13 +2,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tofgraph/stage.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
 
 namespace tofgraph {
 
-/// p_world = R p_camera + t for every point. R is given by the rows of a 3 x 3 matrix or by angles about the fixed
-/// axes, first x, then y, then z: R = R_z R_y R_x, right-handed.
+/// p_world = R p_camera + t - shift for every point. R is given by the rows of a 3 x 3 matrix or by angles about the
+/// fixed axes, first x, then y, then z: R = R_z R_y R_x, right-handed. The points are float32, t and shift float64:
+/// with a shift to a round number nearby, points keep their digits in frames such as UTM.
 struct Transform final : Filter {
   InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
   Param<std::vector<double>> rotation{
@@ -19,6 +24,13 @@ struct Transform final : Filter {
       {.unit = "rad", .default_value = "[0 deg, 0 deg, 0 deg]", .text = "instead: about x, then y, then z"}};
   Param<std::vector<double>> translation{
       this, "translation", {.unit = "m", .default_value = "[0 mm, 0 mm, 0 mm]", .text = "t of T_world_camera"}};
+  Param<std::vector<double>> shift{
+      this,
+      "shift",
+      {.unit = "m",
+       .default_value = "[0 m, 0 m, 0 m]",
+       .text = "subtracted from the moved points in double precision, e.g. [500000 m, 5400000 m, 0 m]; what leaves is "
+               "relative to it, a viewpoint too"}};
 
   void prepare(Setup&) {
     if (rotation->size() != 9)
@@ -27,13 +39,16 @@ struct Transform final : Filter {
       throw ConfigError("angles", "has " + std::to_string(angles->size()) + " numbers, expected three");
     if (translation->size() != 3)
       throw ConfigError("translation", "has " + std::to_string(translation->size()) + " numbers, expected three");
+    if (shift->size() != 3)
+      throw ConfigError("shift", "has " + std::to_string(shift->size()) + " numbers, expected three");
     if (rotation.given() && angles.given()) throw ConfigError("angles", "give either rotation or angles");
     if (rotation.given()) check_rotation();
     const std::array<double, 9> r = rotation.given() ? matrix(*rotation) : from_angles();
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t k = 0; k < 3; ++k) t_world_camera_[row][k] = r[3 * row + k];
-      t_world_camera_[row][3] = (*translation)[row];
+      t_world_camera_[row][3] = (*translation)[row] - (*shift)[row];
     }
+    warn_of_lost_digits();
   }
 
   void process(Frame& frame) const {
@@ -47,6 +62,35 @@ struct Transform final : Filter {
   }
 
  private:
+  static constexpr double max_step = 0.2e-3;  // m, between neighbouring values of float32
+
+  /// The distance to the next float32, m.
+  static double step_at(double coordinate) {
+    const auto value = static_cast<float>(std::abs(coordinate));
+    return static_cast<double>(std::nextafter(value, std::numeric_limits<float>::infinity())) - value;
+  }
+
+  static std::string shown(const char* format, double number) {
+    char text[64];
+    std::snprintf(text, sizeof text, format, number);
+    return text;
+  }
+
+  void warn_of_lost_digits() const {
+    std::string steps, round;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double t = t_world_camera_[axis][3], step = step_at(t), all = t + (*shift)[axis];
+      const bool coarse = step > max_step;
+      if (coarse)
+        steps += (steps.empty() ? "" : ", ") + std::string("xyz").substr(axis, 1) + " in steps of " +
+                 shown("%.3g mm", 1e3 * step);
+      round += (axis == 0 ? "" : ", ") + shown("%.0f m", coarse ? std::round(all / 1000) * 1000 : (*shift)[axis]);
+    }
+    if (steps.empty()) return;
+    warn("float32 holds these coordinates only coarsely, " + steps + ": add shift: [" + round +
+         "], which is subtracted in double precision; what leaves is relative to it");
+  }
+
   static std::array<double, 9> matrix(const std::vector<double>& values) {
     std::array<double, 9> m{};
     std::copy_n(values.begin(), 9, m.begin());

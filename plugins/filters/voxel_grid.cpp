@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include <tofgraph/stage.hpp>
-
-#include <pcl/filters/voxel_grid.h>
-#include <pcl/point_types.h>
+#include <tofgraph/lengths.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <compare>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tofgraph {
 
-/// One point a voxel: the centroid of those in it (pcl::VoxelGrid), 1 x N, without invalid points. The channels of the
-/// points go with them: lengths and counts as means, sigma as that of a mean of independent values, flags joined.
-/// Channels that do not belong to the points are taken off.
+/// One point a voxel: the centroid of those in it, 1 x N, without invalid points, in the order of z, then y, then x of
+/// the voxels, which begin at multiples of their size. The channels of the points go with them: lengths and counts as
+/// means, sigma as that of a mean of independent values, flags joined. Channels that do not belong to the points are
+/// taken off.
 struct VoxelGrid final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "what belongs to the points"}};
@@ -26,6 +26,7 @@ struct VoxelGrid final : Filter {
 
   void prepare(Setup& setup) {
     const tofgraph_channel& cloud = *setup.find("points");
+    rule_.emplace(cloud.applied);
     for (const tofgraph_channel& c : setup.channels()) {
       const bool of_points = std::string_view(c.name) != "rays" && c.rank >= 2 && c.extent[0] == cloud.extent[0] &&
                              c.extent[1] == cloud.extent[1];
@@ -47,25 +48,12 @@ struct VoxelGrid final : Filter {
 
   void process(Frame& frame) const {
     const Array<const float> before = points.read(frame);
-    pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
-    std::vector<std::size_t> pixels;
-    for (std::size_t i = 0; i < before.size() / 3; ++i) {
-      const float* at = &before[3 * i];
-      if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
-      cloud->emplace_back(at[0], at[1], at[2]);
-      pixels.push_back(i);
-    }
-    pcl::PointCloud<pcl::PointXYZ> centroids;
-    const std::vector<std::vector<std::size_t>> groups =
-        cloud->empty() ? std::vector<std::vector<std::size_t>>() : filter(cloud, pixels, centroids);
+    const std::vector<std::vector<std::size_t>> groups = groups_of(before);
+    const std::vector<std::array<float, 3>> centroids = centroids_of(before, groups);
     for (const std::string& name : withdrawn_) frame.drop(name.c_str());
     for (const Image& image : images_) gather(frame, image, groups);
     const Array<float> after(frame.write(channel("points", "m", TOFGRAPH_TYPE_F32, 3, groups.size())));
-    for (std::size_t i = 0; i < groups.size(); ++i) {
-      after[3 * i] = centroids[i].x;
-      after[3 * i + 1] = centroids[i].y;
-      after[3 * i + 2] = centroids[i].z;
-    }
+    for (std::size_t i = 0; i < groups.size(); ++i) std::ranges::copy(centroids[i], &after[3 * i]);
   }
 
  private:
@@ -79,51 +67,45 @@ struct VoxelGrid final : Filter {
     return {.type = type, .rank = rank, .name = name, .extent = {1, count, rank == 3 ? 3U : 0U}, .unit = unit};
   }
 
-  /// Fills the centroids. @returns for each of them the pixels that it stands for
-  std::vector<std::vector<std::size_t>> filter(const pcl::PointCloud<pcl::PointXYZ>::Ptr& cloud,
-                                               const std::vector<std::size_t>& pixels,
-                                               pcl::PointCloud<pcl::PointXYZ>& centroids) const {
-    pcl::VoxelGrid<pcl::PointXYZ> grid;
-    const auto edge = static_cast<float>(*size);
-    check_extent(*cloud);
-    grid.setLeafSize(edge, edge, edge);
-    grid.setMinimumPointsNumberPerVoxel(static_cast<unsigned>(*least));
-    grid.setInputCloud(cloud);
-    grid.filter(centroids);
-    // PCL gives the centroids in the order of their voxels' indices: the same order gives the points of each.
-    std::vector<std::pair<int, std::size_t>> order;
-    for (std::size_t i = 0; i < cloud->size(); ++i) {
-      const auto& point = (*cloud)[i];
-      const Eigen::Vector3i cell = grid.getGridCoordinates(point.x, point.y, point.z) - grid.getMinBoxCoordinates();
-      order.emplace_back(cell.dot(grid.getDivisionMultiplier()), pixels[i]);
+  /// A voxel by its place, slowest axis first, and a pixel in it. Only voxels with points are stored, so that the
+  /// extent of the cloud does not matter.
+  struct Member {
+    std::array<std::int64_t, 3> voxel;  // z, y, x
+    std::size_t pixel;
+    auto operator<=>(const Member&) const = default;
+  };
+
+  /// For each voxel with enough points its pixels.
+  std::vector<std::vector<std::size_t>> groups_of(const Array<const float>& all) const {
+    std::vector<Member> members;
+    const auto place = [this](float at) { return static_cast<std::int64_t>(std::floor(double{at} / *size)); };
+    for (std::size_t i = 0; i < all.size() / 3; ++i) {
+      const float* at = &all[3 * i];
+      if (rule_->is_valid(at)) members.push_back({{place(at[2]), place(at[1]), place(at[0])}, i});
     }
-    std::ranges::sort(order);
+    std::ranges::sort(members);
     std::vector<std::vector<std::size_t>> groups;
-    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-      while (end < order.size() && order[end].first == order[begin].first) ++end;
+    for (std::size_t begin = 0, end = 0; begin < members.size(); begin = end) {
+      while (end < members.size() && members[end].voxel == members[begin].voxel) ++end;
       if (end - begin < static_cast<std::size_t>(*least)) continue;
       auto& group = groups.emplace_back();
-      for (std::size_t i = begin; i < end; ++i) group.push_back(order[i].second);
+      for (std::size_t i = begin; i < end; ++i) group.push_back(members[i].pixel);
     }
-    if (groups.size() != centroids.size()) throw std::runtime_error("PCL's voxels and their points do not agree");
     return groups;
   }
 
-  /// PCL counts voxels in an int and would hand the cloud back as it is.
-  void check_extent(const pcl::PointCloud<pcl::PointXYZ>& cloud) const {
-    Eigen::Array3f low = cloud.front().getArray3fMap(), high = low;
-    for (const auto& point : cloud) {
-      low = low.min(point.getArray3fMap());
-      high = high.max(point.getArray3fMap());
+  static std::vector<std::array<float, 3>> centroids_of(const Array<const float>& all,
+                                                        const std::vector<std::vector<std::size_t>>& groups) {
+    std::vector<std::array<float, 3>> centroids;
+    for (const auto& group : groups) {
+      std::array<double, 3> sum{};
+      for (const std::size_t pixel : group)
+        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += all[3 * pixel + axis];
+      std::array<float, 3>& centroid = centroids.emplace_back();
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        centroid[axis] = static_cast<float>(sum[axis] / static_cast<double>(group.size()));
     }
-    const Eigen::Array3d cells = ((high - low).cast<double>() / *size).floor() + 1;
-    const double limit = std::numeric_limits<int>::max();
-    if (cells.prod() < limit) return;
-    const double volume = ((high - low).cast<double>() + *size).prod();
-    throw std::runtime_error("a voxel of " + std::to_string(*size * 1e3) + " mm is too small for a cloud of " +
-                             std::to_string(high[0] - low[0]) + " x " + std::to_string(high[1] - low[1]) + " x " +
-                             std::to_string(high[2] - low[2]) + " m: write size: at least " +
-                             std::to_string(std::cbrt(volume / limit) * 1.01e3) + " mm");
+    return centroids;
   }
 
   static void gather(Frame& frame, const Image& image, const std::vector<std::vector<std::size_t>>& groups) {
@@ -155,6 +137,7 @@ struct VoxelGrid final : Filter {
     std::ranges::copy(values, out.begin());
   }
 
+  std::optional<PointRule> rule_;
   std::vector<Image> images_;
   std::vector<std::string> withdrawn_;
 };

@@ -214,6 +214,9 @@ struct ChannelPictures : Sink {
                         static_cast<std::size_t>(view.stride[0]));
     cv::Mat result;
     image.convertTo(result, CV_32F);
+    if (is_length_channel(view.channel))
+      std::replace_if(
+          result.begin<float>(), result.end<float>(), [](float v) { return !is_valid_length(v); }, std::nanf(""));
     return result;
   }
 

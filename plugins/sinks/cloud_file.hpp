@@ -3,16 +3,16 @@
 /// @file What the writers of clouds have in common: fields, layout, one file a frame, provenance beside them.
 #pragma once
 
-#include <tofgraph/stage.hpp>
+#include <tofgraph/lengths.hpp>
 
 #include <fmt/format.h>
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/common/io.h>
 
 #include <atomic>
-#include <cmath>
 #include <cstring>
 #include <iterator>
+#include <optional>
 #include <sstream>
 
 #include "io/output_file.hpp"
@@ -32,7 +32,7 @@ struct CloudFile : Sink {
                           .choices = provenance_ending,
                           .text = "the files, e.g. out/cloud_{frame:06}.pcd; {frame} is the number. Next to "
                                   "them: out/cloud.provenance.json"}};
-  Param<bool> dense{this, "dense", {.default_value = "false", .text = "valid points only, without the image's rows"}};
+  Param<bool> dense;
   Param<std::string> intensity{
       this,
       "intensity",
@@ -41,9 +41,14 @@ struct CloudFile : Sink {
   Param<bool> sigma{this, "sigma", {.default_value = "false", .text = "with the field sigma"}};
   Param<bool> flags{this, "flags", {.default_value = "false", .text = "with the field flags"}};
 
+  /// @param dense_default of the parameter dense
+  explicit CloudFile(const char* dense_default)
+      : dense(this, "dense", {.default_value = dense_default, .text = "valid points only, without the image's rows"}) {}
+
   /// @param ending of the files' names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {
     static_cast<void>(provenance());  // asked for here, it is made beside the run
+    rule_.emplace(setup.find("points")->applied);
     check_ending(ending);
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
@@ -52,6 +57,7 @@ struct CloudFile : Sink {
 
   /// At the end, when the hash of a long input is ready, too.
   void finish() const {
+    if (written_ && *dense && !any_point_) throw std::runtime_error("every cloud is empty: no point is valid");
     if (written_) io::FileWriter(path.create(provenance_ending)).write(provenance() + "\n");
   }
 
@@ -60,6 +66,7 @@ struct CloudFile : Sink {
   template <class Write> void store(const Frame& frame, Write&& write) const {
     thread_local pcl::PCLPointCloud2 cloud;
     fill(frame, cloud);
+    if (!cloud.data.empty()) any_point_ = true;
     io::FileWriter file(path.create(frame));
     write(cloud, file);
     written_ = true;
@@ -159,8 +166,7 @@ struct CloudFile : Sink {
     describe(columns, cloud);
     std::vector<std::uint32_t> valid;
     for (std::uint32_t i = 0; *dense && i < columns.front().pixels; ++i) {
-      if (std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]))
-        valid.push_back(i);
+      if (rule_->is_valid(&xyz[3 * i])) valid.push_back(i);
     }
     cloud.width = static_cast<std::uint32_t>(*dense ? valid.size() : xyz.columns());
     cloud.height = static_cast<std::uint32_t>(*dense ? 1 : xyz.rows());
@@ -187,8 +193,9 @@ struct CloudFile : Sink {
     for (std::size_t i = 0; i < count; ++i) std::memcpy(to + i * step, from + size * (*dense ? valid[i] : i), size);
   }
 
+  std::optional<PointRule> rule_;
   std::string intensity_channel_;
-  mutable std::atomic<bool> written_{false};
+  mutable std::atomic<bool> written_{false}, any_point_{false};
 };
 
 }  // namespace tofgraph

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // One PCD file a frame, readable with PCL, and beside them one file that says how they came to be.
+#include <fmt/ranges.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 
@@ -11,6 +12,8 @@ namespace tofgraph {
 /// The header and the compression are PCL's; the bytes are written here, because PCL's own writing does not see a full
 /// disk (ascii) or takes twice as long (binary).
 struct PcdWriter final : CloudFile {
+  PcdWriter() : CloudFile("false") {}
+
   Param<Choice> encoding{
       this,
       "encoding",
@@ -48,17 +51,23 @@ struct PcdWriter final : CloudFile {
   void write(const pcl::PCLPointCloud2& cloud, io::FileWriter& file) const {
     pcl::PCDWriter pcd;
     if (*encoding == "ascii") {
-      file.write(pcd.generateHeaderASCII(cloud, origin_, orientation_) + "DATA ascii\n");
+      file.write(with_viewpoint(pcd.generateHeaderASCII(cloud, origin_, orientation_)) + "DATA ascii\n");
       file.write(ascii(cloud));
     } else if (*encoding == "binary" || cloud.data.empty()) {  // nothing cannot be compressed
-      file.write(pcd.generateHeaderBinary(cloud, origin_, orientation_) + "DATA binary\n");
+      file.write(with_viewpoint(pcd.generateHeaderBinary(cloud, origin_, orientation_)) + "DATA binary\n");
       file.write(std::as_bytes(std::span(cloud.data)));
     } else {
       std::ostringstream compressed;
       if (pcd.writeBinaryCompressed(compressed, cloud, origin_, orientation_) != 0)
         throw std::runtime_error("PCL could not compress the cloud");
-      file.write(compressed.view());
+      file.write(with_viewpoint(std::move(compressed).str()));
     }
+  }
+
+  /// The header, or a whole file, with all digits of the viewpoint: PCL writes six.
+  std::string with_viewpoint(std::string text) const {
+    const std::size_t begin = text.find("\nVIEWPOINT ") + 1, end = text.find('\n', begin);
+    return text.replace(begin, end - begin, fmt::format("VIEWPOINT {}", fmt::join(*viewpoint, " ")));
   }
 
   Eigen::Vector4f origin_;

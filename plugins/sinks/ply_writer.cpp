@@ -5,9 +5,11 @@
 
 namespace tofgraph {
 
-/// Vertices with x y z, intensity, and on request sigma and flags; PLY has no organised clouds: NaN marks the invalid
-/// points unless the cloud is dense.
+/// Vertices with x y z, intensity, and on request sigma and flags. PLY has no organised clouds and no convention for
+/// invalid points: only valid ones are written unless dense is false, which marks the invalid ones with NaN.
 struct PlyWriter final : CloudFile {
+  PlyWriter() : CloudFile("true") {}
+
   Param<Choice> encoding{
       this, "encoding", {.default_value = "binary", .choices = "ascii binary", .text = "of the values"}};
 

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <system_error>
 
+#include "config/json_text.hpp"
 #include "io/output_file.hpp"
 #include "plugins/sinks/summary.hpp"
 
@@ -156,7 +157,9 @@ struct Statistics final : Sink {
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column), difference = length - static_cast<double>(truth(row, column));
-        if (!chosen(row * lengths.columns() + column) || !std::isfinite(difference)) continue;
+        if (!chosen(row * lengths.columns() + column) || !is_valid_length(lengths(row, column)) ||
+            !std::isfinite(difference))
+          continue;
         values.push_back(length);
         residuals += difference * difference;
       }
@@ -194,7 +197,7 @@ struct Statistics final : Sink {
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column);
-        if (!std::isfinite(length)) continue;
+        if (!is_valid_length(lengths(row, column))) continue;
         values.push_back(length);
         if (plane) {
           const float* ray = input.rays + 3 * (row * lengths.columns() + column);
@@ -242,7 +245,7 @@ struct Statistics final : Sink {
     if (rows.given()) all["rows"] = std::vector<std::uint64_t>(rows->begin(), rows->end());
     if (value.given()) all["value"] = *value;
     if (reference.given()) all["part"] = std::string(*part);
-    return all.dump(2) + "\n";
+    return config::json_text(all, 2) + "\n";
   }
 
   static std::string cell(double number) { return std::isfinite(number) ? fmt::format("{}", number) : ""; }

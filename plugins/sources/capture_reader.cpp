@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames of a recording, with the meaning that was recorded with them.
+#include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
-#include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,18 +10,22 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
 
+#include "config/json_text.hpp"
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
+#include "io/captures/plausibility.hpp"
 
 namespace tofgraph {
 
 /// Channels come as they were recorded; flags of one byte become two. Where there is a length channel there are flags
 /// too, and the two agree: an invalid pixel is NaN in every length channel and has the flag `invalid`, whichever of
-/// the two was recorded.
+/// the two was recorded. Recorded lengths of zero, below zero or beyond max_length become invalid pixels.
 struct CaptureReader final : Source {
   Param<InputFile> file{
       this, "file", {.required = true, .text = "a capture (.h5), or one that is still being recorded (.h5.part)"}};
@@ -50,11 +54,13 @@ struct CaptureReader final : Source {
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
     if (const std::string& serial = reader_->header().serial; !serial.empty())
-      host->set_source(context, nlohmann::json{{"serial", serial}}.dump().c_str());
+      host->set_source(context, config::json_text(nlohmann::json{{"serial", serial}}).c_str());
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} complete", *file,
                        config::counted(reader_->frames(), "frame")));
     for (const std::string& name : reader_->ignored()) warn(fmt::format("{}: '{}' is not a channel", *file, name));
+    for (const std::string& doubt : io::doubts_of(*reader_, next_, last_, setup.stream().camera))
+      warn(fmt::format("{}: {}", *file, doubt));
   }
 
   bool process(Frame& frame) {
@@ -70,9 +76,19 @@ struct CaptureReader final : Source {
       else
         std::fill_n(static_cast<std::uint16_t*>(view.data), chosen.channel.elements(), std::uint16_t{0});
     }
+    refuse_no_lengths(views);
     agree(views);
     ++next_;
+    ++read_;
     return true;
+  }
+
+  void finish() const {
+    for (const auto& [channel, found] : refused_) {
+      if (found.count == 0) continue;
+      warn(fmt::format("{}: {} of {} values of {} in {} are {}: taken as invalid pixels", *file, found.count,
+                       found.values, channel, config::counted(read_, "frame"), found.described()));
+    }
   }
 
  private:
@@ -84,10 +100,17 @@ struct CaptureReader final : Source {
   /// What a simulation recorded beside its frames, without error; it would stand in the way of what is computed.
   static bool is_truth(const io::CaptureChannel& channel) { return channel.applied == "truth"; }
 
-  /// NaN in one of these makes a pixel invalid; sigma can also be just unknown.
-  static bool is_length(std::string_view name) {
-    return name == "distance" || name == "range" || name == "depth" || name == "points";
-  }
+  /// Recorded values of a channel that are numbers but not valid lengths.
+  struct Refused {
+    std::size_t count = 0, values = 0, zero = 0, negative = 0;
+
+    std::string described() const {
+      if (zero == count) return "0 m";
+      if (negative == count) return "negative";
+      if (zero + negative == 0) return fmt::format("infinite or greater than {:.0f} km", max_length / 1e3F);
+      return fmt::format("0 m, negative or greater than {:.0f} km", max_length / 1e3F);
+    }
+  };
 
   static tofgraph_channel described(const io::CaptureChannel& channel) {
     tofgraph_channel result{};
@@ -132,7 +155,7 @@ struct CaptureReader final : Source {
         if (!is_truth(channel)) wanted.push_back(channel.name);
       }
     }
-    if (std::ranges::any_of(wanted, is_length)) wanted.emplace_back("flags");
+    if (std::ranges::any_of(wanted, is_length_channel)) wanted.emplace_back("flags");
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (std::ranges::count(wanted, all[i].name) > 0) chosen_.push_back({all[i], i});
     }
@@ -186,6 +209,41 @@ struct CaptureReader final : Source {
                                           camera.name, camera.width, camera.height));
   }
 
+  /// Makes values that are not valid lengths NaN, and counts them.
+  void refuse_no_lengths(const std::vector<tofgraph_view>& views) {
+    constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const io::CaptureChannel& channel = chosen_[i].channel;
+      if (!is_length_channel(channel.name)) continue;
+      const std::span<float> values(static_cast<float*>(views[i].data), channel.elements());
+      Refused now;
+      if (channel.name == "points") {
+        const PointRule rule(channel.applied);
+        for (std::size_t k = 0; k + 3 <= values.size(); k += 3) {
+          const std::span<float> point = values.subspan(k, 3);
+          if (rule.is_valid(point.data()) || std::ranges::any_of(point, [](float v) { return std::isnan(v); }))
+            continue;
+          ++now.count;
+          now.zero += point[0] == 0 && point[1] == 0 && point[2] == 0 ? 1 : 0;
+          std::ranges::fill(point, nan);
+        }
+      } else {
+        for (float& value : values) {
+          if (is_valid_length(value) || std::isnan(value)) continue;
+          ++now.count;
+          now.zero += value == 0 ? 1 : 0;
+          now.negative += value < 0 ? 1 : 0;
+          value = nan;
+        }
+      }
+      Refused& all = refused_[channel.name];
+      all.values += channel.name == "points" ? values.size() / 3 : values.size();
+      all.count += now.count;
+      all.zero += now.zero;
+      all.negative += now.negative;
+    }
+  }
+
   /// Invalid is a pixel with that flag, or one that is NaN in a length channel; afterwards it is both, everywhere.
   void agree(const std::vector<tofgraph_view>& views) const {
     std::uint16_t* flags = nullptr;
@@ -197,7 +255,7 @@ struct CaptureReader final : Source {
     const auto each_length = [&](bool with_sigma, auto&& call) {
       for (std::size_t i = 0; i < views.size(); ++i) {
         const std::string& name = chosen_[i].channel.name;
-        if (!is_length(name) && !(with_sigma && name == "sigma")) continue;
+        if (!is_length_channel(name) && !(with_sigma && name == "sigma")) continue;
         const std::size_t values = chosen_[i].channel.elements() / pixels;
         auto* data = static_cast<float*>(views[i].data);
         for (std::size_t k = 0; k < pixels; ++k) call(flags[k], std::span(data + k * values, values));
@@ -214,7 +272,8 @@ struct CaptureReader final : Source {
 
   std::unique_ptr<io::CaptureReader> reader_;
   std::vector<Chosen> chosen_;
-  std::size_t next_ = 0, last_ = 0;
+  std::map<std::string, Refused> refused_;  // by channel
+  std::size_t next_ = 0, last_ = 0, read_ = 0;
 };
 
 }  // namespace tofgraph

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/say.hpp"
+#include "io/plausibility.hpp"
 #include "plugins/raw_source_data.hpp"
 
 namespace tofgraph {
@@ -40,6 +41,11 @@ struct PmdRawReader final : Source {
     layout_.rows = camera.height;
     layout_.columns = camera.width;
     frequency_ = modulation_frequency.given() ? *modulation_frequency : camera.modulation_frequency;
+    tofgraph_metadata given{};
+    given.modulation_frequency = frequency_;
+    given.integration_time = integration_time.given() ? *integration_time : std::nan("");
+    given.temperature = given.time_since_power_on = std::nan("");
+    for (const std::string& doubt : io::metadata_doubts({&given, 1}, &camera)) warn(doubt);
     const auto order = RawSourceData::order_of(*phase_order);
     if (!order) throw ConfigError("phase_order", RawSourceData::order_expected);
     layout_.phase_order = *order;

@@ -97,15 +97,17 @@ TEST(VoxelGrid, LeavesThinVoxelsOutAndTakesEmptyClouds) {
   EXPECT_EQ(empty.extent("points"), (std::vector<std::uint64_t>{1, 0, 3}));
 }
 
-TEST(VoxelGrid, RefusesVoxelsThatPclCannotCount) {
-  Harness stage("voxel_grid size='1 um'");
-  put(stage, cloud());
-  try {
-    stage.run();
-    FAIL();
-  } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("is too small for a cloud of"), std::string::npos) << error.what();
-  }
+TEST(VoxelGrid, TakesVoxelsOfAnySizeInACloudOfAnyExtent) {
+  const Cloud c = cloud();
+  Harness small("voxel_grid size='1 um'");
+  put(small, c);
+  small.run();
+  EXPECT_EQ(small.extent("points")[1], pixels - pixels / 20) << "each point has a voxel of its own";
+  std::vector<float> far = {0, 0, 1, 0.001F, 0, 1, -9e5F, 9e5F, 9e5F};
+  Harness wide("voxel_grid size='5 mm'");
+  wide.put<float>("points", {1, 3, 3}, far);
+  wide.run();
+  EXPECT_EQ(wide.extent("points")[1], 2U);
   EXPECT_THROW(Harness("voxel_grid size='0 mm'"), std::runtime_error);
 }
 

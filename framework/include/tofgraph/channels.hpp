@@ -43,6 +43,20 @@ constexpr const ChannelInfo* known_channel(std::string_view name) {
   return nullptr;
 }
 
+/// Largest value that is accepted as a length, m. Larger ones are markers or damage.
+inline constexpr float max_length = 1e6F;
+
+/// The rule for lengths that readers, stages and sinks share: positive, finite and at most max_length. Zero and
+/// negative values mark pixels without a measurement.
+constexpr bool is_valid_length(float length) {
+  return static_cast<int>(length > 0) & static_cast<int>(length <= max_length);
+}
+
+/// Measured lengths among the known channels; `sigma` is a length, too, but may be unknown at a valid pixel.
+constexpr bool is_length_channel(std::string_view name) {
+  return name == "distance" || name == "range" || name == "depth" || name == "points";
+}
+
 /// Bits of the channel `flags`. An invalid pixel is NaN in every length channel and has `invalid` set.
 namespace flag {
 inline constexpr std::uint16_t invalid = 1, saturated = 2, inconsistent = 4, low_signal = 8, wrapped = 16, mixed = 32,

@@ -84,14 +84,33 @@ inline void check_sigma(const Setup& setup, bool present, const std::string& cha
                            channel + "'");
 }
 
-/// What is not a length becomes an invalid pixel, and what is flagged as invalid is none. Without branches, so that it
-/// is vectorised. @returns true if any is valid
+/// The rule for points (x, y, z in m): finite coordinates within reach. In the optical frame the origin means that
+/// nothing was measured, and a coordinate is at most max_length; in a world frame it may be that of a map of the Earth.
+class PointRule {
+ public:
+  /// @param applied what was done to the points, as in tofgraph_channel::applied
+  explicit PointRule(std::string_view applied)
+      : moved_(applied.find("T_world_camera") != std::string_view::npos ||
+               applied.find("transform") != std::string_view::npos) {}
+  bool is_valid(const float* point) const {
+    const float most = moved_ ? max_coordinate : max_length;
+    const float x = std::abs(point[0]), y = std::abs(point[1]), z = std::abs(point[2]);
+    return x <= most && y <= most && z <= most && (moved_ || x > 0 || y > 0 || z > 0);
+  }
+
+ private:
+  static constexpr float max_coordinate = 1e8F;  // m
+  bool moved_;
+};
+
+/// Makes a pixel that holds no valid length, or that is flagged as invalid, NaN and flagged. Without branches, so that
+/// it is vectorised. @returns true if any is valid
 inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
                          const Array<std::uint16_t>& bits) {
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), farthest = 1e6F;  // m
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   int valid = 0;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const int measured = std::abs(lengths[i]) <= farthest, unmarked = (bits[i] & flag::invalid) == 0;
+    const int measured = is_valid_length(lengths[i]), unmarked = (bits[i] & flag::invalid) == 0;
     const bool good = (measured & unmarked) != 0;
     lengths[i] = good ? lengths[i] : nan;
     bits[i] = static_cast<std::uint16_t>(bits[i] | (good ? 0 : flag::invalid));

@@ -181,6 +181,7 @@ void Dataset::fail(const std::string& why) const { throw std::runtime_error(fmt:
 void Dataset::check_storage() {
   const Handle creation(check(H5Dget_create_plist(dataset_), "/frames/" + name_), H5Pclose);
   if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail("is stored in another file");
+  if (const std::string missing = missing_filter(dataset_); !missing.empty()) fail(missing);
   const std::uint64_t frame = product(product(size_, 1), H5Tget_size(type_));
   if (frame > max_frame) fail(fmt::format("is {}: such frames are not read", described()));
   if (H5Pget_layout(creation) != H5D_CHUNKED) return;

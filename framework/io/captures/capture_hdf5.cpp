@@ -4,6 +4,11 @@
 
 #include <tofgraph/plugin.h>
 
+#include <fmt/format.h>
+
+#include <string_view>
+#include <utility>
+
 namespace tofgraph::io::h5 {
 namespace {
 
@@ -30,6 +35,37 @@ std::string last_error() {
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &text);
   H5Eclear2(H5E_DEFAULT);
   return text.empty() ? "HDF5 gives no reason" : text;
+}
+
+std::string missing_filter(hid_t dataset) {
+  // Names by the registry of the HDF Group, for files that do not bring their own.
+  static constexpr std::pair<H5Z_filter_t, const char*> known[] = {
+      {H5Z_FILTER_SZIP, "szip"}, {307, "bzip2"}, {32000, "lzf"},  {32001, "blosc"}, {32004, "lz4"},
+      {32008, "bitshuffle"},     {32013, "zfp"}, {32015, "zstd"}, {32017, "sz"},    {32026, "blosc2"},
+  };
+  const Handle creation(check(H5Dget_create_plist(dataset), "the filters cannot be read"), H5Pclose);
+  const int count = check(H5Pget_nfilters(creation), "the filters cannot be read");
+  for (int i = 0; i < count; ++i) {
+    unsigned flags = 0, config = 0;
+    std::size_t values = 0;
+    char name[64] = "";
+    const H5Z_filter_t filter =
+        check(H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values, nullptr, sizeof name, name, &config),
+              "the filters cannot be read");
+    const bool there = H5Zfilter_avail(filter) > 0;
+    const bool decodes =
+        there && (H5Zget_filter_info(filter, &config) < 0 || (config & H5Z_FILTER_CONFIG_DECODE_ENABLED) != 0);
+    H5Eclear2(H5E_DEFAULT);
+    if (decodes) continue;
+    std::string shown = std::string(name).substr(0, std::string_view(name).find(' '));
+    for (const auto& [number, usual] : known)
+      if (number == filter) shown = usual;
+    return fmt::format(
+        "is compressed with the filter '{}' (number {}), which is not installed: h5repack -f GZIP=4 IN.h5 OUT.h5 where "
+        "it is, or h5py with compression='gzip', make a file that can be read",
+        shown.empty() ? "unknown" : shown, filter);
+  }
+  return {};
 }
 
 hid_t memory_type(std::uint32_t element_type) {

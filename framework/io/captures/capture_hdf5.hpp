@@ -57,6 +57,9 @@ template <class Result> Result check(Result result, const std::string& what) {
   return result;
 }
 
+/// Names the first compression filter of a dataset that this HDF5 does not have, and what to do; empty: all are there.
+std::string missing_filter(hid_t dataset);
+
 /// HDF5's type of an element in memory; for TOFGRAPH_TYPE_F32 and so on.
 hid_t memory_type(std::uint32_t element_type);
 /// The border's code of a type in a file, TOFGRAPH_TYPE_ANY for what has none.

@@ -50,6 +50,15 @@ ImageData load(const std::string& file, const std::string& wanted) {
   if (rank != 2)
     throw std::runtime_error(fmt::format("{}: '{}' has {} dimensions, expected rows x columns", file, dataset, rank));
   H5Sget_simple_extent_dims(space, extent, nullptr);
+  if (extent[0] == 0 || extent[1] == 0 || extent[0] > max_image_pixels / extent[1])
+    throw std::runtime_error(fmt::format("{}: '{}' announces {} x {} pixels, expected 1 to {} pixels in all", file,
+                                         dataset, extent[0], extent[1], max_image_pixels));
+  if (const std::string missing = h5::missing_filter(data); !missing.empty())
+    throw std::runtime_error(fmt::format("{}: '{}' {}", file, dataset, missing));
+  H5D_space_status_t stored{};
+  h5::check(H5Dget_space_status(data, &stored), file);
+  if (stored != H5D_SPACE_STATUS_ALLOCATED)
+    throw std::runtime_error(fmt::format("{}: '{}' is not stored whole: parts of it are missing", file, dataset));
   ImageData image;
   image.rows = extent[0];
   image.columns = extent[1];

@@ -2,7 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/captures/recording.hpp"
 
+#include <tofgraph/channels.hpp>
+
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
+#include <string_view>
 
 namespace tofgraph::io {
 
@@ -27,8 +32,13 @@ std::vector<float> Recording::floats(const char* name, std::size_t frame) const 
       for (const std::int32_t v : read<std::int32_t>(name, frame)) result.push_back(static_cast<float>(v));
       return result;
     }
-    default:
-      return read<float>(name, frame);
+    default: {
+      std::vector<float> values = read<float>(name, frame);
+      if (is_length_channel(name) && std::string_view(name) != "points")
+        std::ranges::replace_if(
+            values, [](float v) { return !is_valid_length(v); }, std::numeric_limits<float>::quiet_NaN());
+      return values;
+    }
   }
 }
 

@@ -25,7 +25,8 @@ class Recording {
   Kind kind() const { return kind_; }
   /// P x 2 x pixels. @throws std::runtime_error
   std::vector<std::uint16_t> taps(std::size_t frame) const { return read<std::uint16_t>("taps", frame); }
-  /// A channel of float32, int16 or int32. @throws std::runtime_error
+  /// A channel of float32, int16 or int32; invalid lengths are NaN in length channels. @throws
+  /// std::runtime_error
   std::vector<float> floats(const char* name, std::size_t frame) const;
 
  private:

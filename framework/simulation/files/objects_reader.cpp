@@ -3,6 +3,8 @@
 // The keys of each type of object; the table of them is in docs/formats/scene.md.
 #include "simulation/files/objects.hpp"
 
+#include "config/paths.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -157,7 +159,7 @@ MeshObject read_mesh(Keys& keys, config::Position& file_at) {
   const config::Entry* file = keys.map.find("file");
   if (file == nullptr) return mesh;
   file_at = file->value.at;
-  const std::string extension = mesh.file.extension().string();
+  const std::string extension = config::lower_case_ending(mesh.file);
   if (!mesh.file.empty() && extension != ".ply" && extension != ".obj")
     keys.diagnostics.error(file_at, fmt::format("'file' is {}, expected a mesh", file->value.described()),
                            "meshes are read from .ply and .obj files");
