@@ -72,7 +72,7 @@ template <Spread Kind, class D> struct WindowSums {
     if constexpr (Kind == Spread::pixels) return;
     noise = hn::Add(noise, noisy);
     if constexpr (Kind != Spread::floored) return;
-    moment = hn::IfThenElseZero(hn::Lt(weight, hn::Set(d, 0.9999F)), moment);
+    moment = hn::IfThenElseZero(hn::Lt(weight, hn::Set(d, 0.999999F)), moment);  // 2^0 is 0.99999926
     free_differences = hn::Sub(free_differences, moment);
     free_squares = hn::MulAdd(moment, difference, free_squares);
   }

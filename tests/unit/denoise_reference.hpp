@@ -55,7 +55,7 @@ struct MeanSums {
 
   void add(double w, double d, double s) {
     weights += w, moment += w * d, squares += w * d * d, variance += w * w * s * s, noise += w * s * s;
-    if (w < 0.9999) free_moment += w * d, free_squares += w * d * d;
+    if (w < 0.999999) free_moment += w * d, free_squares += w * d * d;
   }
 };
 
