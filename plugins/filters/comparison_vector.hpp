@@ -53,7 +53,7 @@ struct Comparison {
   /// 0 where one of the two is invalid, and something finite where both are: for those who know what counts.
   template <class D> HWY_INLINE hn::Vec<D> ExponentIfValid(D d, std::ptrdiff_t x) const {
     const auto exponent = Exponent(d, x);
-    return hn::IfThenElseZero(hn::Lt(exponent, hn::Set(d, 1e25F)), exponent);  // lengths reach 1e9, far_away is 1e15
+    return hn::IfThenElseZero(hn::Lt(exponent, hn::Set(d, 1e20F)), exponent);  // lengths reach 1e9, far_away is 1e11
   }
 
  private:

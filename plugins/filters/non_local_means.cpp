@@ -15,7 +15,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-void FilterPatches(const WindowFrame& frame, const Tile& tile) { FilterTile<PatchWeights>(frame, tile); }
+void FilterPatches(const WindowFrame& frame, const Tile& tile) {
+  frame.patch.robust ? FilterTile<FlooredPatchWeights>(frame, tile) : FilterTile<PatchWeights>(frame, tile);
+}
 
 }  // namespace tofgraph::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

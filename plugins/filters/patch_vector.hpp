@@ -28,6 +28,7 @@ namespace tofgraph::HWY_NAMESPACE {
 template <bool Adaptive> class PatchWeights {
  public:
   static constexpr bool makes_pairs = false;
+  static constexpr Spread spread = Spread::patches;
 
   PatchWeights(const WindowFrame& f, const Tile& tile)
       : begin_(tile.first_column - f.window.radius),
@@ -80,6 +81,12 @@ template <bool Adaptive> class PatchWeights {
   static HWY_INLINE V Above(D d, V difference, V softness, const float* spatial, const float* pair) {
     return Below<SameRow>(d, difference, softness, spatial, pair);
   }
+  /// The variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
+  template <Spread Kind, class D, class V> static HWY_INLINE V Variance(D d, const WindowFrame& f, std::ptrdiff_t r,
+                                                                        std::ptrdiff_t x,
+                                                                        const WindowSums<Kind, D>& sums, V inverse) {
+    return MeanVariance(d, f, sums, inverse, ValidShare(d, f, r, x));
+  }
 
  private:
   struct Offset {
@@ -121,6 +128,23 @@ template <bool Adaptive> class PatchWeights {
       share += inside ? f.patch.factors[static_cast<std::size_t>(k + f.patch.radius)] : 0;
     }
     return share > 0 ? share : 1;
+  }
+
+  /// The weight of the valid pixels of the patches about a vector of pixels.
+  template <class D>
+  static HWY_INLINE hn::Vec<D> ValidShare(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t x) {
+    const float* factors = f.patch.factors.data() + f.patch.radius;
+    const auto far = hn::Set(d, 0.1F * WindowFrame::far_away);
+    auto share = hn::Zero(d);
+    for (std::ptrdiff_t y = -f.patch.radius; y <= f.patch.radius; ++y) {
+      auto row = hn::Zero(d);
+      for (std::ptrdiff_t k = -f.patch.radius; k <= f.patch.radius; ++k) {
+        const auto valid = hn::Lt(hn::LoadU(d, f.scaled.row(r + y) + x + k), far);
+        row = hn::Add(row, hn::IfThenElseZero(valid, hn::Set(d, factors[k])));
+      }
+      share = hn::MulAdd(hn::Set(d, factors[y]), row, share);
+    }
+    return share;
   }
 
   /// From the mean of the patches' exponents to what is kept of the pair.
@@ -291,6 +315,13 @@ template <bool Adaptive> class PatchWeights {
   bool complete_;
   Closeness closeness_;
   std::vector<float>& memory_;
+};
+
+/// Weights of robust patches in frames whose noise is known: those that noise explains are 1, and stay so.
+template <bool Adaptive> class FlooredPatchWeights : public PatchWeights<Adaptive> {
+ public:
+  static constexpr Spread spread = Spread::floored;
+  using PatchWeights<Adaptive>::PatchWeights;
 };
 
 }  // namespace tofgraph::HWY_NAMESPACE

@@ -63,8 +63,9 @@ struct Patch {
 /// 2^(-d^2).
 struct WindowFrame {
   /// Stands for the length of an invalid pixel: so far from all others that its weight, at least 2^-100 in single
-  /// precision, changes no sum in any of its bits.
-  static constexpr float far_away = 1e15F;
+  /// precision, changes no mean in any of its bits, and so near that its square, 1e-8 with that weight, changes no
+  /// sigma.
+  static constexpr float far_away = 1e11F;
 
   std::ptrdiff_t rows, columns;
   HalfWindow window;

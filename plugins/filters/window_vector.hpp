@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "plugins/filters/spread_vector.hpp"
 #include "plugins/filters/window_images.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -55,6 +56,7 @@ template <class D, class Body> HWY_INLINE void ForVectors(D d, std::ptrdiff_t be
 template <bool Adaptive> class PixelWeights {
  public:
   static constexpr bool makes_pairs = !Adaptive;
+  static constexpr Spread spread = Spread::pixels;
   PixelWeights(const WindowFrame&, const Tile&) {}
   template <class D> void MakeRow(D, const WindowFrame&, const Tile&, std::ptrdiff_t, PairRows&) {}
 
@@ -70,24 +72,16 @@ template <bool Adaptive> class PixelWeights {
     if constexpr (makes_pairs && !SameRow) return hn::LoadU(d, pair);
     return Make(d, difference, softness, spatial);
   }
+  /// The variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
+  template <class D, class V> static HWY_INLINE V Variance(D d, const WindowFrame&, std::ptrdiff_t, std::ptrdiff_t,
+                                                           const WindowSums<spread, D>& sums, V inverse) {
+    return MeanVariance(d, sums, inverse);
+  }
 
  private:
   template <class D, class V> static HWY_INLINE V Make(D d, V difference, V softness, const float* spatial) {
     if constexpr (Adaptive) difference = hn::Mul(difference, softness);
     return PowerOfHalf(d, hn::MulAdd(difference, difference, hn::Set(d, *spatial)));
-  }
-};
-
-/// Sums over a window about a vector of pixels.
-template <class D> struct WindowSums {
-  hn::Vec<D> centre, softness, weights, differences, variance;
-
-  /// Adds a pixel; its length as a difference from the middle, so that what is constant stays what it is to the last
-  /// bit.
-  template <bool Sigma> HWY_INLINE void Add(D d, hn::Vec<D> weight, hn::Vec<D> difference, const float* from) {
-    weights = hn::Add(weights, weight);
-    differences = hn::NegMulAdd(weight, difference, differences);
-    if constexpr (Sigma) variance = hn::MulAdd(hn::Mul(weight, weight), hn::LoadU(d, from), variance);
   }
 };
 
@@ -114,8 +108,8 @@ struct WindowRows {
 };
 
 /// Adds the pixels of two rows to the sums of as many vectors as there are.
-template <class Weights, bool Sigma, bool SameRow, int Count, class D>
-HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<D> (&sums)[Count]) {
+template <class Weights, bool SameRow, int Count, Spread Kind, class D>
+HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<Kind, D> (&sums)[Count]) {
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   for (std::ptrdiff_t dx = rows.first; dx <= rows.last; ++dx) {
     for (int i = 0; i < Count; ++i) {
@@ -123,10 +117,10 @@ HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<D> (&sums)[Count]) {
       auto difference = hn::Sub(sums[i].centre, hn::LoadU(d, rows.below + at + dx));
       auto weight =
           Weights::template Below<SameRow>(d, difference, sums[i].softness, rows.spatial, rows.pair_below + at);
-      sums[i].template Add<Sigma>(d, weight, difference, rows.variance_below + at + dx);
+      sums[i].Add(d, weight, difference, rows.variance_below + at + dx);
       difference = hn::Sub(sums[i].centre, hn::LoadU(d, rows.above + at - dx));
       weight = Weights::template Above<SameRow>(d, difference, sums[i].softness, rows.spatial, rows.pair_above + at);
-      sums[i].template Add<Sigma>(d, weight, difference, rows.variance_above + at - dx);
+      sums[i].Add(d, weight, difference, rows.variance_above + at - dx);
     }
     ++rows.spatial;
     rows.pair_below += rows.stride;
@@ -140,23 +134,25 @@ template <class Weights, bool Sigma, bool Adaptive, class D>
 HWY_INLINE void AverageRow(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t begin, std::ptrdiff_t end,
                            PairRows& pairs, float* shift, float* deviation) {
   using V = hn::Vec<D>;
+  constexpr Spread kind = Sigma ? Weights::spread : Spread::none;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   const auto average = [&]<int Count>(std::ptrdiff_t x) HWY_ATTR {
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0F);
-    WindowSums<D> sums[Count];
-    for (int i = 0; i < Count; ++i) {  // the pixel itself has weight 1
+    WindowSums<kind, D> sums[Count];
+    for (int i = 0; i < Count; ++i) {
       const std::ptrdiff_t at = x + i * lanes;
-      sums[i] = {hn::LoadU(d, f.scaled.row(r) + at), Adaptive ? hn::LoadU(d, f.softness.row(r) + at) : one, one, zero,
-                 Sigma ? hn::LoadU(d, f.variance.row(r) + at) : zero};
+      sums[i].Start(d, hn::LoadU(d, f.scaled.row(r) + at), Adaptive ? hn::LoadU(d, f.softness.row(r) + at) : one,
+                    Sigma ? hn::LoadU(d, f.variance.row(r) + at) : zero);
     }
-    AddRows<Weights, Sigma, true>(d, WindowRows(f, pairs, r, 0, x), sums);
+    AddRows<Weights, true>(d, WindowRows(f, pairs, r, 0, x), sums);
     for (std::ptrdiff_t dy = 1; dy <= f.window.radius; ++dy)
-      AddRows<Weights, Sigma, false>(d, WindowRows(f, pairs, r, dy, x), sums);
+      AddRows<Weights, false>(d, WindowRows(f, pairs, r, dy, x), sums);
     for (int i = 0; i < Count; ++i) {
       const V inverse = hn::Div(one, sums[i].weights);
       const std::ptrdiff_t to = x - begin + i * lanes;
       hn::StoreU(hn::Mul(hn::Mul(sums[i].differences, inverse), hn::Set(d, f.unit)), d, shift + to);
-      if constexpr (Sigma) hn::StoreU(hn::Mul(hn::Sqrt(sums[i].variance), inverse), d, deviation + to);
+      if constexpr (Sigma)
+        hn::StoreU(hn::Sqrt(Weights::Variance(d, f, r, x + i * lanes, sums[i], inverse)), d, deviation + to);
     }
   };
   ForVectors(d, begin, end, average);

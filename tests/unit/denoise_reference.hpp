@@ -37,31 +37,88 @@ struct Denoised {
 /// weight(r, c, dy, dx): of the valid pixel at (dy, dx) from the valid pixel (r, c).
 using Weight = std::function<double(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t)>;
 
-inline Denoised averaged(const Image& u, const Image& sigma, int side, const Weight& weight) {
+/// h(r, c): the strength at a pixel, m.
+using Strength = std::function<double(std::ptrdiff_t, std::ptrdiff_t)>;
+
+/// How weights depend on the lengths that they compare.
+struct Comparing {
+  Strength h;
+  int patch = 1;        // side
+  double a = INFINITY;  // of the patch's Gaussian in pixels, infinite: all count alike
+  bool robust = false;  // weights of 1 do not change
+  bool guided = false;
+};
+
+/// Sums of a weighted mean, the centre not included.
+struct MeanSums {
+  double weights = 0, moment = 0, squares = 0, variance = 0, noise = 0, free_moment = 0, free_squares = 0;
+
+  void add(double w, double d, double s) {
+    weights += w, moment += w * d, squares += w * d * d, variance += w * w * s * s, noise += w * s * s;
+    if (w < 0.999999) free_moment += w * d, free_squares += w * d * d;
+  }
+};
+
+/// The shares of a patch's pixels: of the middle, as it counts itself and as it pulls the weights, and the sum of the
+/// squares of the others.
+struct Shares {
+  double middle, pull, squares;
+
+  Shares(const Image& u, std::ptrdiff_t r, std::ptrdiff_t c, const Comparing& by, double sigma) {
+    double all = 0, valid = 0, sum = 0;
+    for (std::ptrdiff_t y = -by.patch / 2; y <= by.patch / 2; ++y) {
+      for (std::ptrdiff_t x = -by.patch / 2; x <= by.patch / 2; ++x) {
+        const double g = std::exp(-static_cast<double>(y * y + x * x) / (2 * by.a * by.a));
+        all += g, sum += g * g, valid += u.valid(r + y, c + x) ? g : 0;
+      }
+    }
+    const double closeness = by.robust ? std::pow(sigma / by.h(r, c), 2) / 4 : 0, less = 1 / (1 + closeness);
+    const double seen = 1 + (valid - 1) * less;
+    middle = 1 / seen;
+    pull = middle + closeness / 4 * (1 - middle);
+    squares = (sum - 1) * std::pow(less / seen, 2);
+  }
+};
+
+/// The variance of a mean as plugins/filters/spread_vector.hpp states it. @param s of the centre
+inline double mean_variance(const MeanSums& m, const Shares& g, double c, bool robust, double s) {
+  const double all = m.weights + 1, mean = m.moment / all, own = s * s;
+  const double spread = std::max(m.squares / all - mean * mean, 0.0);
+  const double free = robust ? std::clamp((m.free_squares - mean * m.free_moment) / all, 0.0, spread) : spread;
+  const double fixed = (m.variance + own) / (all * all), level = (m.noise + own) / all;
+  const double changing = spread > 0 ? free / spread : 1;
+  const double noise = (level - fixed) / (1 + c * g.middle * changing * level);
+  const double surface = c * std::min(std::max(spread - noise, 0.0), free);
+  const double a = c * g.pull * free, u = surface + g.middle * (c * free - surface);
+  const double typical = m.noise > 0 ? m.variance / all / m.noise : 0;
+  const double both = 2 * surface * (1 - g.middle) * typical * std::max(1 - surface, 0.0);
+  const double squares = surface * surface * g.squares;
+  return m.variance / (all * all) * (1 + 2 * u * u) / ((1 + u) * (1 + u)) +
+         own * (std::pow(1 / all + a, 2) + squares + both) - std::min(own, fixed) * (a * a + squares);
+}
+
+inline Denoised averaged(const Image& u, const Image& sigma, int side, const Weight& weight, const Comparing& by) {
   Denoised result;
   const std::ptrdiff_t radius = side / 2;
   for (std::ptrdiff_t r = 0; r < u.rows; ++r) {
     for (std::ptrdiff_t c = 0; c < u.columns; ++c) {
-      double sum = 0, weights = 0, variance = 0;
+      MeanSums sums;
       for (std::ptrdiff_t dy = -radius; dy <= radius; ++dy) {
         for (std::ptrdiff_t dx = -radius; dx <= radius; ++dx) {
-          if (!u.valid(r, c) || !u.valid(r + dy, c + dx)) continue;
-          const double w = weight(r, c, dy, dx), s = w * sigma.at(r + dy, c + dx);
-          sum += w * u.at(r + dy, c + dx);
-          weights += w;
-          variance += s * s;
+          if ((dy == 0 && dx == 0) || !u.valid(r, c) || !u.valid(r + dy, c + dx)) continue;
+          sums.add(weight(r, c, dy, dx), u.at(r + dy, c + dx) - u.at(r, c), sigma.at(r + dy, c + dx));
         }
       }
-      result.values.push_back(u.valid(r, c) ? sum / weights : std::nan(""));
-      result.sigma.push_back(u.valid(r, c) ? std::sqrt(variance) / weights : std::nan(""));
+      const double sensitivity = (by.guided ? 1 : 2) / std::pow(by.h(r, c), 2), own = sigma.at(r, c);
+      const double variance = mean_variance(sums, Shares(u, r, c, by, own), sensitivity, by.robust, own);
+      result.values.push_back(u.valid(r, c) ? u.at(r, c) + sums.moment / (sums.weights + 1) : std::nan(""));
+      result.sigma.push_back(u.valid(r, c) ? std::sqrt(variance) : std::nan(""));
     }
   }
   return result;
 }
 
-/// (7.1), (7.3) and (7.7); h(r, c): the strength at a pixel, m.
-using Strength = std::function<double(std::ptrdiff_t, std::ptrdiff_t)>;
-
+/// (7.1), (7.3) and (7.7).
 inline Weight yaroslavsky_weight(const Image& u, const Strength& h) {
   return [&u, h](auto r, auto c, auto dy, auto dx) {
     const double d = (u.at(r, c) - u.at(r + dy, c + dx)) / h(r, c);

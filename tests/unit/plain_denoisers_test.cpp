@@ -56,7 +56,7 @@ double variance_of_median(std::size_t n) {
 TEST(Median, SigmaIsThatOfTheMedianOfNormalValues) {
   for (const std::size_t n : {1, 3, 5, 7, 9}) {
     std::vector<float> depth(9, NAN);
-    for (std::size_t i = 0; i < n; ++i) depth[(i + 4) % 9] = 1 + 0.01F * static_cast<float>(i);
+    for (std::size_t i = 0; i < n; ++i) depth[(i + 4) % 9] = 1;
     Harness stage("median");
     stage.put<float>("depth", {3, 3}, depth);
     stage.put<float>("sigma", {3, 3}, std::vector<float>(9, 0.010F), of_depth);

@@ -53,12 +53,12 @@ TEST(WindowFilterProperties, MoveAnEdgeOfTenStrengthsByNothing) {
 TEST(WindowFilterProperties, MoveASlantedEdgeWithEqualPatchWeightsAsTheEquationDoes) {
   // A pair that differs in one pixel of nine has the weight exp(-100 / 9), which moves a pixel by 3 um of the step.
   const Image depth = edge_of_200_mm(2, 1);
-  const auto weight = test::non_local_means_weight(
-      depth, [](auto, auto) { return 0.020; }, 3, INFINITY);
+  const auto h = [](auto, auto) { return 0.020; };
+  const auto weight = test::non_local_means_weight(depth, h, 3, INFINITY);
   Image sigma = depth;
   std::ranges::fill(sigma.values, 0.0F);
   expect_near(run("non_local_means patch_weights=uniform strength='20 mm'", depth).depth,
-              test::averaged(depth, sigma, 7, weight).values, 2e-7, "slanted");
+              test::averaged(depth, sigma, 7, weight, {.h = h}).values, 2e-7, "slanted");
 }
 
 TEST(WindowFilterProperties, CommuteWithATranslation) {

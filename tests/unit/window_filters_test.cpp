@@ -33,9 +33,9 @@ TEST(WindowFilters, AgreeWithTheEquationsInDoublePrecision) {
   };
   for (const Case& c : cases) {
     const Image depth = random_image(c.rows, c.columns, 7), sigma = random_sigma(depth, 8);
-    const auto weight = test::bilateral_weight(
-        depth, [&](auto, auto) { return c.h; }, c.rho);
-    const test::Denoised expected = test::averaged(depth, sigma, c.window, weight);
+    const auto h = [&](auto, auto) { return c.h; };
+    const test::Denoised expected =
+        test::averaged(depth, sigma, c.window, test::bilateral_weight(depth, h, c.rho), {.h = h});
     test::on_each_processor([&](const std::string& processor) {
       const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
       expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
@@ -65,9 +65,10 @@ TEST(WindowFilters, NonLocalMeansAgreesWithTheEquationInDoublePrecision) {
   };
   for (const Case& c : cases) {
     const Image depth = random_image(c.rows, c.columns, 9, c.invalid), sigma = random_sigma(depth, 8);
-    const auto weight = test::non_local_means_weight(
-        depth, [&](auto, auto) { return c.h; }, c.patch, c.a);
-    const test::Denoised expected = test::averaged(depth, sigma, c.search, weight);
+    const auto h = [&](auto, auto) { return c.h; };
+    const test::Denoised expected =
+        test::averaged(depth, sigma, c.search, test::non_local_means_weight(depth, h, c.patch, c.a),
+                       {.h = h, .patch = c.patch, .a = c.a});
     test::on_each_processor([&](const std::string& processor) {
       const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
       expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
@@ -86,7 +87,9 @@ TEST(WindowFilters, RobustAndGuidedAgreesWithItsDefinitionInDoublePrecision) {
   for (std::size_t i = 0; i < sigma.values.size(); ++i)
     sigma.values[i] = std::isnan(depth.values[i]) ? nan : static_cast<float>(s);
   const auto weight = test::robust_weight(depth, amplitude, 0.020, 5, s, relative);
-  const test::Denoised expected = test::averaged(depth, sigma, 7, weight);
+  const test::Denoised expected =
+      test::averaged(depth, sigma, 7, weight,
+                     {.h = [](auto, auto) { return 0.020; }, .patch = 5, .a = 1, .robust = true, .guided = true});
   test::on_each_processor([&](const std::string& processor) {
     Harness stage("non_local_means strength='20 mm' patch=5 patch_weights=robust guide=amplitude");
     stage.put<float>("depth", extent(depth), depth.values);
@@ -109,9 +112,10 @@ TEST(WindowFilters, FollowTheSigmaOfEachPixel) {
   const double median = known.size() % 2 != 0 ? known[half] : (known[half - 1] + known[half]) / 2.0;
   const auto fixed = [&](auto, auto) { return std::sqrt(2.0) * median; };
   expect_near(run("yaroslavsky", depth, &sigma).depth,
-              test::averaged(depth, sigma, 7, test::yaroslavsky_weight(depth, fixed)).values, 1e-5, "auto");
+              test::averaged(depth, sigma, 7, test::yaroslavsky_weight(depth, fixed), {.h = fixed}).values, 1e-5,
+              "auto");
   const auto own = [&](auto r, auto c) { return std::sqrt(2.0) * sigma.at(r, c); };
-  const test::Denoised expected = test::averaged(depth, sigma, 7, test::bilateral_weight(depth, own, 5));
+  const test::Denoised expected = test::averaged(depth, sigma, 7, test::bilateral_weight(depth, own, 5), {.h = own});
   const Result adaptive = run("bilateral sigma_adaptive=true", depth, &sigma);
   expect_near(adaptive.depth, expected.values, 1e-5, "adaptive");
   expect_near(adaptive.sigma, expected.sigma, 1e-6, "sigma of adaptive");
