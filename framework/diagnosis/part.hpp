@@ -16,8 +16,9 @@ struct Part {
   std::vector<Observations> data;
   Problem problem;
 
-  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen);
-  /// With the targets of another part, and those that are new.
+  Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+       const Deadline& deadline = {});
+  /// With the deadline and the targets of another part, and the targets that are new.
   Part(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
        const Part& other);
   Part(const Part&) = delete;
