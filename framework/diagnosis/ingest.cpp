@@ -35,6 +35,7 @@ FrameSums sums_of(const io::Recording& recording, const io::Condition& condition
   const auto& header = recording.reader().header();
   const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
                     last = condition.frames ? (*condition.frames)[1] : frames - 1;
+  if (recording.kind() == Kind::images) throw std::runtime_error("has no distances, but amplitude or intensity alone");
   if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
   FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
                  Demodulation(physics::exposures_of(camera)));
@@ -75,7 +76,8 @@ struct Read {
 class Reader {
  public:
   Reader(const io::Campaign& campaign, const IngestOptions& options)
-      : camera_(campaign.camera->view()),
+      : profile_(*campaign.camera),
+        camera_(campaign.camera->view()),
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)),
@@ -131,7 +133,7 @@ class Reader {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       // A superpixel that is partly outside the lens model has no middle that stands for it.
-      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
+      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] || profile_.is_bad(i)) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -142,6 +144,7 @@ class Reader {
     return signals;
   }
 
+  const io::Camera& profile_;
   const tofgraph_camera& camera_;
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
