@@ -41,7 +41,7 @@ struct Read {
   std::optional<Board> board;
   CameraSeen seen;
   double wrapped = 0;         ///< share of pixels
-  UnusablePixels unusable;           ///< pixels
+  UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
   std::string mistake, hint;  ///< of the user
 };

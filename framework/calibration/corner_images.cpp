@@ -4,6 +4,7 @@
 
 #include <opencv2/imgproc.hpp>
 #include <tofgraph/physics/robust.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ double value_or_neighbours(const Image& image, std::size_t i, double otherwise) 
 int scale_for(const Image& image) {
   constexpr double wanted = 800;  // px: detectors look at neighbourhoods of some px
   const auto side = static_cast<double>(std::min(image.width, image.height));
-  return std::clamp(static_cast<int>(std::lround(wanted / std::max(side, 1.0))), 1, 8);
+  return std::clamp(physics::to_integer(wanted / std::max(side, 1.0), 1), 1, 8);
 }
 
 cv::Mat enlarged(const Image& image, int scale, Tones tones) {

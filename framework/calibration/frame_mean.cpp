@@ -155,9 +155,8 @@ PixelMeans means_of(const io::Recording& recording, const io::Condition& conditi
       sums.add_decoded(recording.floats("distance", f),
                        kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
   }
-  PixelMeans means =
-      sums.means(last - first + 1, kind == Kind::decoded || kind == Kind::distances, kind == Kind::decoded,
-                 {.pixels = wanted.size(), .map = wanted.size() - window.size()});
+  PixelMeans means = sums.means(last - first + 1, kind == Kind::decoded || kind == Kind::distances,
+                                kind == Kind::decoded, {.pixels = wanted.size(), .map = wanted.size() - window.size()});
   means.images.shows_saturation = kind == Kind::taps;
   return means;
 }
@@ -179,9 +178,10 @@ void leave_out_outliers(const io::Recording& recording, const std::vector<std::s
     while (window[k] != images.pixels[i]) ++k;
     residual.push_back(images.distance[i] - modelled[k]);
   }
-  const double samples = recording.kind() == io::Recording::Kind::taps || recording.kind() == io::Recording::Kind::phases
-                             ? 4  // of a frame, each with the noise that is measured
-                             : 1;
+  const double samples =
+      recording.kind() == io::Recording::Kind::taps || recording.kind() == io::Recording::Kind::phases
+          ? 4  // of a frame, each with the noise that is measured
+          : 1;
   FlatTarget target{.pixels = images.pixels,
                     .residual = residual,
                     .amplitude = images.amplitude,

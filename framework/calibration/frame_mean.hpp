@@ -22,7 +22,8 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
                                      const tofgraph_camera& camera);
 
 /// Averages the condition's frames: of taps and phases the samples, which are decoded then; of decoded frames the
-/// distances and amplitudes. Pixels that are bad in the camera's map, not a number or saturated in a frame are left out.
+/// distances and amplitudes. Pixels that are bad in the camera's map, not a number or saturated in a frame are left
+/// out.
 /// @param window pixels to use @param camera four exposures of 90 degrees, its frequency, full well and bad pixels
 /// @throws std::runtime_error what is wrong with the capture
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,

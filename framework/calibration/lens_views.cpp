@@ -132,9 +132,9 @@ void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, s
   if (mapped > 0) notes.push_back(fmt::format("{} pixels are left out: bad in the profile's map", mapped));
   const auto worst = std::ranges::max_element(reads, {}, [](const Read& r) { return r.images.isolated; });
   if (worst == reads.end() || worst->images.isolated == 0) return;
-  notes.push_back(fmt::format("isolated pixels, unlike their neighbours by a factor of 3, are left out: at most {}, in {}",
-                              worst->images.isolated,
-                              campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
+  notes.push_back(
+      fmt::format("isolated pixels, unlike their neighbours by a factor of 3, are left out: at most {}, in {}",
+                  worst->images.isolated, campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
 }
 
 /// A lens is of the camera that the campaign names: captures of another are a mistake.

@@ -70,8 +70,8 @@ std::string summary_of(const NoiseData& data, const NoiseFit& fit) {
   std::vector<std::string> reasons;
   for (const BadPixelReason& reason : bad_pixel_reasons())
     if (count(fit, reason.bit) > 0) reasons.push_back(fmt::format("{} {}", count(fit, reason.bit), reason.name));
-  lines.push_back(fmt::format("{} of {} pixels are bad{}{}", bad, fit.bad.size(), bad > 0 ? ": " : "",
-                              fmt::join(reasons, ", ")));
+  lines.push_back(
+      fmt::format("{} of {} pixels are bad{}{}", bad, fit.bad.size(), bad > 0 ? ": " : "", fmt::join(reasons, ", ")));
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 

@@ -33,7 +33,7 @@ struct PixelNoise {
   std::vector<float> amplitude;          ///< counts
   std::vector<float> distance_variance;  ///< m^2, of one frame
   double samples = 0;                    ///< independent ones in each variance of a tap
-  std::size_t images = 0;  ///< of samples in a frame
+  std::size_t images = 0;                ///< of samples in a frame
   double slow = 0;  ///< variance about the mean over variance from frame to frame, median of the pixels; 1: no drift
 
   /// Degrees of freedom of a variance from n frames' successive differences, normal noise: 2 (n - 1)^2 / (3 n - 4).

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -46,6 +47,9 @@ Eigen::Vector2d solve(const Line& line) {
 }
 
 double variance_at(const Eigen::Vector2d& x, double level) { return std::max(x[0] + x[1] * level, 1e-12); }
+
+/// Number of the range that a positive value is in, with so many ranges from a value to its double.
+int octave_of(double value, int ranges) { return physics::to_integer(std::floor(ranges * std::log2(value)), 0); }
 
 bool usable(const PixelNoise& p, const std::vector<std::uint8_t>& bad, std::size_t i) {
   return bad[i] == 0 && p.is_good(i) && p.level[i] > 0 && std::isfinite(p.variance[i]);

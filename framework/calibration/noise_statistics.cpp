@@ -108,7 +108,8 @@ class Sums {
       result.variance.push_back(static_cast<float>(variance));
       result.amplitude.push_back(static_cast<float>(a));
       result.distance_variance.push_back(static_cast<float>(distance_variance));
-      if (use_[i] == PixelUse::good && variance > 0 && taps > 0) slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
+      if (use_[i] == PixelUse::good && variance > 0 && taps > 0)
+        slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
     }
     result.slow = slow.empty() ? 1 : physics::median(slow);
     return result;
@@ -165,9 +166,9 @@ NoiseSource source_of(Kind kind) {
   if (kind == Kind::taps) return NoiseSource::taps;
   if (kind == Kind::phases) return NoiseSource::phases;
   if (kind == Kind::decoded) return NoiseSource::decoded;
-  throw std::runtime_error(
-      kind == Kind::images ? "has no distances: the noise shows in taps, phases, or distances with amplitudes"
-                           : "has distances without amplitudes: the noise follows the light, so both are needed");
+  throw std::runtime_error(kind == Kind::images
+                               ? "has no distances: the noise shows in taps, phases, or distances with amplitudes"
+                               : "has distances without amplitudes: the noise follows the light, so both are needed");
 }
 
 void read_frames(const io::Recording& recording, std::array<std::size_t, 2> frames, const std::optional<io::Roi>& roi,

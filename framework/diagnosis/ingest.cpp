@@ -28,7 +28,8 @@ std::string problem_of(const io::Condition& c) {
   return "";
 }
 
-FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const tofgraph_camera& camera) {
+FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const io::Camera& profile) {
+  const tofgraph_camera& camera = profile.view();
   using Kind = io::Recording::Kind;
   static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
                                        FrameSums::Kind::distances};
@@ -49,6 +50,8 @@ FrameSums sums_of(const io::Recording& recording, const io::Condition& condition
                        recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
                        physics::metres_per_radian(camera.modulation_frequency));
   }
+  for (std::size_t i = 0; i < std::size_t{header.width} * header.height && !profile.bad_pixels.empty(); ++i)
+    if (profile.is_bad(i)) sums.leave_out(i);
   return sums;
 }
 
@@ -105,7 +108,7 @@ class Reader {
     complete(condition, capture);
     result.recorded_time = capture.metadata(0).integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
-    const FrameSums sums = sums_of(recording, condition, camera_);
+    const FrameSums sums = sums_of(recording, condition, profile_);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
       result.why_not = "its lens is capped: distances without amplitudes say nothing there";
       return result;
@@ -133,7 +136,7 @@ class Reader {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       // A superpixel that is partly outside the lens model has no middle that stands for it.
-      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] || profile_.is_bad(i)) signals.back() = {};
+      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -193,7 +196,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
 
 }  // namespace
 
-FrameSums frames_of(const io::Condition& condition, const tofgraph_camera& camera) {
+FrameSums frames_of(const io::Condition& condition, const io::Camera& camera) {
   return sums_of(io::Recording(condition.capture), condition, camera);
 }
 

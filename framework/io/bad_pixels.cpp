@@ -53,12 +53,10 @@ void read_bad_pixels(const config::Value& named, Camera& camera, config::Diagnos
   const std::filesystem::path file = std::filesystem::absolute(config::path_at(text, named.at));
   std::error_code error;
   const bool found = std::filesystem::is_regular_file(file, error);
-  if (!is_profile_file(named.at) && (std::filesystem::path(text).is_relative() || !found))
-    return diagnostics.warning(
-        named.at, fmt::format("the bad pixels of the camera '{}' are unknown: the recorded profile names the map {}, "
-                              "which is not found from here",
-                              camera.view().name, text),
-        "name the profile itself: --camera ./camera.yaml, or camera: ./camera.yaml in the pipeline");
+  if (!is_profile_file(named.at) && (std::filesystem::path(text).is_relative() || !found)) {
+    camera.missing_bad_pixels = text;
+    return;
+  }
   try {
     camera.bad_pixels = map_from(file, dataset, camera.view());
     camera.bad_pixels_file = file;

@@ -58,6 +58,12 @@ std::string run_gnuplot(const std::string& whole) {
   return child.output;
 }
 
+bool has_points(const Curve& curve) {
+  for (std::size_t k = 0; k < curve.x.size(); ++k)
+    if (std::isfinite(curve.x[k]) && std::isfinite(curve.y[k])) return true;
+  return false;
+}
+
 }  // namespace
 
 std::string signed_palette() { return palette(io::signed_colours); }
@@ -129,23 +135,14 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   return gnuplot_svg(script, width, height);
 }
 
-namespace {
-
-bool has_points(const Curve& curve) {
-  for (std::size_t k = 0; k < curve.x.size(); ++k)
-    if (std::isfinite(curve.x[k]) && std::isfinite(curve.y[k])) return true;
-  return false;
-}
-
-}  // namespace
-
 std::string curves(const Curves& plot, int width, int height) {
   std::string script = fmt::format("set title {}\nset xlabel {}\nset ylabel {}\nset grid lc rgb '#dddddd'\n",
                                    quoted(plot.title), quoted(plot.x_label), quoted(plot.y_label));
   script += "set key outside below horizontal\nset offsets graph 0.02, graph 0.02, graph 0, graph 0\n";
   if (std::ranges::none_of(plot.curves, has_points))
-    return gnuplot_svg(script + "set xrange [0:1]\nset yrange [0:1]\nunset tics\n"
-                                "set label 'no data' at graph 0.5, 0.5 center\nplot NaN notitle",
+    return gnuplot_svg(script +
+                           "set xrange [0:1]\nset yrange [0:1]\nunset tics\n"
+                           "set label 'no data' at graph 0.5, 0.5 center\nplot NaN notitle",
                        width, height);
   if (plot.logarithmic_x) script += "set logscale x\n";
   const auto flat = [](const Curve& c) { return std::ranges::all_of(c.y, [](double y) { return y == 0; }); };

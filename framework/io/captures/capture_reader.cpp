@@ -34,7 +34,7 @@ constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file 
 constexpr unsigned trial_seconds = 10;             // of the processor
 
 /// One of these makes a capture.
-constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth"};
+constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth", "amplitude", "intensity"};
 
 std::string shown(const std::vector<std::string>& names) {
   return names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "));
@@ -81,8 +81,10 @@ struct CaptureReader::Impl {
   std::vector<Dataset> datasets;  // of the channels
   std::vector<Array> metadata;
   std::vector<std::string> ignored;
-  std::size_t frames = 0;
+  std::size_t frames = 0, announced = 0;
+  std::uint64_t end = not_cut;  // bytes that are left of a file that was cut off
 
+  bool is_cut() const { return end != not_cut; }
   void check_file() const;
   void load();
   void try_frames() const;
@@ -94,15 +96,19 @@ struct CaptureReader::Impl {
   void add_unknown(const std::string& name);
   void read_metadata();
   void read_array(const layout::Metadata& kind);
+  void read_cut_array(const layout::Metadata& kind);
   void settle_frames(const Dataset& dataset);
   std::int64_t side(const char* name) const;
 };
 
-CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl>()) {
+CaptureReader::CaptureReader(const fs::path& file) : CaptureReader(file, not_cut) {}
+
+CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) : impl_(std::make_unique<Impl>()) {
   impl_->file = file;
+  impl_->end = end;
   try {
     impl_->check_file();
-    run_trial_once(file, {config::trial_program(), "capture", file.string()});
+    run_trial_once(file, {config::trial_program(), "capture", file.string(), std::to_string(end)});
     const h5::Lock lock;
     impl_->load();
   } catch (const std::exception& problem) {
@@ -110,12 +116,13 @@ CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl
   }
 }
 
-void CaptureReader::read_on_trial(const fs::path& file) {
+void CaptureReader::read_on_trial(const fs::path& file, std::uint64_t end) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   set_limits({trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds});
   Impl trial;
   trial.file = file;
+  trial.end = end;
   trial.load();
   trial.try_frames();
 }
@@ -162,7 +169,7 @@ void CaptureReader::Impl::open() {
   }
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_file_locking(access, true, true), "file locking");
-  finished = file.extension() != ".part";
+  finished = file.extension() != ".part" && !is_cut();
   h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (h5) return;
   const std::string why = h5::last_error();
@@ -236,7 +243,7 @@ void CaptureReader::Impl::read_channels() {
   }
   frames = std::numeric_limits<std::size_t>::max();
   for (const std::string& name : names) {
-    if (known_channel(name) != nullptr) add_channel(Dataset(group, name));
+    if (known_channel(name) != nullptr) add_channel(Dataset(group, name, end));
   }
   for (const std::string& name : names) {
     if (known_channel(name) == nullptr && metadata_array(name) == nullptr) add_unknown(name);
@@ -260,7 +267,7 @@ void CaptureReader::Impl::add_channel(Dataset dataset) {
 /// Datasets of other names are channels of stages that this program may not know, or something else.
 void CaptureReader::Impl::add_unknown(const std::string& name) {
   try {
-    Dataset dataset(group, name);
+    Dataset dataset(group, name, end);
     const bool same_number = finished ? dataset.frames() == frames : dataset.frames() > 0;
     if (dataset.as_channel(header) && same_number) return add_channel(std::move(dataset));
   } catch (const std::exception&) {  // what is none of the format's is not a mistake of the capture
@@ -278,10 +285,16 @@ void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
                                          channels.empty() ? "" : channels.front().name, frames));
   }
   frames = std::min(frames, stored);
+  announced = std::max(announced, dataset.frames());
 }
 
 void CaptureReader::Impl::read_metadata() {
-  for (const layout::Metadata& kind : layout::metadata) read_array(kind);
+  for (const layout::Metadata& kind : layout::metadata) {
+    if (is_cut())
+      read_cut_array(kind);
+    else
+      read_array(kind);
+  }
   for (Array& array : metadata) array.values.resize(frames);
   if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : "holds no complete frame yet");
 }
@@ -302,8 +315,32 @@ void CaptureReader::Impl::read_array(const layout::Metadata& kind) {
   metadata.push_back(std::move(array));
 }
 
+/// What is left of an array; the other frames are known by nothing but their place.
+void CaptureReader::Impl::read_cut_array(const layout::Metadata& kind) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  Array array{&kind, std::vector<layout::Element>(frames)};
+  std::size_t left = 0;
+  try {
+    const Dataset dataset(group, kind.name, end);
+    dataset.check_metadata(kind);
+    left = std::min(dataset.stored_frames(false), frames);
+    dataset.read_first(left, kind.memory_type(), array.values.data());
+  } catch (const std::exception&) {
+    H5Eclear2(H5E_DEFAULT);
+    left = 0;
+  }
+  for (std::size_t i = left; i < frames; ++i) {
+    tofgraph_metadata unknown{};
+    unknown.device_number = i;
+    unknown.integration_time = unknown.modulation_frequency = unknown.temperature = unknown.time_since_power_on = nan;
+    array.values[i] = kind.stored(unknown);
+  }
+  metadata.push_back(std::move(array));
+}
+
 const CaptureHeader& CaptureReader::header() const { return impl_->header; }
 std::size_t CaptureReader::frames() const { return impl_->frames; }
+std::size_t CaptureReader::announced_frames() const { return impl_->announced; }
 bool CaptureReader::finished() const { return impl_->finished; }
 const std::vector<CaptureChannel>& CaptureReader::channels() const { return impl_->channels; }
 const std::vector<std::string>& CaptureReader::ignored() const { return impl_->ignored; }
