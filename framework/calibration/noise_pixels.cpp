@@ -199,7 +199,7 @@ void mark_frozen(const NoiseData& data, NoiseFit& fit) {
     const std::uint64_t own = images == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << images) - 1;
     if (data.source == NoiseSource::taps && (frozen & own) != 0 && log_probability < log_chance)
       fit.bad[i] |= bad_stuck;
-    // What follows from being stuck is no reason of its own.
+    // A pixel that is stuck has these as well: they are not reasons of their own.
     if ((fit.bad[i] & bad_stuck) != 0) fit.bad[i] &= static_cast<std::uint8_t>(~(bad_hot | bad_modulation));
   }
 }

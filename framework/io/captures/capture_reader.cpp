@@ -7,6 +7,7 @@
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
+#include "io/captures/capture_metadata.hpp"
 
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
@@ -61,25 +62,16 @@ std::vector<std::string> names_in(hid_t group) {
   return names;
 }
 
-const layout::Metadata* metadata_array(const std::string& name) {
-  const auto* found = std::ranges::find(layout::metadata, name, &layout::Metadata::name);
-  return found != std::end(layout::metadata) ? found : nullptr;
-}
-
 }  // namespace
 
 struct CaptureReader::Impl {
-  struct Array {
-    const layout::Metadata* kind;
-    std::vector<layout::Element> values;
-  };
   fs::path file;
   bool finished = true;
   Handle h5, group;
   CaptureHeader header;
   std::vector<CaptureChannel> channels;
   std::vector<Dataset> datasets;  // of the channels
-  std::vector<Array> metadata;
+  std::vector<h5::MetadataArray> metadata;
   std::vector<std::string> ignored;
   std::size_t frames = 0, announced = 0;
   std::uint64_t end = not_cut;  // bytes that are left of a file that was cut off
@@ -96,7 +88,6 @@ struct CaptureReader::Impl {
   void add_unknown(const std::string& name);
   void read_metadata();
   void read_array(const layout::Metadata& kind);
-  void read_cut_array(const layout::Metadata& kind);
   void settle_frames(const Dataset& dataset);
   std::int64_t side(const char* name) const;
 };
@@ -246,7 +237,7 @@ void CaptureReader::Impl::read_channels() {
     if (known_channel(name) != nullptr) add_channel(Dataset(group, name, end));
   }
   for (const std::string& name : names) {
-    if (known_channel(name) == nullptr && metadata_array(name) == nullptr) add_unknown(name);
+    if (known_channel(name) == nullptr && h5::metadata_kind(name) == nullptr) add_unknown(name);
   }
 }
 
@@ -291,11 +282,11 @@ void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
 void CaptureReader::Impl::read_metadata() {
   for (const layout::Metadata& kind : layout::metadata) {
     if (is_cut())
-      read_cut_array(kind);
+      metadata.push_back(h5::read_cut_array(group, kind, frames, end));
     else
       read_array(kind);
   }
-  for (Array& array : metadata) array.values.resize(frames);
+  for (h5::MetadataArray& array : metadata) array.values.resize(frames);
   if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : "holds no complete frame yet");
 }
 
@@ -310,31 +301,8 @@ void CaptureReader::Impl::read_array(const layout::Metadata& kind) {
   Dataset dataset(group, kind.name);
   dataset.check_metadata(kind);
   settle_frames(dataset);
-  Array array{&kind, std::vector<layout::Element>(frames)};
+  h5::MetadataArray array{&kind, std::vector<layout::Element>(frames)};
   dataset.read_first(frames, kind.memory_type(), array.values.data());
-  metadata.push_back(std::move(array));
-}
-
-/// What is left of an array; the other frames are known by nothing but their place.
-void CaptureReader::Impl::read_cut_array(const layout::Metadata& kind) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  Array array{&kind, std::vector<layout::Element>(frames)};
-  std::size_t left = 0;
-  try {
-    const Dataset dataset(group, kind.name, end);
-    dataset.check_metadata(kind);
-    left = std::min(dataset.stored_frames(false), frames);
-    dataset.read_first(left, kind.memory_type(), array.values.data());
-  } catch (const std::exception&) {
-    H5Eclear2(H5E_DEFAULT);
-    left = 0;
-  }
-  for (std::size_t i = left; i < frames; ++i) {
-    tofgraph_metadata unknown{};
-    unknown.device_number = i;
-    unknown.integration_time = unknown.modulation_frequency = unknown.temperature = unknown.time_since_power_on = nan;
-    array.values[i] = kind.stored(unknown);
-  }
   metadata.push_back(std::move(array));
 }
 
@@ -349,19 +317,14 @@ tofgraph_metadata CaptureReader::metadata(std::size_t frame) const {
   tofgraph_metadata result{};
   result.size = sizeof result;
   result.device_number = frame;
-  for (const Impl::Array& array : impl_->metadata) array.kind->load(result, array.values.at(frame));
+  for (const h5::MetadataArray& array : impl_->metadata) array.kind->load(result, array.values.at(frame));
   return result;
 }
 
 std::uint64_t CaptureReader::known(std::size_t first, std::size_t last) const {
   std::uint64_t bits = 0;
-  for (const Impl::Array& array : impl_->metadata) {
-    const auto unknown = [&](const layout::Element& element) {
-      return array.kind->known == TOFGRAPH_KNOWS_TIMESTAMP ? element.integer == 0 : std::isnan(element.number);
-    };
-    const auto begin = array.values.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = array.values.begin() + static_cast<std::ptrdiff_t>(last) + 1;
-    if (array.kind->known != 0 && std::none_of(begin, end, unknown)) bits |= array.kind->known;
+  for (const h5::MetadataArray& array : impl_->metadata) {
+    if (array.kind->known != 0 && array.knows(first, last)) bits |= array.kind->known;
   }
   return bits;
 }
