@@ -150,6 +150,15 @@ class Reader {
 
   void check_distance(Read& result) const {
     const Board& board = *result.board;
+    if (!std::isfinite(board.corrected.mean)) {
+      result.mistake = fmt::format(
+          "no depth follows from the measured distances, {} on average: no light path from the sources by way of the "
+          "board is as short",
+          format_quantity(board.measured.mean, "m"));
+      result.hint = "is the capture that of this condition, and are the positions of the sources right?";
+      result.board.reset();
+      return;
+    }
     if (!(std::abs(board.error()) > range_ / 2)) return;
     result.mistake = fmt::format(
         "the board is said to be at {}, but was measured at {}: they differ by more than half the unambiguous range "

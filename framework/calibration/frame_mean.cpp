@@ -198,7 +198,7 @@ void leave_out_outliers(const io::Recording& recording, const std::vector<std::s
 }
 
 /// The noise of a distance in one frame over all pixels.
-void set_noise(PixelMeans& means) {
+void set_frame_noise(PixelMeans& means) {
   if (means.images.frames < 2 || means.variance.empty()) return;
   double sum = 0;
   for (const double v : means.variance) sum += v;
@@ -251,7 +251,7 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
                    const std::vector<std::size_t>& window, const io::Camera& camera) {
   PixelMeans means = means_of(recording, condition, window, camera);
-  set_noise(means);
+  set_frame_noise(means);
   return std::move(means.images);
 }
 
@@ -260,7 +260,7 @@ MeanImages mean_of_flat(const io::Recording& recording, const io::Condition& con
                         const io::Camera& camera) {
   PixelMeans means = means_of(recording, condition, window, camera);
   leave_out_outliers(recording, window, modelled, camera.view(), means);
-  set_noise(means);
+  set_frame_noise(means);
   return std::move(means.images);
 }
 

@@ -39,15 +39,9 @@ std::vector<double> against_neighbours(const NoiseData& data, const NoiseConditi
   return result;
 }
 
-double robust_sd(const std::vector<double>& values) {
-  std::vector<double> sizes;
-  for (const double v : values)
-    if (std::isfinite(v)) sizes.push_back(std::abs(v));
-  return sizes.empty() ? unknown : physics::sd_of_deviations * physics::median(sizes);
-}
-
 /// The median of each pixel over conditions. @returns NaN where fewer than `least` know it
-std::vector<double> medians(const std::vector<std::vector<double>>& conditions, std::size_t pixels, std::size_t least) {
+std::vector<double> medians_over_conditions(const std::vector<std::vector<double>>& conditions, std::size_t pixels,
+                                            std::size_t least) {
   std::vector<double> result(pixels, unknown);
   for (std::size_t i = 0; i < pixels; ++i) {
     std::vector<double> known;
@@ -58,7 +52,7 @@ std::vector<double> medians(const std::vector<std::vector<double>>& conditions, 
   return result;
 }
 
-std::vector<double> levels_of(const NoiseCondition& c) { return {c.pixels.level.begin(), c.pixels.level.end()}; }
+std::vector<double> pixel_levels(const NoiseCondition& c) { return {c.pixels.level.begin(), c.pixels.level.end()}; }
 
 /// Amplitude over light; NaN where there is too little of it to show modulation.
 std::vector<double> modulation_of(const NoiseCondition& c) {
@@ -89,7 +83,8 @@ bool shows_modulation(const NoiseCondition& c) {
 void mark_light(const std::vector<std::vector<double>>& levels, NoiseFit& fit) {
   const std::size_t n = fit.bad.size();
   fit.response_judged = levels.size() >= few;
-  const std::vector<double> light = medians(levels, n, 1), response = medians(levels, n, few);
+  const std::vector<double> light = medians_over_conditions(levels, n, 1),
+                            response = medians_over_conditions(levels, n, few);
   const double dead = std::min(-deviations * robust_sd(light), std::log(max_dead));
   const double limit = std::max(deviations * robust_sd(response), std::log1p(min_response));
   for (std::size_t i = 0; i < n; ++i) {
@@ -135,7 +130,7 @@ void mark_response(const NoiseData& data, NoiseFit& fit) {
   for (const NoiseCondition& c : data.conditions) {
     if (shows_modulation(c)) modulation.push_back(against_neighbours(data, c, modulation_of(c)));
     if (!c.flat && !c.capped) continue;
-    std::vector<double> level = against_neighbours(data, c, levels_of(c));
+    std::vector<double> level = against_neighbours(data, c, pixel_levels(c));
     const double middle = middle_of(c, c.pixels.level);
     if (data.source == NoiseSource::taps && std::isfinite(middle) && (darkest == nullptr || middle < least)) {
       darkest = &c;
@@ -146,7 +141,7 @@ void mark_response(const NoiseData& data, NoiseFit& fit) {
   }
   mark_light(flat, fit);
   if (darkest != nullptr) mark_hot(data, *darkest, dark_level, fit);
-  const std::vector<double> ratio = medians(modulation, fit.bad.size(), 1);
+  const std::vector<double> ratio = medians_over_conditions(modulation, fit.bad.size(), 1);
   const double limit = std::min(-deviations * robust_sd(ratio), std::log(max_modulation));
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
     if (ratio[i] < limit && (fit.bad[i] & bad_dead) == 0) fit.bad[i] |= bad_modulation;

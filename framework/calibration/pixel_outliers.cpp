@@ -16,35 +16,25 @@ constexpr double amplitude_factor = 4;   ///< a good pixel of a flat target neve
 constexpr double noise_factor = 2;       ///< less hardly changes a mean
 constexpr double min_difference = 0.01;  ///< m, likewise
 
-/// A value of each pixel of the window at its place on the sensor; NaN elsewhere.
-std::vector<double> image_of(const FlatTarget& target, std::span<const double> values) {
+/// The median of the neighbours of each pixel of the window. @param keep neighbours that count
+std::vector<double> window_medians(const FlatTarget& target, std::span<const double> values,
+                                   const std::vector<std::uint8_t>& keep) {
   const std::size_t last = target.pixels.empty() ? 0 : *std::ranges::max_element(target.pixels);
   std::vector<double> image((last / target.columns + 1) * target.columns, std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t i = 0; i < values.size(); ++i) image[target.pixels[i]] = values[i];
-  return image;
-}
-
-/// The median of the neighbours of each pixel of the window.
-std::vector<double> medians_of(const FlatTarget& target, std::span<const double> values) {
-  const std::vector<double> image = image_of(target, values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (keep[i] != 0) image[target.pixels[i]] = values[i];
   std::vector<double> medians;
   for (const std::size_t pixel : target.pixels) medians.push_back(neighbour_median(image, target.columns, pixel));
   return medians;
 }
 
-/// Differences of the residuals to their neighbours', the shorter way round.
-std::vector<double> differences_of(const FlatTarget& target) {
-  std::vector<double> differences = medians_of(target, target.residual);
+/// Differences of the residuals to their neighbours', the shorter way round; NaN for pixels that are rejected already.
+std::vector<double> residual_differences(const FlatTarget& target, const std::vector<std::uint8_t>& keep) {
+  std::vector<double> differences = window_medians(target, target.residual, keep);
   for (std::size_t i = 0; i < differences.size(); ++i)
-    differences[i] = std::remainder(target.residual[i] - differences[i], target.range);
+    differences[i] = keep[i] != 0 ? std::remainder(target.residual[i] - differences[i], target.range)
+                                  : std::numeric_limits<double>::quiet_NaN();
   return differences;
-}
-
-double robust_sd(const std::vector<double>& differences) {
-  std::vector<double> sizes;
-  for (const double d : differences)
-    if (std::isfinite(d)) sizes.push_back(std::abs(d));
-  return physics::sd_of_deviations * physics::median(sizes);
 }
 
 }  // namespace
@@ -52,6 +42,13 @@ double robust_sd(const std::vector<double>& differences) {
 double variance_ratio_at(double freedom, double deviate) {
   const double spread = 2 / (9 * freedom);
   return std::pow(std::max(1 - spread + deviate * std::sqrt(spread), 0.0), 3);
+}
+
+double robust_sd(std::span<const double> differences) {
+  std::vector<double> sizes;
+  for (const double d : differences)
+    if (std::isfinite(d)) sizes.push_back(std::abs(d));
+  return physics::sd_of_deviations * physics::median(sizes);
 }
 
 double neighbour_median(std::span<const double> image, std::size_t columns, std::size_t pixel) {
@@ -79,7 +76,7 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
   std::vector<double> brightness(n, 1);  // of the neighbours over that of the window, at most 1
   if (!target.amplitude.empty()) {
     const double middle = physics::median(std::vector(target.amplitude.begin(), target.amplitude.end()));
-    const std::vector<double> local = medians_of(target, target.amplitude);
+    const std::vector<double> local = window_medians(target, target.amplitude, keep);
     for (std::size_t i = 0; i < n; ++i) {
       const double ratio = target.amplitude[i] / local[i];
       if (ratio * amplitude_factor < 1 || ratio > amplitude_factor) reject(i, counts.amplitude);
@@ -87,13 +84,13 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
     }
   }
   if (!target.variance.empty()) {
-    const std::vector<double> local = medians_of(target, target.variance);
+    const std::vector<double> local = window_medians(target, target.variance, keep);
     const double limit = std::max(noise_factor * noise_factor, variance_ratio_at(target.freedom, outlier_deviate));
     for (std::size_t i = 0; i < n; ++i)
       if (local[i] > 0 && target.variance[i] > limit * local[i]) reject(i, counts.noisy);
   }
   if (!target.residual.empty()) {
-    const std::vector<double> differences = differences_of(target);
+    const std::vector<double> differences = residual_differences(target, keep);
     const double sd = robust_sd(differences);
     for (std::size_t i = 0; i < n; ++i) {
       if (std::abs(differences[i]) > std::max(min_difference, outlier_deviate * sd / brightness[i]))

@@ -23,6 +23,9 @@ inline constexpr double outlier_deviate = 6;
 /// @param image rows x columns
 double neighbour_median(std::span<const double> image, std::size_t columns, std::size_t pixel);
 
+/// Standard deviation of differences about 0 by the median of their sizes; NaN where none is a number.
+double robust_sd(std::span<const double> differences);
+
 /// Images of a flat target, one value for each of `pixels`.
 struct FlatTarget {
   std::span<const std::size_t> pixels;

@@ -81,11 +81,11 @@ std::uint64_t announced_size(const fs::path& file) {
 }
 
 /// The reader of a recording; of a file that was cut off by way of a copy that is extended by zeros.
-struct Source {
+struct RepairSource {
   std::unique_ptr<CaptureReader> reader;
   bool cut = false;
 
-  Source(const fs::path& part, const Temporary& copy) {
+  RepairSource(const fs::path& part, const Temporary& copy) {
     const std::uint64_t size = fs::is_regular_file(part) ? fs::file_size(part) : 0, whole = announced_size(part);
     constexpr std::uint64_t max_frame = std::uint64_t{1} << 40U;  // a damaged superblock may announce any size
     try {
@@ -120,7 +120,7 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
   if (const std::string problem = input_problem(file, std::span(&part, 1)); !problem.empty())
     throw std::runtime_error(problem);
   const Temporary temporary(file, "part"), copy(file, "copy");
-  const Source source(part, copy);
+  const RepairSource source(part, copy);
   const CaptureReader& reader = *source.reader;
   CaptureWriter writer(file, reader.header(), reader.channels(), {0, overwrite, temporary.path});
   Images images(reader.channels());
