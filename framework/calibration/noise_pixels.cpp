@@ -144,7 +144,7 @@ void mark_response(const NoiseData& data, NoiseFit& fit) {
   const std::vector<double> ratio = medians_over_conditions(modulation, fit.bad.size(), 1);
   const double limit = std::min(-deviations * robust_sd(ratio), std::log(max_modulation));
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
-    if (ratio[i] < limit && (fit.bad[i] & bad_dead) == 0) fit.bad[i] |= bad_modulation;
+    if (ratio[i] < limit && (fit.bad[i] & (bad_dead | bad_hot)) == 0) fit.bad[i] |= bad_modulation;
     const auto never = [i](const NoiseCondition& c) { return c.pixels.use[i] == PixelUse::invalid; };
     if (std::ranges::all_of(data.conditions, never)) fit.bad[i] |= bad_dead;
   }
