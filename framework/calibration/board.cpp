@@ -4,6 +4,7 @@
 
 #include "simulation/files/pose.hpp"
 
+#include <fmt/format.h>
 #include <tofgraph/physics/non_linearity.hpp>
 
 #include <algorithm>
@@ -25,6 +26,20 @@ std::array<double, 2> on_board(const io::Condition& c, Vector3 point) {
   const double cy = std::cos(c.board_tilt_y), sy = std::sin(c.board_tilt_y);
   const double x = cy * p.x - sy * p.z, z = sy * p.x + cy * p.z;
   return {x, std::cos(c.board_tilt_x) * p.y + std::sin(c.board_tilt_x) * z};
+}
+
+std::string UnusablePixels::described() const {
+  const std::pair<std::size_t, const char*> reasons[] = {
+      {map, "bad in the profile's map"},
+      {invalid, "without a valid number"},
+      {saturated, "saturated"},
+      {amplitude, "with another amplitude than their neighbours (dead, stuck or without modulation)"},
+      {noisy, "noisier than their neighbours"},
+      {distance, "with another distance than their neighbours"}};
+  std::string text;
+  for (const auto& [count, reason] : reasons)
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, reason);
+  return text;
 }
 
 Moments moments_of(const std::vector<double>& values) {

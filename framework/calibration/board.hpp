@@ -24,6 +24,21 @@ struct Moments {
   double mean = unknown, sd = unknown;
 };
 
+/// Pixels of a window that are left out before anything is averaged over pixels, each under one reason.
+struct UnusablePixels {
+  std::size_t pixels = 0;     ///< of the window
+  std::size_t map = 0;        ///< bad in the map of the camera's profile
+  std::size_t invalid = 0;    ///< not a number, or not a positive amplitude, in some frame
+  std::size_t saturated = 0;  ///< in some frame
+  std::size_t amplitude = 0;  ///< unlike the neighbours' amplitude: dead, stuck or without modulation
+  std::size_t noisy = 0;      ///< noisier than the neighbours
+  std::size_t distance = 0;   ///< unlike the neighbours' distance
+
+  std::size_t total() const { return map + invalid + saturated + amplitude + noisy + distance; }
+  /// Counts with their reasons, for a message: `35 bad in the profile's map, 2 noisier than their neighbours`.
+  std::string described() const;
+};
+
 /// The images of one condition, averaged over its frames. The pixels are those that are used.
 struct MeanImages {
   std::vector<std::size_t> pixels;
@@ -33,6 +48,7 @@ struct MeanImages {
   std::size_t frames = 0;
   double saturated = 0;           ///< share of the window's pixels, which are left out
   bool shows_saturation = false;  ///< taps do
+  UnusablePixels left_out;
 };
 
 /// How the light falls off over the image: what a fit of ln response = b1 q + b2 q^2 needs of one condition, about its

@@ -41,6 +41,7 @@ struct Read {
   std::optional<Board> board;
   CameraSeen seen;
   double wrapped = 0;         ///< share of pixels
+  UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
   std::string mistake, hint;  ///< of the user
 };
@@ -80,7 +81,7 @@ class Reader {
     if (campaign_.from_table)
       from_table(condition, result);
     else
-      from_capture(condition, window, result, images);
+      from_capture(condition, window, modelled, result, images);
     if (result.board) check_distance(result);
     if (result.board && options.visit) options.visit(index, *result.board, images);
     return result;
@@ -99,14 +100,15 @@ class Reader {
     }
   }
 
-  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window, Read& result,
-                    MeanImages& images) const {
+  void from_capture(const io::Condition& written, const std::vector<std::size_t>& window,
+                    const std::vector<double>& modelled, Read& result, MeanImages& images) const {
     try {
       const io::Recording recording(written.capture);
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader(), camera_);
-      images = mean_of(recording, condition, window, camera_);
+      images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
+      result.unusable = images.left_out;
       result.wrapped = leave_out_wrapped(condition, images);
       if (images.noise > too_noisy * range_)
         result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
@@ -116,7 +118,8 @@ class Reader {
       else if (images.saturated > 0)
         result.left_out = "every pixel is saturated";
       else
-        throw std::runtime_error("has no pixel in the window that is valid in every frame");
+        throw std::runtime_error(fmt::format("has no pixel in the window that can be used: of {}, {}",
+                                             images.left_out.pixels, images.left_out.described()));
     } catch (const std::runtime_error& error) {
       result.mistake = fmt::format("the capture {} {}", written.capture.string(), error.what());
     }
@@ -132,7 +135,8 @@ class Reader {
     MeanImages kept{.noise = images.noise,
                     .frames = images.frames,
                     .saturated = images.saturated,
-                    .shows_saturation = images.shows_saturation};
+                    .shows_saturation = images.shows_saturation,
+                    .left_out = images.left_out};
     for (std::size_t i = 0; i < difference.size(); ++i) {
       if (std::abs(difference[i] - middle) > range_ / 4) continue;
       kept.pixels.push_back(images.pixels[i]);
@@ -146,6 +150,15 @@ class Reader {
 
   void check_distance(Read& result) const {
     const Board& board = *result.board;
+    if (!std::isfinite(board.corrected.mean)) {
+      result.mistake = fmt::format(
+          "no depth follows from the measured distances, {} on average: no light path from the sources by way of the "
+          "board is as short",
+          format_quantity(board.measured.mean, "m"));
+      result.hint = "is the capture that of this condition, and are the positions of the sources right?";
+      result.board.reset();
+      return;
+    }
     if (!(std::abs(board.error()) > range_ / 2)) return;
     result.mistake = fmt::format(
         "the board is said to be at {}, but was measured at {}: they differ by more than half the unambiguous range "
@@ -218,6 +231,18 @@ void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, B
                   count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
 }
 
+/// One note for all conditions with pixels that were left out before averaging. Saturation is reported with each board.
+void note_unusable(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
+  const auto count_of = [](const Read& r) { return r.unusable.total() - r.unusable.saturated; };
+  const auto worst = std::ranges::max_element(read, {}, count_of);
+  if (worst == read.end() || count_of(*worst) == 0) return;
+  const auto affected = std::ranges::count_if(read, [&](const Read& r) { return count_of(r) > 0; });
+  all.notes.push_back(
+      fmt::format("{} of {} conditions have pixels that were left out before averaging; {} most of them, {} of {}: {}",
+                  affected, read.size(), campaign.conditions[static_cast<std::size_t>(worst - read.begin())].id,
+                  worst->unusable.total(), worst->unusable.pixels, worst->unusable.described()));
+}
+
 }  // namespace
 
 std::size_t Boards::target_of(const Board& board) const {
@@ -248,6 +273,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   note_wrapped(campaign, read, all);
+  note_unusable(campaign, read, all);
   all.falloff = fit_falloff(all.boards);
   for (Board& b : all.boards) b.reflectivity *= std::exp(-all.falloff[0] * b.falloff.q - all.falloff[1] * b.falloff.q2);
   if (options.repeats == Repeats::merged) merge_repeats(all);

@@ -3,16 +3,35 @@
 #include "calibration/corner_images.hpp"
 
 #include <opencv2/imgproc.hpp>
+#include <tofgraph/physics/robust.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 namespace tofgraph::calibration {
 
+namespace {
+
+/// The pixel's value, or where it is not a number the median of its neighbours'; `otherwise` where none of these is.
+double value_or_neighbours(const Image& image, std::size_t i, double otherwise) {
+  if (std::isfinite(image.values[i])) return image.values[i];
+  const std::size_t u = i % image.width, v = i / image.width;
+  std::vector<double> around;
+  for (std::size_t y = v - std::min<std::size_t>(v, 1); y <= std::min(v + 1, image.height - 1); ++y) {
+    for (std::size_t x = u - std::min<std::size_t>(u, 1); x <= std::min(u + 1, image.width - 1); ++x) {
+      if (const double value = image.values[y * image.width + x]; std::isfinite(value)) around.push_back(value);
+    }
+  }
+  return around.empty() ? otherwise : physics::median(around);
+}
+
+}  // namespace
+
 int scale_for(const Image& image) {
   constexpr double wanted = 800;  // px: detectors look at neighbourhoods of some px
   const auto side = static_cast<double>(std::min(image.width, image.height));
-  return std::clamp(static_cast<int>(std::lround(wanted / std::max(side, 1.0))), 1, 8);
+  return std::clamp(physics::to_integer(wanted / std::max(side, 1.0), 1), 1, 8);
 }
 
 cv::Mat enlarged(const Image& image, int scale, Tones tones) {
@@ -24,7 +43,7 @@ cv::Mat enlarged(const Image& image, int scale, Tones tones) {
   std::ranges::sort(sorted);
   double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
   for (std::size_t i = 0; i < image.values.size(); ++i) {
-    const double value = std::isfinite(image.values[i]) ? image.values[i] : low;
+    const double value = value_or_neighbours(image, i, low);
     counts.at<float>(static_cast<int>(i / image.width), static_cast<int>(i % image.width)) =
         static_cast<float>(std::clamp(value, low, high) - low);
   }

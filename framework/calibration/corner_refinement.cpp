@@ -7,6 +7,8 @@
 #include <ceres/tiny_solver_autodiff_function.h>
 #include <Eigen/LU>
 
+#include <tofgraph/physics/to_integer.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -30,9 +32,10 @@ std::vector<Pixel> window_of(const Image& image, const RoughCorner& rough) {
   const double reach = std::min({1 - std::max(0.2, 1.8 / spacing), max_window / spacing, rough.plain});
   const double half = reach * (std::abs(ax) + std::abs(bx)) + 1, half_v = reach * (std::abs(ay) + std::abs(by)) + 1;
   std::vector<Pixel> pixels;
-  const auto first = [](double x) { return std::max(0L, static_cast<long>(std::floor(x))); };
-  const long last_u = std::min(static_cast<long>(image.width) - 1, static_cast<long>(std::ceil(rough.u + half)));
-  const long last_v = std::min(static_cast<long>(image.height) - 1, static_cast<long>(std::ceil(rough.v + half_v)));
+  const auto first = [](double x) { return std::max(0L, physics::to_integer(std::floor(x), 0L)); };
+  const long last_u = std::min(static_cast<long>(image.width) - 1, physics::to_integer(std::ceil(rough.u + half), -1L));
+  const long last_v =
+      std::min(static_cast<long>(image.height) - 1, physics::to_integer(std::ceil(rough.v + half_v), -1L));
   for (long v = first(rough.v - half_v); v <= last_v; ++v) {
     for (long u = first(rough.u - half); u <= last_u; ++u) {
       const double du = static_cast<double>(u) - rough.u, dv = static_cast<double>(v) - rough.v;
@@ -116,8 +119,8 @@ bool quadrants(const Image& image, const RoughCorner& rough, std::array<double, 
     int count = 0;
     for (const double a : {0.3, 0.5, 0.7}) {
       for (const double b : {0.3, 0.5, 0.7}) {
-        const long u = std::lround(rough.u + rough.plain * (signs[q][0] * a * ax + signs[q][1] * b * bx));
-        const long v = std::lround(rough.v + rough.plain * (signs[q][0] * a * ay + signs[q][1] * b * by));
+        const long u = physics::to_integer(rough.u + rough.plain * (signs[q][0] * a * ax + signs[q][1] * b * bx), -1L);
+        const long v = physics::to_integer(rough.v + rough.plain * (signs[q][0] * a * ay + signs[q][1] * b * by), -1L);
         if (u < 0 || v < 0 || u >= static_cast<long>(image.width) || v >= static_cast<long>(image.height)) continue;
         if (!std::isfinite(image.at(u, v))) continue;
         sum += image.at(u, v);

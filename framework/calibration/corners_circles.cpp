@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -56,9 +57,11 @@ struct Ellipse {
 
 std::vector<CirclePixel> window_of(const Image& image, const cv::Point2d& centre, double reach) {
   std::vector<CirclePixel> pixels;
-  for (long v = std::lround(centre.y - reach); v <= std::lround(centre.y + reach); ++v) {
-    for (long u = std::lround(centre.x - reach); u <= std::lround(centre.x + reach); ++u) {
-      if (u < 0 || v < 0 || u >= static_cast<long>(image.width) || v >= static_cast<long>(image.height)) continue;
+  const auto first = [](double x) { return std::max(0L, physics::to_integer(x, 0L)); };
+  const long last_u = std::min(static_cast<long>(image.width) - 1, physics::to_integer(centre.x + reach, -1L));
+  const long last_v = std::min(static_cast<long>(image.height) - 1, physics::to_integer(centre.y + reach, -1L));
+  for (long v = first(centre.y - reach); v <= last_v; ++v) {
+    for (long u = first(centre.x - reach); u <= last_u; ++u) {
       const auto du = static_cast<double>(u) - centre.x, dv = static_cast<double>(v) - centre.y;
       if (std::isfinite(image.at(u, v)) && std::hypot(du, dv) <= reach)
         pixels.push_back({static_cast<double>(u), static_cast<double>(v), image.at(u, v)});
@@ -80,7 +83,7 @@ bool refine(const Image& image, std::size_t point, const cv::Point2d& centre, do
   }
   const double scale = (high - low) / 2;
   if (!(scale > 0)) return false;
-  const double inside = image.at(std::lround(centre.x), std::lround(centre.y));
+  const double inside = image.at(physics::to_integer(centre.x, 0L), physics::to_integer(centre.y, 0L));
   using Function = ceres::TinySolverAutoDiffFunction<Ellipse, Eigen::Dynamic, circle_parameters>;
   const Ellipse ellipse{pixels, centre.x, centre.y, scale};
   const Function function(ellipse);

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/frame_mean.hpp"
 
+#include "calibration/pixel_outliers.hpp"
 #include "config/quantity.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/physics/four_phase.hpp>
 
@@ -16,6 +18,12 @@ namespace tofgraph::calibration {
 namespace {
 
 enum : std::uint8_t { good, no_number, saturated };
+
+/// Mean images, and the variance of each pixel's distance in one frame, m^2; of a single frame without meaning.
+struct PixelMeans {
+  MeanImages images;
+  std::vector<double> variance;
+};
 
 /// Sums over frames, of each pixel of the window.
 class Sums {
@@ -67,19 +75,19 @@ class Sums {
     }
   }
 
-  /// @param decoded whether distances were added, not samples
-  MeanImages mean(std::size_t frames, bool decoded, bool with_amplitude) const {
-    MeanImages result{.frames = frames};
+  /// @param decoded true: distances were added, false: samples
+  PixelMeans means(std::size_t frames, bool decoded, bool with_amplitude, UnusablePixels left_out) const {
+    PixelMeans result{.images = {.frames = frames}, .variance = {}};
     const auto n = static_cast<double>(frames);
-    double variance = 0;
     for (std::size_t i = 0; i < window_.size(); ++i) {
-      result.saturated += state_[i] == saturated ? 1 : 0;
+      left_out.saturated += state_[i] == saturated ? 1 : 0;
+      left_out.invalid += state_[i] == no_number ? 1 : 0;
       if (state_[i] != good) continue;
-      result.pixels.push_back(window_[i]);
+      result.images.pixels.push_back(window_[i]);
       if (decoded) {
-        result.distance.push_back(distance_[i] / n);
-        if (with_amplitude) result.amplitude.push_back(amplitude_[i] / n);
-        variance += (square_[i] - distance_[i] * distance_[i] / n) / (n - 1);
+        result.images.distance.push_back(distance_[i] / n);
+        if (with_amplitude) result.images.amplitude.push_back(amplitude_[i] / n);
+        result.variance.push_back((square_[i] - distance_[i] * distance_[i] / n) / (n - 1));
         continue;
       }
       std::array<double, 4> c = samples_[i];
@@ -89,13 +97,13 @@ class Sums {
         sum /= n;
       }
       const physics::Decoded pixel = physics::decode(c);
-      result.distance.push_back(scale_ * pixel.phase);
-      result.amplitude.push_back(pixel.amplitude);
-      variance += std::pow(scale_ / pixel.amplitude, 2) * squares / (4 * (n - 1)) / 2;
+      result.images.distance.push_back(scale_ * pixel.phase);
+      result.images.amplitude.push_back(pixel.amplitude);
+      result.variance.push_back(std::pow(scale_ / pixel.amplitude, 2) * squares / (4 * (n - 1)) / 2);
     }
-    result.saturated /= static_cast<double>(std::max<std::size_t>(window_.size(), 1));
-    if (frames > 1 && !result.pixels.empty())
-      result.noise = std::sqrt(std::max(variance, 0.0) / static_cast<double>(result.pixels.size()));
+    result.images.saturated =
+        static_cast<double>(left_out.saturated) / static_cast<double>(std::max<std::size_t>(window_.size(), 1));
+    result.images.left_out = left_out;
     return result;
   }
 
@@ -126,6 +134,75 @@ void check_exposures(const io::CaptureReader& capture) {
   const physics::Exposures& own = capture.header().exposures;
   const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
   if (!problem.empty()) throw std::runtime_error("cannot be used: a calibration " + problem);
+}
+
+PixelMeans means_of(const io::Recording& recording, const io::Condition& condition,
+                    const std::vector<std::size_t>& wanted, const io::Camera& camera) {
+  const auto [first, last] = frames_of(recording, condition, camera.view());
+  using Kind = io::Recording::Kind;
+  const Kind kind = recording.kind();
+  if (kind == Kind::images)
+    throw std::runtime_error("has no distances: amplitude or intensity alone serve to calibrate intrinsics");
+  std::vector<std::size_t> window = wanted;
+  std::erase_if(window, [&](std::size_t pixel) { return camera.is_bad(pixel); });
+  Sums sums(window, camera.view());
+  for (std::size_t f = first; f <= last; ++f) {
+    if (kind == Kind::taps)
+      sums.add_taps(recording.taps(f));
+    else if (kind == Kind::phases)
+      sums.add_phases(recording.floats("phases", f));
+    else
+      sums.add_decoded(recording.floats("distance", f),
+                       kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
+  }
+  PixelMeans means = sums.means(last - first + 1, kind == Kind::decoded || kind == Kind::distances,
+                                kind == Kind::decoded, {.pixels = wanted.size(), .map = wanted.size() - window.size()});
+  means.images.shows_saturation = kind == Kind::taps;
+  return means;
+}
+
+/// Keeps the values whose mark is not 0.
+template <class T> void keep_marked(std::vector<T>& values, const std::vector<std::uint8_t>& marks) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (marks[i] != 0) values[kept++] = values[i];
+  }
+  values.resize(kept);
+}
+
+void leave_out_outliers(const io::Recording& recording, const std::vector<std::size_t>& window,
+                        const std::vector<double>& modelled, const tofgraph_camera& camera, PixelMeans& means) {
+  MeanImages& images = means.images;
+  std::vector<double> residual;
+  for (std::size_t i = 0, k = 0; i < images.pixels.size(); ++i, ++k) {  // the pixels are some of the window's
+    while (window[k] != images.pixels[i]) ++k;
+    residual.push_back(images.distance[i] - modelled[k]);
+  }
+  const double samples =
+      recording.kind() == io::Recording::Kind::taps || recording.kind() == io::Recording::Kind::phases
+          ? 4  // of a frame, each with the noise that is measured
+          : 1;
+  FlatTarget target{.pixels = images.pixels,
+                    .residual = residual,
+                    .amplitude = images.amplitude,
+                    .variance = {},
+                    .freedom = samples * static_cast<double>(images.frames - 1),
+                    .range = physics::unambiguous_range(camera.modulation_frequency),
+                    .columns = camera.width};
+  if (images.frames > 1) target.variance = means.variance;
+  const std::vector<std::uint8_t> keep = keep_like_neighbours(target, images.left_out);
+  keep_marked(images.pixels, keep);
+  keep_marked(images.distance, keep);
+  keep_marked(images.amplitude, keep);
+  keep_marked(means.variance, keep);
+}
+
+/// The noise of a distance in one frame over all pixels.
+void set_frame_noise(PixelMeans& means) {
+  if (means.images.frames < 2 || means.variance.empty()) return;
+  double sum = 0;
+  for (const double v : means.variance) sum += v;
+  means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
 }
 
 }  // namespace
@@ -172,24 +249,19 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
 }
 
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
-                   const std::vector<std::size_t>& window, const tofgraph_camera& camera) {
-  const auto [first, last] = frames_of(recording, condition, camera);
-  using Kind = io::Recording::Kind;
-  const Kind kind = recording.kind();
-  Sums sums(window, camera);
-  for (std::size_t f = first; f <= last; ++f) {
-    if (kind == Kind::taps)
-      sums.add_taps(recording.taps(f));
-    else if (kind == Kind::phases)
-      sums.add_phases(recording.floats("phases", f));
-    else
-      sums.add_decoded(recording.floats("distance", f),
-                       kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
-  }
-  MeanImages mean =
-      sums.mean(last - first + 1, kind == Kind::decoded || kind == Kind::distances, kind == Kind::decoded);
-  mean.shows_saturation = kind == Kind::taps;
-  return mean;
+                   const std::vector<std::size_t>& window, const io::Camera& camera) {
+  PixelMeans means = means_of(recording, condition, window, camera);
+  set_frame_noise(means);
+  return std::move(means.images);
+}
+
+MeanImages mean_of_flat(const io::Recording& recording, const io::Condition& condition,
+                        const std::vector<std::size_t>& window, const std::vector<double>& modelled,
+                        const io::Camera& camera) {
+  PixelMeans means = means_of(recording, condition, window, camera);
+  leave_out_outliers(recording, window, modelled, camera.view(), means);
+  set_frame_noise(means);
+  return std::move(means.images);
 }
 
 }  // namespace tofgraph::calibration

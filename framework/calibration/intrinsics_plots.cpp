@@ -5,6 +5,7 @@
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +42,7 @@ double round_number(double value) {
 }
 
 double bilinear(const Image& image, double u, double v) {
-  const auto x = static_cast<long>(std::floor(u)), y = static_cast<long>(std::floor(v));
+  const long x = physics::to_integer(std::floor(u), -1L), y = physics::to_integer(std::floor(v), -1L);
   if (x < 0 || y < 0 || x + 1 >= static_cast<long>(image.width) || y + 1 >= static_cast<long>(image.height))
     return std::numeric_limits<double>::quiet_NaN();
   const double a = u - static_cast<double>(x), b = v - static_cast<double>(y);

@@ -3,6 +3,7 @@
 // From captures to mean images and the distances of the board.
 #include "calibration/frame_mean.hpp"
 #include "calibration/lens_views.hpp"
+#include "calibration/pixel_outliers.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/constants.hpp>
@@ -23,6 +24,7 @@ class Accumulator {
  public:
   explicit Accumulator(std::size_t pixels) : count_(pixels), sum_(pixels), square_(pixels) {}
 
+  std::size_t pixels() const { return count_.size(); }
   void add(std::size_t pixel, double value) {
     count_[pixel] += 1;
     sum_[pixel] += value;
@@ -53,10 +55,37 @@ class Accumulator {
   std::vector<double> sum_, square_;
 };
 
-/// Decoded frames without amplitude: the camera's own intensity.
 bool has_channel(const io::Recording& recording, const char* name) {
   return std::ranges::any_of(recording.reader().channels(),
                              [name](const io::CaptureChannel& c) { return c.name == name; });
+}
+
+/// Adds the brightness of one frame, amplitude or where there is none the camera's own intensity, and its distances.
+void add_frame(const io::Recording& recording, std::size_t frame, const io::Condition& condition,
+               const io::Camera& camera, Accumulator& brightness, Accumulator& distance) {
+  using Kind = io::Recording::Kind;
+  const Kind kind = recording.kind();
+  const bool by_intensity = kind == Kind::distances || (kind == Kind::images && !has_channel(recording, "amplitude"));
+  if (by_intensity && !has_channel(recording, "intensity"))
+    throw std::runtime_error("has neither amplitude nor intensity: there is no image to find the pattern in");
+  const std::vector<float> image = by_intensity           ? recording.floats("intensity", frame)
+                                   : kind == Kind::images ? recording.floats("amplitude", frame)
+                                                          : std::vector<float>{};
+  if (kind == Kind::images) {
+    for (std::size_t i = 0; i < image.size(); ++i)
+      if (std::isfinite(image[i]) && !camera.is_bad(i)) brightness.add(i, image[i]);
+    return;
+  }
+  io::Condition one = condition;
+  one.frames = std::array<std::uint64_t, 2>{frame, frame};
+  std::vector<std::size_t> all(brightness.pixels());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const MeanImages means = mean_of(recording, one, all, camera);
+  for (std::size_t i = 0; i < means.pixels.size(); ++i) {
+    const std::size_t pixel = means.pixels[i];
+    brightness.add(pixel, by_intensity ? double{image[pixel]} : means.amplitude[i]);
+    distance.add(pixel, means.distance[i]);
+  }
 }
 
 /// Whether a pixel and its neighbours are alike and bright: away from edges and markers.
@@ -101,34 +130,22 @@ std::vector<std::size_t> board_pixels(const Image& image, const LensViews& views
 
 }  // namespace
 
-ViewImages images_of(const io::Condition& condition, const tofgraph_camera& camera, CameraSeen& seen) {
+ViewImages images_of(const io::Condition& condition, const io::Camera& camera, CameraSeen& seen) {
   const io::Recording recording(condition.capture);
   seen = {recording.reader().header().camera, recording.reader().header().serial};
-  const auto [first, last] = frames_of(recording, condition, camera);
-  const std::size_t pixels = std::size_t{camera.width} * camera.height;
-  std::vector<std::size_t> all(pixels);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  Accumulator brightness(pixels), distance(pixels);
-  const bool bare = recording.kind() == io::Recording::Kind::distances;
-  if (bare && !has_channel(recording, "intensity"))
-    throw std::runtime_error("has neither amplitude nor intensity: there is no image to find the pattern in");
-  for (std::size_t f = first; f <= last; ++f) {
-    io::Condition one = condition;
-    one.frames = std::array<std::uint64_t, 2>{f, f};
-    const MeanImages images = mean_of(recording, one, all, camera);
-    const std::vector<float> intensity = bare ? recording.floats("intensity", f) : std::vector<float>{};
-    for (std::size_t i = 0; i < images.pixels.size(); ++i) {
-      const std::size_t pixel = images.pixels[i];
-      brightness.add(pixel, bare ? double{intensity[pixel]} : images.amplitude[i]);
-      distance.add(pixel, images.distance[i]);
-    }
-  }
+  const auto [first, last] = frames_of(recording, condition, camera.view());
+  const tofgraph_camera& view = camera.view();
+  Accumulator brightness(std::size_t{view.width} * view.height), distance(brightness.pixels());
+  for (std::size_t f = first; f <= last; ++f) add_frame(recording, f, condition, camera, brightness, distance);
   ViewImages result{.frames = last - first + 1};
-  result.image = {camera.width, camera.height, brightness.mean(result.frames), brightness.noise(result.frames)};
-  result.distance = distance.mean(result.frames);
-  result.distance_noise = distance.noise(result.frames);
-  for (std::size_t i = 0; condition.roi && i < pixels; ++i) {
-    const std::size_t u = i % camera.width, v = i / camera.width;
+  result.image = {view.width, view.height, brightness.mean(result.frames), brightness.noise(result.frames)};
+  if (recording.kind() != io::Recording::Kind::images) {
+    result.distance = distance.mean(result.frames);
+    result.distance_noise = distance.noise(result.frames);
+  }
+  result.isolated = mark_isolated(result.image.values, view.width, result.image.noise);
+  for (std::size_t i = 0; condition.roi && i < result.image.values.size(); ++i) {
+    const std::size_t u = i % view.width, v = i / view.width;
     if (u < condition.roi->first_column || u > condition.roi->last_column || v < condition.roi->first_row ||
         v > condition.roi->last_row)
       result.image.values[i] = nan;

@@ -29,7 +29,7 @@ Read read(const io::Campaign& campaign, const io::Condition& condition) {
     return result;
   }
   try {
-    result.images = images_of(condition, campaign.camera->view(), result.seen);
+    result.images = images_of(condition, *campaign.camera, result.seen);
     result.search = find_board(result.images.image, *campaign.pattern);
   } catch (const std::runtime_error& error) {
     result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
@@ -126,6 +126,17 @@ class Views {
   std::map<std::array<int, 2>, int> other_sizes_;
 };
 
+/// One note for all views with pixels that are unlike their neighbours, or bad in the profile's map.
+void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, std::vector<std::string>& notes) {
+  const auto mapped = std::ranges::count_if(campaign.camera->bad_pixels, [](std::uint8_t bad) { return bad != 0; });
+  if (mapped > 0) notes.push_back(fmt::format("{} pixels are left out: bad in the profile's map", mapped));
+  const auto worst = std::ranges::max_element(reads, {}, [](const Read& r) { return r.images.isolated; });
+  if (worst == reads.end() || worst->images.isolated == 0) return;
+  notes.push_back(
+      fmt::format("isolated pixels, unlike their neighbours by a factor of 3, are left out: at most {}, in {}",
+                  worst->images.isolated, campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
+}
+
 /// A lens is of the camera that the campaign names: captures of another are a mistake.
 void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& seen, config::Diagnostics& diagnostics) {
   const std::string name = campaign.camera->view().name;
@@ -183,6 +194,7 @@ LensViews read_lens_views(const io::Campaign& campaign, const std::function<void
   for (std::size_t i = 0; i < n; ++i)
     if (!reads[i].mistake.empty()) diagnostics.error(place_of(campaign.conditions[i]), reads[i].mistake, "");
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  note_pixels(campaign, reads, all.notes);
   Views views(campaign, all);
   for (std::size_t i = 0; i < n; ++i) {
     if (reads[i].left_out.empty())

@@ -20,6 +20,7 @@ struct ViewImages {
   std::vector<double> distance;                                      ///< m, half path; empty: not recorded
   double distance_noise = std::numeric_limits<double>::quiet_NaN();  ///< m, of a pixel of the mean; NaN: one frame only
   std::size_t frames = 0;
+  std::size_t isolated = 0;  ///< pixels of the image that were left out, since they are unlike their neighbours
 };
 
 /// A condition in which the pattern was not used, and why.
@@ -43,7 +44,7 @@ struct LensViews {
 LensViews read_lens_views(const io::Campaign& campaign, const std::function<void(double share)>& progress);
 
 /// Reads one condition. @throws std::runtime_error what is wrong with the capture
-ViewImages images_of(const io::Condition& condition, const tofgraph_camera& camera, CameraSeen& seen);
+ViewImages images_of(const io::Condition& condition, const io::Camera& camera, CameraSeen& seen);
 
 /// The distances of the bright, even parts of the board, means over blocks of pixels. @param pose as solved
 std::vector<BoardDistance> board_distances(const ViewImages& images, const LensViews& views, const LensParameters& lens,

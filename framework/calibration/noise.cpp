@@ -67,8 +67,11 @@ std::string summary_of(const NoiseData& data, const NoiseFit& fit) {
         std::isfinite(fit.held_out.low) ? fmt::format(" (95 %: {:.3f} to {:.3f})", fit.held_out.low, fit.held_out.high)
                                         : ""));
   const std::size_t bad = fit.bad.size() - static_cast<std::size_t>(std::ranges::count(fit.bad, std::uint8_t{0}));
-  lines.push_back(fmt::format("{} bad pixel{}: {} noisy, {} stuck, {} with another response", bad, bad == 1 ? "" : "s",
-                              count(fit, bad_noisy), count(fit, bad_stuck), count(fit, bad_response)));
+  std::vector<std::string> reasons;
+  for (const BadPixelReason& reason : bad_pixel_reasons())
+    if (count(fit, reason.bit) > 0) reasons.push_back(fmt::format("{} {}", count(fit, reason.bit), reason.name));
+  lines.push_back(
+      fmt::format("{} of {} pixels are bad{}{}", bad, fit.bad.size(), bad > 0 ? ": " : "", fmt::join(reasons, ", ")));
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
@@ -83,15 +86,17 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
     notes.push_back(fmt::format(
         "at {:.0f} counts the variance is {:.1f} % {} a straight line: the light flickers, or the converter bends",
         fit.max_level, 100 * std::abs(share), share > 0 ? "above" : "below"));
-  const auto unseen = std::ranges::count_if(fit.ratio, [](double r) { return std::isnan(r); });
+  std::size_t unseen = 0;
+  for (std::size_t i = 0; i < fit.ratio.size(); ++i) unseen += std::isnan(fit.ratio[i]) && fit.bad[i] == 0 ? 1 : 0;
   if (unseen > 0)
     notes.push_back(fmt::format("{} of {} pixels were never valid, lit and unsaturated: nothing is known of them",
                                 unseen, fit.ratio.size()));
-  if (std::ranges::count_if(data.conditions, &NoiseCondition::flat) < 3)
+  if (!fit.response_judged)
     notes.emplace_back(
         "pixels with another response than their neighbours show on flat boards only, in three conditions or more: "
-        "they "
-        "were not looked for");
+        "they were not looked for");
+  if (std::ranges::none_of(data.conditions, &NoiseCondition::flat))
+    notes.emplace_back("no condition shows a flat board alone: dead pixels were not looked for");
   if (!std::isfinite(fit.held_out.value))
     notes.emplace_back("no condition could be left out and predicted by the others: sigma was not tried on other data");
   if (fit.noise.read_noise == 0)
@@ -130,6 +135,11 @@ Result calibrate_noise(const Request& request) {
                 .map_rows = data.rows,
                 .map_columns = data.columns};
   add_notes(data, fit, result.notes);
+  if (std::ranges::any_of(fit.bad, [](std::uint8_t bits) { return bits != 0; }))
+    result.notes.push_back(fmt::format(
+        "to leave the bad pixels out everywhere, put this into the camera's profile: bad_pixels: {{file: {}, dataset: "
+        "bad}}",
+        maps_of(request.output).filename().string()));
   std::vector<std::string> lines;
   for (std::size_t begin = 0; begin < result.summary.size();) {
     const std::size_t end = std::min(result.summary.find('\n', begin), result.summary.size());

@@ -14,25 +14,39 @@
 
 namespace tofgraph::calibration {
 
-/// What the frames of one condition say of each pixel; NaN where a pixel was saturated, clipped or not valid.
-/// Variances are half the mean square of what changes from one frame to the next: slow drift does not count.
+/// Use of a pixel in the frames of one condition.
+enum class PixelUse : std::uint8_t {
+  good,
+  outside,    ///< of the region of interest
+  invalid,    ///< a sample was not a number
+  clipped,    ///< a tap held no counts
+  saturated,  ///< a tap was full
+};
+
+/// Statistics of each pixel over the frames of one condition. They bias a fit where `use` is not `good`.
+/// Variances are half the mean square of the changes from one frame to the next: slow drift does not count.
 struct PixelNoise {
+  std::vector<PixelUse> use;
+  std::vector<std::uint64_t> frozen;     ///< bits of the sample images that never changed, the first 64
   std::vector<float> level;              ///< counts, mean of all taps
   std::vector<float> variance;           ///< counts^2, of one tap, mean over the taps
   std::vector<float> amplitude;          ///< counts
   std::vector<float> distance_variance;  ///< m^2, of one frame
   double samples = 0;                    ///< independent ones in each variance of a tap
+  std::size_t images = 0;                ///< of samples in a frame
   double slow = 0;  ///< variance about the mean over variance from frame to frame, median of the pixels; 1: no drift
 
   /// Degrees of freedom of a variance from n frames' successive differences, normal noise: 2 (n - 1)^2 / (3 n - 4).
   static double freedom(std::size_t frames);
+  bool is_good(std::size_t pixel) const { return use[pixel] == PixelUse::good; }
 };
 
 /// One condition.
 struct NoiseCondition {
   std::size_t index = 0;  ///< in the campaign
   double integration_time = unknown;
-  bool flat = false;  ///< a board and nothing else stood before the camera
+  bool flat = false;    ///< a board and nothing else stood before the camera
+  bool capped = false;  ///< the lens was covered
   std::size_t frames = 0;
   PixelNoise pixels;
 };
@@ -47,6 +61,7 @@ struct NoiseData {
   std::size_t rows = 0, columns = 0;
   double modulation_frequency = 0;  ///< Hz
   std::string serial;
+  std::vector<std::uint8_t> listed;  ///< of each pixel: bad_listed or 0
   std::vector<std::string> notes;
 };
 
@@ -54,8 +69,25 @@ struct NoiseData {
 /// @throws config::ConfigurationError every capture that cannot be read, or of another serial
 NoiseData read_noise(const io::Campaign& campaign, const std::function<void(double share)>& progress);
 
-/// What can be wrong with a pixel; the numbers are bits of the map `bad`.
-enum BadPixel : std::uint8_t { bad_noisy = 1, bad_stuck = 2, bad_response = 4 };
+/// Reasons why a pixel is bad; the numbers are bits of the map `bad`.
+enum BadPixel : std::uint8_t {
+  bad_noisy = 1,
+  bad_stuck = 2,
+  bad_response = 4,
+  bad_dead = 8,
+  bad_hot = 16,
+  bad_modulation = 32,
+  bad_listed = 64  ///< in the map that the camera's profile names
+};
+
+/// A criterion of bad pixels, as reports list it. A good pixel with normal noise meets one with a probability of at
+/// most 1e-9 (a limit of 6 standard deviations).
+struct BadPixelReason {
+  BadPixel bit;
+  const char* name;       ///< after a number: `3 noisy`
+  const char* criterion;  ///< for the report
+};
+std::span<const BadPixelReason> bad_pixel_reasons();
 
 /// Measured against predicted standard deviation of the distance, of one condition or one range of amplitudes.
 struct SigmaRatio {
@@ -72,6 +104,7 @@ struct NoiseFit {
   double max_level = 0;                    ///< counts
   std::vector<double> ratio;               ///< of each pixel: its noise over the fitted one; NaN: no data
   std::vector<std::uint8_t> bad;           ///< of each pixel, bits of BadPixel
+  bool response_judged = false;            ///< bad_response was looked for: there were enough flat boards
   std::vector<SigmaRatio> conditions;      ///< each predicted without its level
   std::string left_out;                    ///< integration_time or condition
   Interval held_out;                       ///< measured over predicted, levels left out

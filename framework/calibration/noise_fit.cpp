@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <Eigen/Dense>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -47,8 +48,11 @@ Eigen::Vector2d solve(const Line& line) {
 
 double variance_at(const Eigen::Vector2d& x, double level) { return std::max(x[0] + x[1] * level, 1e-12); }
 
+/// Number of the range that a positive value is in, with so many ranges from a value to its double.
+int octave_of(double value, int ranges) { return physics::to_integer(std::floor(ranges * std::log2(value)), 0); }
+
 bool usable(const PixelNoise& p, const std::vector<std::uint8_t>& bad, std::size_t i) {
-  return bad[i] == 0 && p.level[i] > 0 && std::isfinite(p.variance[i]);
+  return bad[i] == 0 && p.is_good(i) && p.level[i] > 0 && std::isfinite(p.variance[i]);
 }
 
 std::vector<Line> lines_of(const NoiseData& data, const Eigen::Vector2d& x, const std::vector<std::uint8_t>& bad) {
@@ -197,7 +201,7 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
           const double a = p.amplitude[i], sigma = scale * std::sqrt(variance_at(x, p.level[i])) / a;
           if (sigma > max_phase_sigma * scale) continue;
           sum.add(p.distance_variance[i], sigma * sigma, a);
-          by_amplitude[static_cast<int>(std::floor(2 * std::log2(a)))].add(p.distance_variance[i], sigma * sigma, a);
+          by_amplitude[octave_of(a, 2)].add(p.distance_variance[i], sigma * sigma, a);
         }
         if (sum.pixels == 0) continue;
         const std::size_t index = data.conditions[c].index;
@@ -217,7 +221,7 @@ void set_bins(const NoiseData& data, const Eigen::Vector2d& x, NoiseFit& fit) {
   for (const NoiseCondition& c : data.conditions) {
     for (std::size_t i = 0; i < fit.bad.size(); ++i) {
       if (!usable(c.pixels, fit.bad, i)) continue;
-      auto& bin = bins[static_cast<int>(std::floor(8 * std::log2(c.pixels.level[i])))];
+      auto& bin = bins[octave_of(c.pixels.level[i], 8)];
       bin[0] += 1;
       bin[1] += c.pixels.level[i];
       bin[2] += c.pixels.variance[i];
@@ -236,7 +240,7 @@ void set_bins(const NoiseData& data, const Eigen::Vector2d& x, NoiseFit& fit) {
 
 NoiseFit fit_noise(const NoiseData& data, const io::Campaign* campaign) {
   NoiseFit fit;
-  fit.bad.assign(data.rows * data.columns, 0);
+  fit.bad = data.listed;
   mark_response(data, fit);
   check_levels(data, fit.bad, fit);
   std::vector<Line> lines;
@@ -245,7 +249,9 @@ NoiseFit fit_noise(const NoiseData& data, const io::Campaign* campaign) {
   for (int round = 0; round < 3; ++round) {
     x = settle(data, fit.bad, lines);
     fit.noise = {.read_noise = std::sqrt(x[0]), .shot_noise = x[1]};
-    if (round < 2) mark_noise(data, fit);
+    if (round == 2) break;
+    mark_noise(data, fit);
+    mark_frozen(data, fit);
   }
   set_deviations(lines, x, fit);
   set_excess(data, x, fit);

@@ -2,52 +2,151 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/noise_pixels.hpp"
 
+#include "calibration/pixel_outliers.hpp"
+
+#include <tbb/parallel_for.h>
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double deviations = 6;      ///< from which on a pixel is another one: one in 5e8 by chance
-constexpr double min_noisy = 1.25;    ///< its noise over the fit's: less is not worth losing a pixel
-constexpr double max_stuck = 0.5;     ///< a pixel that hardly moves
-constexpr double min_response = 0.2;  ///< relative difference to the neighbours
-constexpr std::size_t few = 3;        ///< conditions: with fewer an edge of the scene looks like a bad pixel
-constexpr std::ptrdiff_t reach = 2;   ///< px, of the neighbourhood
+constexpr double deviations = outlier_deviate;
+constexpr double min_noisy = 1.25;      ///< its noise over the fit's: less is not worth losing a pixel
+constexpr double max_stuck = 0.5;       ///< a pixel that hardly moves
+constexpr double min_response = 0.2;    ///< relative difference to the neighbours
+constexpr double max_dead = 0.25;       ///< of the neighbours' light
+constexpr double min_hot = 1.5;         ///< of the neighbours' light where there is least of it
+constexpr double max_modulation = 0.5;  ///< of the neighbours' amplitude over light
+constexpr std::size_t few = 3;          ///< conditions: with fewer an edge of the scene looks like a bad pixel
+constexpr double log_chance = -20.7;    ///< ln 1e-9
 
-/// ln of the level over the median of the neighbours.
-double against_neighbours(const NoiseData& data, const std::vector<float>& level, std::size_t pixel) {
-  const auto columns = static_cast<std::ptrdiff_t>(data.columns), rows = static_cast<std::ptrdiff_t>(data.rows);
-  const auto u = static_cast<std::ptrdiff_t>(pixel) % columns, v = static_cast<std::ptrdiff_t>(pixel) / columns;
-  std::vector<double> around;
-  for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(v - reach, 0); y <= std::min(v + reach, rows - 1); ++y) {
-    for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(u - reach, 0); x <= std::min(u + reach, columns - 1); ++x) {
-      const float value = level[static_cast<std::size_t>(y * columns + x)];
-      if ((x != u || y != v) && value > 0) around.push_back(value);
-    }
+/// Logarithms of each pixel's value over its neighbours' median; NaN where the neighbours are not known.
+std::vector<double> against_neighbours(const NoiseData& data, const NoiseCondition& condition,
+                                       const std::vector<double>& values) {
+  constexpr double least = 1e-3;  // a value of 0 has no logarithm
+  std::vector<double> good(values.size(), unknown), result(values.size(), unknown);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (condition.pixels.is_good(i) && data.listed[i] == 0) good[i] = values[i];
+  tbb::parallel_for(std::size_t{0}, values.size(), [&](std::size_t i) {
+    if (condition.pixels.use[i] == PixelUse::outside) return;
+    const double around = neighbour_median(good, data.columns, i);
+    if (around > 0 && !std::isnan(values[i])) result[i] = std::log(std::max(values[i] / around, least));
+  });
+  return result;
+}
+
+/// The median of each pixel over conditions. @returns NaN where fewer than `least` know it
+std::vector<double> medians_over_conditions(const std::vector<std::vector<double>>& conditions, std::size_t pixels,
+                                            std::size_t least) {
+  std::vector<double> result(pixels, unknown);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    std::vector<double> known;
+    for (const std::vector<double>& values : conditions)
+      if (std::isfinite(values[i])) known.push_back(values[i]);
+    if (known.size() >= least) result[i] = physics::median(known);
   }
-  return std::log(level[pixel] / physics::median(around));
+  return result;
+}
+
+std::vector<double> pixel_levels(const NoiseCondition& c) { return {c.pixels.level.begin(), c.pixels.level.end()}; }
+
+/// Amplitude over light; NaN where there is too little of it to show modulation.
+std::vector<double> modulation_of(const NoiseCondition& c) {
+  constexpr double dark = 10;  // counts
+  std::vector<double> result;
+  for (std::size_t i = 0; i < c.pixels.level.size(); ++i)
+    result.push_back(c.pixels.level[i] > dark ? double{c.pixels.amplitude[i]} / c.pixels.level[i] : unknown);
+  return result;
+}
+
+/// Medians over the good pixels of a condition. @returns NaN where less than half of them are good
+double middle_of(const NoiseCondition& c, const std::vector<float>& values) {
+  std::vector<double> good;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (c.pixels.is_good(i)) good.push_back(values[i]);
+  const auto looked_at = std::ranges::count_if(c.pixels.use, [](PixelUse u) { return u != PixelUse::outside; });
+  return 2 * std::ssize(good) < looked_at ? unknown : physics::median(good);
+}
+
+/// True where the amplitude is so far above its noise that half of it cannot be chance.
+bool shows_modulation(const NoiseCondition& c) {
+  constexpr double clear = 20;  // standard deviations
+  const double noise = std::sqrt(middle_of(c, c.pixels.variance) / static_cast<double>(c.frames));
+  return !c.capped && middle_of(c, c.pixels.amplitude) > clear * noise;
+}
+
+/// Light on flat boards: dead pixels, and other responses.
+void mark_light(const std::vector<std::vector<double>>& levels, NoiseFit& fit) {
+  const std::size_t n = fit.bad.size();
+  fit.response_judged = levels.size() >= few;
+  const std::vector<double> light = medians_over_conditions(levels, n, 1),
+                            response = medians_over_conditions(levels, n, few);
+  const double dead = std::min(-deviations * robust_sd(light), std::log(max_dead));
+  const double limit = std::max(deviations * robust_sd(response), std::log1p(min_response));
+  for (std::size_t i = 0; i < n; ++i) {
+    if (light[i] < dead)
+      fit.bad[i] |= bad_dead;
+    else if (std::abs(response[i]) > limit)
+      fit.bad[i] |= bad_response;
+  }
+}
+
+/// Hot pixels: by their level where there is least light, or full where their neighbours are not.
+void mark_hot(const NoiseData& data, const NoiseCondition& darkest, const std::vector<double>& level, NoiseFit& fit) {
+  const double limit = std::max(deviations * robust_sd(level), std::log(min_hot));
+  for (std::size_t i = 0; i < level.size(); ++i) {
+    const bool full = darkest.pixels.use[i] == PixelUse::saturated && std::isfinite(level[i]) && level[i] > 0;
+    if (level[i] > limit || full) fit.bad[i] |= bad_hot;
+  }
+  for (std::size_t i = 0; i < level.size(); ++i) {  // full in every condition
+    const auto is_full = [i](const NoiseCondition& c) { return c.pixels.use[i] == PixelUse::saturated; };
+    if (std::isfinite(level[i]) && std::ranges::all_of(data.conditions, is_full)) fit.bad[i] |= bad_hot;
+  }
 }
 
 }  // namespace
 
+std::span<const BadPixelReason> bad_pixel_reasons() {
+  static constexpr BadPixelReason reasons[] = {
+      {bad_dead, "dead", "less than a quarter of its neighbours' light on flat boards, or never a number"},
+      {bad_stuck, "stuck", "less than half of the fitted noise, or a tap that never changes"},
+      {bad_noisy, "noisy", "more than 1.25 times the fitted noise"},
+      {bad_hot, "hot", "more than 1.5 times its neighbours' counts where there is least light, or always full"},
+      {bad_modulation, "without modulation", "less than half of its neighbours' ratio of amplitude to light"},
+      {bad_response, "with another response", "20 % or more from its neighbours' light, in three flat boards or more"},
+      {bad_listed, "listed before", "in the map that the camera's profile names"}};
+  return reasons;
+}
+
 void mark_response(const NoiseData& data, NoiseFit& fit) {
-  std::vector<double> response(fit.bad.size(), unknown), sizes;
-  for (std::size_t i = 0; i < fit.bad.size(); ++i) {
-    std::vector<double> differences;
-    for (const NoiseCondition& c : data.conditions) {
-      if (c.flat && c.pixels.level[i] > 0) differences.push_back(against_neighbours(data, c.pixels.level, i));
+  std::vector<std::vector<double>> flat, modulation;
+  const NoiseCondition* darkest = nullptr;
+  std::vector<double> dark_level;
+  double least = 0;
+  for (const NoiseCondition& c : data.conditions) {
+    if (shows_modulation(c)) modulation.push_back(against_neighbours(data, c, modulation_of(c)));
+    if (!c.flat && !c.capped) continue;
+    std::vector<double> level = against_neighbours(data, c, pixel_levels(c));
+    const double middle = middle_of(c, c.pixels.level);
+    if (data.source == NoiseSource::taps && std::isfinite(middle) && (darkest == nullptr || middle < least)) {
+      darkest = &c;
+      least = middle;
+      dark_level = level;
     }
-    if (differences.size() < few) continue;
-    response[i] = physics::median(differences);
-    if (std::isfinite(response[i])) sizes.push_back(std::abs(response[i]));
+    if (c.flat) flat.push_back(std::move(level));
   }
-  const double limit =
-      std::max(deviations * physics::sd_of_deviations * physics::median(sizes), std::log1p(min_response));
+  mark_light(flat, fit);
+  if (darkest != nullptr) mark_hot(data, *darkest, dark_level, fit);
+  const std::vector<double> ratio = medians_over_conditions(modulation, fit.bad.size(), 1);
+  const double limit = std::min(-deviations * robust_sd(ratio), std::log(max_modulation));
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
-    if (std::abs(response[i]) > limit) fit.bad[i] |= bad_response;
+    if (ratio[i] < limit && (fit.bad[i] & (bad_dead | bad_hot)) == 0) fit.bad[i] |= bad_modulation;
+    const auto never = [i](const NoiseCondition& c) { return c.pixels.use[i] == PixelUse::invalid; };
+    if (std::ranges::all_of(data.conditions, never)) fit.bad[i] |= bad_dead;
   }
 }
 
@@ -56,17 +155,47 @@ void mark_noise(const NoiseData& data, NoiseFit& fit) {
   const double read = fit.noise.read_noise * fit.noise.read_noise;
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
     double sum = 0, freedom = 0;
-    for (const NoiseCondition& c : data.conditions) {
-      if (!std::isfinite(c.pixels.variance[i])) continue;
-      sum += c.pixels.samples * c.pixels.variance[i] / (read + fit.noise.shot_noise * c.pixels.level[i]);
-      freedom += c.pixels.samples;
+    bool clipped = false;
+    for (const bool good : {true, false}) {  // a pixel that is clipped everywhere still shows that it is noisy
+      for (const NoiseCondition& c : data.conditions) {
+        const bool use = good ? c.pixels.is_good(i) : c.pixels.use[i] == PixelUse::clipped;
+        if (!use || !std::isfinite(c.pixels.variance[i])) continue;
+        sum += c.pixels.samples * c.pixels.variance[i] / (read + fit.noise.shot_noise * c.pixels.level[i]);
+        freedom += c.pixels.samples;
+        clipped = !good;
+      }
+      if (freedom > 0) break;
     }
     fit.bad[i] &= static_cast<std::uint8_t>(~(bad_noisy | bad_stuck));
     if (freedom == 0) continue;
-    const double ratio = sum / freedom, chance = deviations * std::sqrt(2 / freedom);
-    fit.ratio[i] = std::sqrt(ratio);
-    if (ratio > 1 + chance && fit.ratio[i] > min_noisy) fit.bad[i] |= bad_noisy;
-    if (ratio < 1 - std::min(chance, 0.9) && fit.ratio[i] < max_stuck) fit.bad[i] |= bad_stuck;
+    const double ratio = sum / freedom;
+    if (!clipped) fit.ratio[i] = std::sqrt(ratio);
+    if (ratio > std::max(variance_ratio_at(freedom, deviations), min_noisy * min_noisy)) fit.bad[i] |= bad_noisy;
+    if (!clipped && ratio < std::min(variance_ratio_at(freedom, -deviations), max_stuck * max_stuck))
+      fit.bad[i] |= bad_stuck;
+  }
+}
+
+void mark_frozen(const NoiseData& data, NoiseFit& fit) {
+  const double read = fit.noise.read_noise * fit.noise.read_noise;
+  for (std::size_t i = 0; i < fit.bad.size(); ++i) {
+    std::uint64_t frozen = ~std::uint64_t{0};
+    double log_probability = 0;
+    for (const NoiseCondition& c : data.conditions) {
+      const PixelUse use = c.pixels.use[i];
+      if (use == PixelUse::outside || use == PixelUse::saturated || use == PixelUse::invalid) continue;
+      frozen &= c.pixels.frozen[i];
+      // Two rounded normal values are equal with a probability of 1 / (2 sqrt(pi) sd).
+      const double sd = std::sqrt(read + fit.noise.shot_noise * std::max(c.pixels.level[i], 0.0F));
+      const double equal = std::min(1 / (2 * std::sqrt(std::numbers::pi) * std::max(sd, 1e-9)), 1.0);
+      log_probability += static_cast<double>(c.frames - 1) * std::log(equal);
+    }
+    const std::size_t images = std::min<std::size_t>(data.conditions.front().pixels.images, 64);
+    const std::uint64_t own = images == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << images) - 1;
+    if (data.source == NoiseSource::taps && (frozen & own) != 0 && log_probability < log_chance)
+      fit.bad[i] |= bad_stuck;
+    // A pixel that is stuck has these as well: they are not reasons of their own.
+    if ((fit.bad[i] & bad_stuck) != 0) fit.bad[i] &= static_cast<std::uint8_t>(~(bad_hot | bad_modulation));
   }
 }
 

@@ -66,6 +66,19 @@ void add_sigma_table(report::Page& page, const NoiseFit& fit) {
       "Strength: h = sqrt(2) sigma (7.9), for a denoiser of this scene; strength: auto takes it from each frame.");
 }
 
+void add_reasons(report::Page& page, const NoiseFit& fit) {
+  std::vector<Row> rows;
+  for (const BadPixelReason& reason : bad_pixel_reasons()) {
+    const auto has = [bit = reason.bit](std::uint8_t bits) { return (bits & bit) != 0; };
+    rows.push_back({fmt::format("{}", static_cast<int>(reason.bit)), reason.name,
+                    fmt::format("{}", std::ranges::count_if(fit.bad, has)), reason.criterion});
+  }
+  page.table(Row{"bit", "reason", "pixels", "criterion"}, rows);
+  page.paragraph(
+      "Every limit is also at least 6 standard deviations of what good pixels show, so that chance makes less than one "
+      "of 1e9 good pixels with normal noise a bad one by each criterion.");
+}
+
 }  // namespace
 
 report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, const NoiseFit& fit,
@@ -88,9 +101,10 @@ report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, c
   page.heading("Pixels");
   std::vector<double> ratio = fit.ratio, bad(fit.bad.begin(), fit.bad.end());
   page.figures(std::vector<std::string>{map_of("noise over the fitted one", data, std::move(ratio), 2),
-                                        map_of("bad pixels (sum of the reasons)", data, std::move(bad), 8)},
-               "Reasons: 1 noisier than the others, 2 stuck, 4 another response than its neighbours. The "
-               "stage mask flags them (bad_pixels).");
+                                        map_of("bad pixels (sum of the reasons)", data, std::move(bad), 64)},
+               "Left: the noise of each pixel over the fitted one. Right: bad pixels. A profile that names the map "
+               "(bad_pixels) leaves them out of all calibrations and pipelines.");
+  add_reasons(page, fit);
   return page;
 }
 

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 namespace tofgraph::calibration {
@@ -30,7 +29,8 @@ class Sums {
         range_(physics::unambiguous_range(camera.modulation_frequency)),
         scale_(physics::metres_per_radian(camera.modulation_frequency)),
         limit_(camera.full_well > 0 ? std::min(camera.full_well, 65535.0) : 65535.0),
-        good_(pixels_, 1),
+        use_(pixels_, PixelUse::good),
+        frozen_(pixels_, ~std::uint64_t{0}),
         level_(pixels_),
         differences_(pixels_),
         squares_(pixels_),
@@ -40,7 +40,7 @@ class Sums {
     for (std::size_t i = 0; i < pixels_ && roi; ++i) {
       const std::size_t u = i % camera.width, v = i / camera.width;
       const bool inside = u >= roi->first_column && u <= roi->last_column && v >= roi->first_row && v <= roi->last_row;
-      if (!inside) good_[i] = 0;
+      if (!inside) use_[i] = PixelUse::outside;
     }
   }
 
@@ -56,7 +56,8 @@ class Sums {
       for (std::size_t i = 0; i < pixels_; ++i) {
         const std::size_t at = plane * pixels_ + i;
         const double value = values[at];
-        if (!std::isfinite(value) || (taps && (value >= limit_ || value <= 0))) good_[i] = 0;
+        judge(i, value, taps);
+        if (frames_ > 0 && value != last_[at]) frozen_[i] &= ~(std::uint64_t{1} << plane % 64);
         if (frames_ > 0) differences_[i] += (value - last_[at]) * (value - last_[at]);
         // About the first frame's value, so that the squares of small changes do not drown in those of large counts.
         if (frames_ == 0) sum_[at] = 0;
@@ -81,15 +82,16 @@ class Sums {
 
   void add_decoded(const std::vector<float>& distance, const std::vector<float>& amplitude) {
     for (std::size_t i = 0; i < pixels_; ++i) {
-      if (!std::isfinite(distance[i]) || !std::isfinite(amplitude[i]) || !(amplitude[i] > 0)) good_[i] = 0;
+      if (!std::isfinite(distance[i]) || !std::isfinite(amplitude[i]) || !(amplitude[i] > 0)) set(i, PixelUse::invalid);
+      if (frames_ > 0 && distance[i] != last_distance_[i]) frozen_[i] = 0;
       add_distance(i, distance[i], amplitude[i]);
     }
     ++frames_;
   }
 
   PixelNoise result(NoiseSource source, double contrast) const {
-    PixelNoise result;
     const std::size_t count = sum_.size() / pixels_;
+    PixelNoise result{.use = use_, .frozen = frozen_, .images = std::max<std::size_t>(count, 1)};
     const auto n = static_cast<double>(frames_), planes = static_cast<double>(count);
     // A sample of phases is the difference of two taps, and a distance says as much as two of four samples.
     const double taps = source == NoiseSource::taps ? planes : source == NoiseSource::phases ? 2 * planes : 0;
@@ -102,20 +104,25 @@ class Sums {
       double level = level_[i] / n, variance = differences_[i] / (2 * (n - 1)) / std::max(taps, 1.0);
       if (source != NoiseSource::taps) level = a / (2 * contrast);
       if (source == NoiseSource::decoded) variance = distance_variance * a * a / (scale_ * scale_);
-      const bool use = good_[i] != 0 && variance > 0;
-      result.level.push_back(as_float(good_[i] != 0, level));
-      result.variance.push_back(as_float(good_[i] != 0, variance));
-      result.amplitude.push_back(as_float(good_[i] != 0, a));
-      result.distance_variance.push_back(as_float(good_[i] != 0, distance_variance));
-      if (use && taps > 0) slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
+      result.level.push_back(static_cast<float>(level));
+      result.variance.push_back(static_cast<float>(variance));
+      result.amplitude.push_back(static_cast<float>(a));
+      result.distance_variance.push_back(static_cast<float>(distance_variance));
+      if (use_[i] == PixelUse::good && variance > 0 && taps > 0)
+        slow.push_back(about_the_mean(i) / std::max(taps, 1.0) / variance);
     }
     result.slow = slow.empty() ? 1 : physics::median(slow);
     return result;
   }
 
  private:
-  static float as_float(bool good, double value) {
-    return good ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
+  void set(std::size_t pixel, PixelUse use) {
+    if (use_[pixel] == PixelUse::good || (use > use_[pixel] && use_[pixel] != PixelUse::outside)) use_[pixel] = use;
+  }
+  void judge(std::size_t pixel, double value, bool taps) {
+    if (!std::isfinite(value)) set(pixel, PixelUse::invalid);
+    if (taps && value <= 0) set(pixel, PixelUse::clipped);
+    if (taps && value >= limit_) set(pixel, PixelUse::saturated);
   }
   /// Sum over the planes of the variances about the means.
   double about_the_mean(std::size_t pixel) const {
@@ -136,7 +143,8 @@ class Sums {
   std::size_t pixels_;
   double range_, scale_, limit_;
   std::size_t frames_ = 0;
-  std::vector<std::uint8_t> good_;
+  std::vector<PixelUse> use_;
+  std::vector<std::uint64_t> frozen_;
   std::vector<double> level_, differences_, squares_, amplitude_, distance_, last_distance_;
   std::vector<double> first_, last_, sum_;  // of each sample
 };
@@ -158,7 +166,9 @@ NoiseSource source_of(Kind kind) {
   if (kind == Kind::taps) return NoiseSource::taps;
   if (kind == Kind::phases) return NoiseSource::phases;
   if (kind == Kind::decoded) return NoiseSource::decoded;
-  throw std::runtime_error("has distances without amplitudes: the noise follows the light, so both are needed");
+  throw std::runtime_error(kind == Kind::images
+                               ? "has no distances: the noise shows in taps, phases, or distances with amplitudes"
+                               : "has distances without amplitudes: the noise follows the light, so both are needed");
 }
 
 void read_frames(const io::Recording& recording, std::array<std::size_t, 2> frames, const std::optional<io::Roi>& roi,
@@ -191,7 +201,8 @@ Read read_condition(const io::Condition& written, const tofgraph_camera& camera)
     const auto frames = frames_of(recording, condition, camera);
     result.condition.frames = frames[1] - frames[0] + 1;
     result.condition.integration_time = condition.integration_time;
-    result.condition.flat = condition.has_board() && condition.scene.empty() && condition.lens != "capped";
+    result.condition.capped = condition.is_capped();
+    result.condition.flat = condition.has_board() && condition.scene.empty() && !condition.is_capped();
     if (result.condition.frames < 2)
       result.left_out = "it has a single frame: noise shows between frames";
     else
@@ -212,6 +223,8 @@ double PixelNoise::freedom(std::size_t frames) {
 NoiseData read_noise(const io::Campaign& campaign, const std::function<void(double share)>& progress) {
   const tofgraph_camera& camera = campaign.camera->view();
   NoiseData data{.rows = camera.height, .columns = camera.width, .modulation_frequency = camera.modulation_frequency};
+  for (std::size_t i = 0; i < data.rows * data.columns; ++i)
+    data.listed.push_back(campaign.camera->is_bad(i) ? bad_listed : 0);
   const std::size_t n = campaign.conditions.size();
   std::vector<Read> read(n);
   std::atomic<std::size_t> done = 0;

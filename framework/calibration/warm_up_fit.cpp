@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include <tofgraph/physics/to_integer.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -226,7 +228,7 @@ double sufficient_span(const Drift& drift, double interval) {
   double span = tau;
   for (int step = 0; step < 80; ++step, span *= longer) {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    const auto points = static_cast<int>(std::min(span / interval, 1e4));
+    const auto points = physics::to_integer(std::floor(std::min(span / interval, 1e4)), 0);
     const double pace = span / std::max(points, 1);
     for (int i = 0; i <= points; ++i) {
       const double t = i * pace;

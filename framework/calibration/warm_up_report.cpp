@@ -7,6 +7,7 @@
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +21,8 @@ using config::format_quantity;
 /// With as many digits as its uncertainty has.
 std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
-  const int digits = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::max(e.sd * scale, 1e-9)))), 0, 5);
+  const int leading = physics::to_integer(std::floor(std::log10(std::max(e.sd * scale, 1e-9))), 0);
+  const int digits = std::clamp(1 - std::clamp(leading, -9, 9), 0, 5);
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
 }
 

@@ -6,6 +6,7 @@
 #include "config/say.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -24,7 +25,7 @@ using config::say;
 
 /// `7 s`, `3 min 05 s`, `2 h 10 min`
 inline std::string duration_text(double seconds) {
-  const auto s = static_cast<std::int64_t>(std::lround(std::max(seconds, 0.0)));
+  const auto s = physics::to_integer(std::max(0.0, seconds), std::int64_t{0});
   if (s < 60) return fmt::format("{} s", s);
   return s < 3600 ? fmt::format("{} min {:02} s", s / 60, s % 60)
                   : fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
@@ -34,7 +35,7 @@ inline std::string duration_text(double seconds) {
 inline std::string progress_bar(std::optional<double> share, std::string_view text, double elapsed) {
   if (!share) return fmt::format("{}, {}", text, duration_text(elapsed));
   constexpr int width = 20;
-  const double done = std::clamp(*share, 0.0, 1.0);
+  const double done = std::isnan(*share) ? 0 : std::clamp(*share, 0.0, 1.0);
   const int full = static_cast<int>(done * width);
   std::string bar =
       fmt::format("[{}{}] {:3.0f} % {}, {}", std::string(static_cast<std::size_t>(full), '='),

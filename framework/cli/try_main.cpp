@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph-try capture FILE, tofgraph-try map FILE DATASET: reads what nobody vouches for and writes what is wrong to
-// standard output. If HDF5 crashes or loops, only this dies. tofgraph-try captures FILE...: each in a process of its
+// tofgraph-try capture FILE END, tofgraph-try map FILE DATASET: reads what nobody vouches for and writes what is wrong
+// to standard output. If HDF5 crashes or loops, only this dies. tofgraph-try captures FILE...: each in a process of its
 // own, which is cheap here; writes the numbers of those that can be read, counted from 0.
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_map.hpp"
@@ -34,8 +34,8 @@ bool can_be_read(const char* file) {
 int main(int argc, char** argv) {
   const std::string kind = argc > 2 ? argv[1] : "";
   try {
-    if (kind == "capture" && argc == 3)
-      tofgraph::io::CaptureReader::read_on_trial(argv[2]);
+    if (kind == "capture" && argc == 4)
+      tofgraph::io::CaptureReader::read_on_trial(argv[2], std::stoull(argv[3]));
     else if (kind == "captures")
       for (int i = 2; i < argc; ++i) {
         if (can_be_read(argv[i])) std::printf("%d ", i - 2);

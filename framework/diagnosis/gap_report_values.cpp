@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -31,9 +32,10 @@ std::string shown_within(double value, double uncertainty, std::size_t observabl
   double least = u >= smallest ? u : std::abs(v);
   if (!sign && std::abs(v) >= smallest) least = std::min(least, std::abs(v));
   if (least < smallest || (!sign && std::abs(v) < smallest)) return "0 " + unit_of(observable);
-  int decimals = 1 - static_cast<int>(std::floor(std::log10(least)));
+  int decimals = 1 - physics::to_integer(std::floor(std::log10(least)), 0);
   constexpr int most_digits = 3;  // of a large gap beside a small one's interval
-  if (!sign) decimals = std::min(decimals, most_digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(v)))));
+  if (!sign)
+    decimals = std::min(decimals, most_digits - 1 - physics::to_integer(std::floor(std::log10(std::abs(v))), 0));
   const double step = std::pow(10, -decimals);
   const double rounded = std::round(v / step) * step;
   const int places = std::clamp(decimals, 0, 6);

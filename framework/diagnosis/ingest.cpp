@@ -28,13 +28,15 @@ std::string problem_of(const io::Condition& c) {
   return "";
 }
 
-FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const tofgraph_camera& camera) {
+FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const io::Camera& profile) {
+  const tofgraph_camera& camera = profile.view();
   using Kind = io::Recording::Kind;
   static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
                                        FrameSums::Kind::distances};
   const auto& header = recording.reader().header();
   const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
                     last = condition.frames ? (*condition.frames)[1] : frames - 1;
+  if (recording.kind() == Kind::images) throw std::runtime_error("has no distances, but amplitude or intensity alone");
   if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
   FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
                  Demodulation(physics::exposures_of(camera)));
@@ -48,6 +50,8 @@ FrameSums sums_of(const io::Recording& recording, const io::Condition& condition
                        recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
                        physics::metres_per_radian(camera.modulation_frequency));
   }
+  for (std::size_t i = 0; i < std::size_t{header.width} * header.height && !profile.bad_pixels.empty(); ++i)
+    if (profile.is_bad(i)) sums.leave_out(i);
   return sums;
 }
 
@@ -75,7 +79,8 @@ struct Read {
 class Reader {
  public:
   Reader(const io::Campaign& campaign, const IngestOptions& options)
-      : camera_(campaign.camera->view()),
+      : profile_(*campaign.camera),
+        camera_(campaign.camera->view()),
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)),
@@ -103,7 +108,7 @@ class Reader {
     complete(condition, capture);
     result.recorded_time = capture.metadata(0).integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
-    const FrameSums sums = sums_of(recording, condition, camera_);
+    const FrameSums sums = sums_of(recording, condition, profile_);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
       result.why_not = "its lens is capped: distances without amplitudes say nothing there";
       return result;
@@ -142,6 +147,7 @@ class Reader {
     return signals;
   }
 
+  const io::Camera& profile_;
   const tofgraph_camera& camera_;
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
@@ -190,7 +196,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
 
 }  // namespace
 
-FrameSums frames_of(const io::Condition& condition, const tofgraph_camera& camera) {
+FrameSums frames_of(const io::Condition& condition, const io::Camera& camera) {
   return sums_of(io::Recording(condition.capture), condition, camera);
 }
 

@@ -139,6 +139,8 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
   if (outside > 0)
     notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
                                 100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
+  const auto listed = std::ranges::count_if(m.design->camera_pointer()->bad_pixels, [](auto bad) { return bad != 0; });
+  if (listed > 0) notes.push_back(fmt::format("{} pixels are bad in the profile's map and were not used.", listed));
   if (m.bad_pixels > 0.001)
     notes.push_back(
         fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));

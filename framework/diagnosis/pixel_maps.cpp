@@ -226,7 +226,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
     tbb::parallel_for(std::size_t{0}, parts.front().size(), [&](std::size_t k) {
       const std::size_t i = first + k;
       if (!problem.design.shows_board(i)) return;
-      const FrameSums sums = frames_of(measurements.design->conditions()[i], measurements.design->camera());
+      const FrameSums sums = frames_of(measurements.design->conditions()[i], *measurements.design->camera_pointer());
       for (std::size_t f = 0; f < fits.size(); ++f) parts[f][k] = fits[f].part_of(i, sums);
     });
     for (std::size_t f = 0; f < fits.size(); ++f) fits[f].add(parts[f]);

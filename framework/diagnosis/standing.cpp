@@ -3,6 +3,7 @@
 #include "diagnosis/standing.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <array>
@@ -24,8 +25,8 @@ constexpr std::array<Scale, 4> scales = {
 
 /// Digits behind the point with which an uncertainty has two digits; below 0: of whole tens.
 int digits_of(double uncertainty) {
-  if (!(uncertainty > 0)) return 4;
-  const int leading = static_cast<int>(std::floor(std::log10(uncertainty)));
+  if (!(uncertainty > 0 && std::isfinite(uncertainty))) return 4;
+  const int leading = physics::to_integer(std::floor(std::log10(uncertainty)), 0);
   return 1 - leading;
 }
 

@@ -35,6 +35,8 @@ class FrameSums {
   std::size_t saturated() const;
   /// Whether a pixel has a number in every frame, and none that is saturated.
   bool is_usable(std::size_t pixel) const { return bad_[pixel] == 0; }
+  /// Leaves a pixel out that is bad in the map of the camera's profile.
+  void leave_out(std::size_t pixel) { bad_[pixel] |= listed; }
   /// Over the frames.
   Signal mean(std::size_t pixel) const;
 
@@ -51,7 +53,8 @@ class FrameSums {
   std::vector<double> sum_;                                 ///< pixels x exposures, of c_k
   std::vector<double> square_;                              ///< of c_k^2, over k
   std::vector<double> intensity_;
-  std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated
+  static constexpr std::uint8_t listed = 4;
+  std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated, 4 bad in the camera's map
 };
 
 /// What the reduction found besides the observations.

@@ -81,6 +81,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   make_nodes(written, diagnostics);
   if (camera_ && !camera_->file.empty()) host_.inputs.push_back(camera_->file);
+  if (camera_ && !camera_->bad_pixels_file.empty()) host_.inputs.push_back(camera_->bad_pixels_file);
   for (const auto& node : nodes_) std::ranges::copy(node->values().files(), std::back_inserter(host_.inputs));
   // Without the camera that was named, every stage that needs one would complain.
   if (!pipeline.camera || camera_) prepare(diagnostics);

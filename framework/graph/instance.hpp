@@ -95,6 +95,7 @@ class Instance {
   void add_file(const std::string& path);
   /// Warnings of create and prepare, which have a place in what the user wrote.
   const std::vector<std::string>& warnings() const { return warnings_; }
+  void add_note(std::string text) { notes_.push_back(std::move(text)); }
   /// What it told of itself meanwhile, for `explain`.
   const std::vector<std::string>& notes() const { return notes_; }
 

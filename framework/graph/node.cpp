@@ -123,6 +123,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   leaving_.stream.exposures_known = true;
   if (is_source()) size_images();
   if (is_source()) complete_history();
+  if (is_source()) announce_bad_pixels(diagnostics);
   if (!check_exposures(diagnostics)) return false;
   for (const std::string& file : values_.files()) instance_.add_file(file);
   if (is_source() && output().camera) {
@@ -247,6 +248,22 @@ void Node::announce_rays() {
   leaving_.stream.channels.push_back(std::move(rays));
 }
 
+/// The pixels that the camera's map names, or a warning where the map is not found and no flags came with the frames.
+void Node::announce_bad_pixels(config::Diagnostics& diagnostics) {
+  const io::CameraPtr& camera = output().camera;
+  if (!camera) return;
+  if (!camera->missing_bad_pixels.empty() && output().find("flags") == nullptr)
+    diagnostics.warning(at,
+                        fmt::format("the bad pixels of the camera '{}' are unknown: the recorded profile names the map "
+                                    "{}, which is not found from here",
+                                    camera->view().name, camera->missing_bad_pixels),
+                        "name the profile itself: --camera ./camera.yaml, or camera: ./camera.yaml in the pipeline");
+  bad_pixels_ = BadPixels(leaving_.stream, index);
+  if (!bad_pixels_.any()) return;
+  instance_.add_file(camera->bad_pixels_file.string());
+  instance_.add_note(fmt::format("{} bad pixels of the camera are flagged and invalid", bad_pixels_.count()));
+}
+
 int Node::call_process(std::span<tofgraph_frame* const> frames) {
   if (!validating_) return instance_.process(frames);
   try {
@@ -288,6 +305,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     rays.rank = 3;
     std::copy_n(extent, 4, rays.extent);
   }
+  if (bad_pixels_.any()) bad_pixels_.mark(frame);
   if (!is_sink()) verify(frame);
   return true;
 }

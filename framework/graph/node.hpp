@@ -4,6 +4,7 @@
 #pragma once
 
 #include "config/document.hpp"
+#include "graph/bad_pixels.hpp"
 #include "graph/frame.hpp"
 #include "graph/instance.hpp"
 #include "graph/parameters.hpp"
@@ -74,6 +75,7 @@ class Node {
   bool check_exposures(config::Diagnostics& diagnostics) const;
   void size_images();
   void announce_rays();
+  void announce_bad_pixels(config::Diagnostics& diagnostics);
   int call_process(std::span<tofgraph_frame* const> frames);
   void verify(const tofgraph_frame& frame) const;
 
@@ -83,6 +85,7 @@ class Node {
   Leaving leaving_;
   std::vector<io::OutputPattern> outputs_;
   BufferRef rays_;                    ///< of the camera that leaves, where this node chose it
+  BadPixels bad_pixels_;              ///< of the camera, where this node is a source
   std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
   bool overwrite_, validating_ = false;
 };

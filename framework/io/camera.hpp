@@ -5,6 +5,7 @@
 
 #include <tofgraph/plugin.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -19,8 +20,13 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
 
   const tofgraph_camera& view() const { return view_; }
-  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
-  std::vector<std::string> measured;  ///< keys whose values were measured on a device
+  std::filesystem::path file;             ///< where the profile is from; empty: not from a file
+  std::vector<std::string> measured;      ///< keys whose values were measured on a device
+  std::vector<std::uint8_t> bad_pixels;   ///< of each pixel, row by row, not 0: bad; empty: the profile names no map
+  std::filesystem::path bad_pixels_file;  ///< where the map is from; empty: none
+  std::string missing_bad_pixels;         ///< the map that a recorded profile names and that is not found; empty: none
+
+  bool is_bad(std::size_t pixel) const { return !bad_pixels.empty() && bad_pixels[pixel] != 0; }
 
  private:
   tofgraph_camera view_;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -88,8 +89,8 @@ OffsetCalibration read_offset_calibration(const std::filesystem::path& path, con
   const bool whole = count > 0 && distance.value.size() == count && depth.value.size() == count &&
                      time.value.size() == count && reflectivity.value.size() == count;
   for (std::size_t i = 0; whole && i < count; ++i)
-    result.samples.push_back({static_cast<std::size_t>(std::max(target.value[i], 0.0)), distance.value[i],
-                              depth.value[i], time.value[i], reflectivity.value[i]});
+    result.samples.push_back({physics::to_integer(target.value[i], std::size_t{0}), distance.value[i], depth.value[i],
+                              time.value[i], reflectivity.value[i]});
   check_samples(file, result);
   result.depth_sd = depth.sd;
   file.finish();

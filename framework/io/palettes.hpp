@@ -53,7 +53,7 @@ inline constexpr Colour no_flag_colour = 0xf2f2f2, other_flag_colour = 0x6b6b6b;
 
 /// The colour at a share, 0 to 1, of even steps.
 inline Colour colour_at(std::span<const Colour> steps, double share) {
-  const double place = std::clamp(share, 0.0, 1.0) * static_cast<double>(steps.size() - 1);
+  const double place = (std::isnan(share) ? 0 : std::clamp(share, 0.0, 1.0)) * static_cast<double>(steps.size() - 1);
   const std::size_t first = std::min(static_cast<std::size_t>(place), steps.size() - 2);
   Colour result = 0;
   for (const unsigned shift : {16U, 8U, 0U}) {

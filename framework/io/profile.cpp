@@ -4,6 +4,7 @@
 
 #include "config/paths.hpp"
 #include "config/quantity.hpp"
+#include "io/bad_pixels.hpp"
 #include "io/unknown.hpp"
 
 #include <fmt/format.h>
@@ -242,12 +243,14 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   reader.word("source", "");
   const std::string model = read_model_path(reader, document, diagnostics);
   camera.model = model.c_str();
+  const config::Entry* map = reader.take("bad_pixels");
   reader.finish();
   if (diagnostics.errors() != before) return nullptr;
   camera.profile = document.at.source ? document.at.source->text.c_str() : "";
   auto result = std::make_shared<io::Camera>(camera);
   result->measured = std::move(measured);
-  return result;
+  if (map != nullptr) read_bad_pixels(map->value, *result, diagnostics);
+  return diagnostics.errors() == before ? result : nullptr;
 }
 
 io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <tofgraph/physics/interpolation.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <array>
 #include <cmath>
@@ -184,7 +185,7 @@ class OffsetTable {
   }
 
   [[noreturn]] static void refuse(const OffsetSample& a, const OffsetSample& b) {
-    const auto mm = [](double metres) { return std::to_string(std::lround(metres * 1e3)) + " mm"; };
+    const auto mm = [](double metres) { return std::to_string(to_integer(metres * 1e3, 0L)) + " mm"; };
     throw std::invalid_argument("the board at " + mm(a.distance) + " was measured at " + mm(a.depth) + ", that at " +
                                 mm(b.distance) + " at " + mm(b.depth) +
                                 ": the true distance must rise with the measured depth, or a depth belongs to two "

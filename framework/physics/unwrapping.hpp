@@ -6,6 +6,7 @@
 #pragma once
 
 #include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <limits>
 #include <span>
@@ -43,13 +44,13 @@ class Unwrapping {
     if (!(max_range < repeat_)) {
       if (repeat_ == std::numeric_limits<double>::infinity())
         throw std::invalid_argument("the modulation frequencies have no common range");
-      last_ = std::lround(repeat_ / step) - 1;
+      last_ = to_integer(repeat_ / step, 1L) - 1;
       return;
     }
     // One more before and behind: noise takes distances over the ends.
     max_range_ = max_range;
     first_ = -1;
-    last_ = std::lround(std::ceil(max_range / step));
+    last_ = to_integer(std::ceil(max_range / step), 0L);
   }
 
   struct Result {

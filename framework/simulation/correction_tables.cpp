@@ -4,6 +4,8 @@
 #include "simulation/correction_views.hpp"
 #include "simulation/cross_approximation.hpp"
 
+#include <tofgraph/physics/to_integer.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -182,8 +184,8 @@ std::shared_ptr<const CorrectionTables> Correction::compile(const FrameSettings&
   const double count = std::min(static_cast<double>(nodes_per_range) * ranges, most);
   if (count < fewest_per_range * ranges)
     throw std::invalid_argument("cannot be undone: the modulation frequencies repeat together only after " +
-                                std::to_string(std::lround(tables->range)) + " m, too far for tables");
-  tables->distances = static_cast<std::size_t>(std::lround(count)) + 1;
+                                std::to_string(physics::to_integer(tables->range, 0L)) + " m, too far for tables");
+  tables->distances = physics::to_integer(count, std::size_t{0}) + 1;
   tables->step = tables->range / static_cast<double>(tables->distances - 1);
   choose_amplitudes(camera, *tables);
   tables->corners.resize(corners.size());

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +48,8 @@ Image::Image(std::size_t rows, std::size_t columns, std::vector<float> values)
 double Image::nearest(double across, double down) const {
   const auto index = [](double share, std::size_t count) {
     const double last = static_cast<double>(count) - 1;
-    return static_cast<std::size_t>(std::clamp(std::floor(share * static_cast<double>(count)), 0.0, last));
+    const double at = std::clamp(std::floor(share * static_cast<double>(count)), 0.0, last);
+    return physics::to_integer(at, std::size_t{0});
   };
   return at(index(down, rows_), index(across, columns_));
 }

@@ -5,6 +5,7 @@
 #include "simulation/effect_check.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -124,7 +125,7 @@ tofgraph_metadata Simulation::metadata(const Condition& condition, std::uint64_t
   tofgraph_metadata m{};
   m.size = sizeof m;
   m.number = m.device_number = frame;
-  m.timestamp_ns = std::llround(seconds * 1e9);
+  m.timestamp_ns = physics::to_integer(seconds * 1e9, std::int64_t{0});
   m.integration_time = condition.integration_time;
   m.modulation_frequency = camera().modulation_frequency;
   m.temperature = condition.temperature;

@@ -7,6 +7,7 @@
 // The order matters: Highway first.
 #include <hwy/highway.h>
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -182,7 +183,7 @@ struct ModelCorrection final : Filter {
     constexpr double noticeable = 1e-4;  // m
     if (tables_.back()->worst > noticeable && !warned_)
       warn("the model's effects differ from pixel to pixel in so many ways that the correction is up to " +
-           std::to_string(std::lround(tables_.back()->worst * 1e6)) + " um off");
+           std::to_string(physics::to_integer(tables_.back()->worst * 1e6, 0L)) + " um off");
     warned_ = warned_ || tables_.back()->worst > noticeable;
     return tables_.back();
   }

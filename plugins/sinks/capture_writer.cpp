@@ -60,10 +60,12 @@ struct CaptureWriter final : Sink {
     const bool measured =
         std::ranges::any_of(chosen_, [](const io::CaptureChannel& c) { return is_measurement(c.name); });
     if (!measured) {
-      throw ConfigError("channels",
-                        fmt::format("a capture needs at least one of taps, phases, distance, range, depth; what "
-                                    "would be recorded is {}",
-                                    names(setup)));
+      throw ConfigError(
+          "channels",
+          fmt::format(
+              "a capture needs at least one of taps, phases, distance, range, depth, amplitude, intensity; what "
+              "would be recorded is {}",
+              names(setup)));
     }
   }
 
@@ -87,7 +89,8 @@ struct CaptureWriter final : Sink {
 
  private:
   static bool is_measurement(std::string_view name) {
-    return name == "taps" || name == "phases" || name == "distance" || name == "range" || name == "depth";
+    return name == "taps" || name == "phases" || name == "distance" || name == "range" || name == "depth" ||
+           name == "amplitude" || name == "intensity";
   }
 
   static std::string names(const Setup& setup) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <tofgraph/physics/to_integer.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <boost/crc.hpp>
@@ -108,7 +109,7 @@ inline void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range,
   cv::rectangle(canvas, bar, black);
   const double low = range.low * per_si, high = range.high * per_si;
   for (const Tick& tick : ticks(low, high)) {
-    const int y = bar.y + static_cast<int>(std::lround((high - tick.value) / (high - low) * (bar.height - 1)));
+    const int y = bar.y + physics::to_integer((high - tick.value) / (high - low) * (bar.height - 1), 0);
     cv::line(canvas, {bar.x + bar.width, y}, {bar.x + bar.width + 4, y}, black);
     text(canvas, tick.label, {bar.x + bar.width + beside_bar, y + 5});
   }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // A channel as a surface in space, seen from above its image plane: one picture a frame.
+#include <tofgraph/physics/to_integer.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -175,7 +176,7 @@ class Surface {
       mean += height / 4;
     }
     const double level = near_up_ ? 1 - mean : mean;
-    const auto& colour = level_colours().at<cv::Vec3b>(static_cast<int>(std::lround(level * 255)));
+    const auto& colour = level_colours().at<cv::Vec3b>(std::clamp(physics::to_integer(level * 255, 0), 0, 255));
     const cv::Scalar lit = cv::Scalar(colour) * brightness(r, c);
     cv::fillConvexPoly(canvas, corners.data(), 4, lit, cv::LINE_8, fraction_bits);
   }

@@ -44,16 +44,23 @@ class CaptureReader {
   /// Opens and checks all that can be known without reading the frames: format, version, shapes, types, units, and
   /// that as much is stored as is announced. @throws std::runtime_error naming the file and what is wrong
   explicit CaptureReader(const std::filesystem::path& file);
+  /// Opens a file that was cut off and then extended by zeros to the size that HDF5 expects. Frames count up to the
+  /// first one that does not lie within the first `end` bytes in all channels; metadata beyond them is unknown.
+  /// @throws std::runtime_error also where no frame is whole
+  CaptureReader(const std::filesystem::path& file, std::uint64_t end);
   ~CaptureReader();
   CaptureReader(const CaptureReader&) = delete;
   CaptureReader& operator=(const CaptureReader&) = delete;
 
   /// What the trial of a file does in a process of its own: reads the first and last frame of each channel, within
   /// limits that this process has from then on. @throws std::exception what is wrong
-  static void read_on_trial(const std::filesystem::path& file);
+  /// @param end as in the constructor; the default: the file is as long as it should be
+  static void read_on_trial(const std::filesystem::path& file, std::uint64_t end = not_cut);
 
   const CaptureHeader& header() const;
   std::size_t frames() const;
+  /// Number of frames that the longest channel announces.
+  std::size_t announced_frames() const;
   /// False while the recording runs, or when it was cut off: frames() are then those that are complete.
   bool finished() const;
   const std::vector<CaptureChannel>& channels() const;
@@ -67,6 +74,8 @@ class CaptureReader {
   std::uint64_t known(std::size_t first, std::size_t last) const;
   /// Reads a frame of a channel, row-major, as channel.type. @throws std::runtime_error
   void read(std::size_t channel, std::size_t frame, void* data) const;
+
+  static constexpr std::uint64_t not_cut = ~std::uint64_t{0};
 
  private:
   struct Impl;

@@ -161,7 +161,7 @@ std::int64_t integer_attribute(hid_t object, const char* name) {
   return static_cast<std::int64_t>(value);
 }
 
-Dataset::Dataset(hid_t group, std::string name) : name_(std::move(name)) {
+Dataset::Dataset(hid_t group, std::string name, std::uint64_t end) : name_(std::move(name)), end_(end) {
   const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   dataset_ = Handle(check(H5Dopen2(group, name_.c_str(), access), "/frames/" + name_ + " cannot be opened"), H5Dclose);
   space_ = Handle(check(H5Dget_space(dataset_), "/frames/" + name_), H5Sclose);
@@ -194,7 +194,37 @@ void Dataset::check_storage() {
   }
 }
 
+/// True where the chunk at these elements lies within what is left of the file.
+bool Dataset::is_whole(const std::vector<hsize_t>& chunk) const {
+  unsigned filters = 0;
+  haddr_t place = HADDR_UNDEF;
+  hsize_t bytes = 0;
+  const bool known = H5Dget_chunk_info_by_coord(dataset_, chunk.data(), &filters, &place, &bytes) >= 0;
+  if (!known) H5Eclear2(H5E_DEFAULT);  // its entry in the index is lost
+  return known && place != HADDR_UNDEF && place <= end_ && bytes <= end_ - place;
+}
+
+/// Frames from the first one on that lie within what is left of a file that was cut off.
+std::size_t Dataset::whole_frames() const {
+  if (chunk_.empty()) {
+    const haddr_t place = H5Dget_offset(dataset_);
+    H5Eclear2(H5E_DEFAULT);
+    if (place == HADDR_UNDEF) return H5Dget_storage_size(dataset_) > 0 ? frames() : 0;  // in the dataset's header
+    const std::uint64_t frame = std::max<std::uint64_t>(product(product(size_, 1), H5Tget_size(type_)), 1);
+    return static_cast<std::size_t>(std::min<std::uint64_t>(size_[0], place < end_ ? (end_ - place) / frame : 0));
+  }
+  std::vector<hsize_t> chunk(size_.size(), 0);
+  for (;;) {  // the last dimension first, frames last
+    if (!is_whole(chunk)) return static_cast<std::size_t>(chunk[0]);
+    std::size_t i = size_.size() - 1;
+    while (i > 0 && chunk[i] + chunk_[i] >= size_[i]) chunk[i--] = 0;
+    chunk[i] += chunk_[i];
+    if (chunk[0] >= size_[0]) return frames();
+  }
+}
+
 std::size_t Dataset::stored_frames(bool all) const {
+  if (end_ != CaptureReader::not_cut) return whole_frames();
   std::uint64_t stored = 0;
   if (!chunk_.empty()) {
     hsize_t chunks = 0;

@@ -25,8 +25,9 @@ std::int64_t integer_attribute(hid_t object, const char* name);
 
 class Dataset {
  public:
+  /// @param end bytes that are left of a file that was cut off
   /// @throws std::runtime_error also for what would make the reader follow other files or take much memory
-  Dataset(hid_t group, std::string name);
+  Dataset(hid_t group, std::string name, std::uint64_t end = CaptureReader::not_cut);
 
   const std::string& name() const { return name_; }
   /// The announced number.
@@ -48,12 +49,15 @@ class Dataset {
  private:
   void read(hsize_t first, hsize_t frames, hid_t frames_space, hid_t memory, void* data) const;
   void check_storage();
+  std::size_t whole_frames() const;
+  bool is_whole(const std::vector<hsize_t>& chunk) const;
   void check_chunk(hsize_t frame) const;
   /// "3 x 132 x 176 float32"
   std::string described() const;
   [[noreturn]] void fail(const std::string& why) const;
 
   std::string name_;
+  std::uint64_t end_;
   Handle dataset_, space_, type_, frame_space_;
   std::vector<hsize_t> size_;   // frames first
   std::vector<hsize_t> chunk_;  // empty: not in chunks

@@ -7,6 +7,7 @@
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
+#include "io/captures/capture_metadata.hpp"
 
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
@@ -34,7 +35,7 @@ constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file 
 constexpr unsigned trial_seconds = 10;             // of the processor
 
 /// One of these makes a capture.
-constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth"};
+constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth", "amplitude", "intensity"};
 
 std::string shown(const std::vector<std::string>& names) {
   return names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "));
@@ -61,28 +62,21 @@ std::vector<std::string> names_in(hid_t group) {
   return names;
 }
 
-const layout::Metadata* metadata_array(const std::string& name) {
-  const auto* found = std::ranges::find(layout::metadata, name, &layout::Metadata::name);
-  return found != std::end(layout::metadata) ? found : nullptr;
-}
-
 }  // namespace
 
 struct CaptureReader::Impl {
-  struct Array {
-    const layout::Metadata* kind;
-    std::vector<layout::Element> values;
-  };
   fs::path file;
   bool finished = true;
   Handle h5, group;
   CaptureHeader header;
   std::vector<CaptureChannel> channels;
   std::vector<Dataset> datasets;  // of the channels
-  std::vector<Array> metadata;
+  std::vector<h5::MetadataArray> metadata;
   std::vector<std::string> ignored;
-  std::size_t frames = 0;
+  std::size_t frames = 0, announced = 0;
+  std::uint64_t end = not_cut;  // bytes that are left of a file that was cut off
 
+  bool is_cut() const { return end != not_cut; }
   void check_file() const;
   void load();
   void try_frames() const;
@@ -98,11 +92,14 @@ struct CaptureReader::Impl {
   std::int64_t side(const char* name) const;
 };
 
-CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl>()) {
+CaptureReader::CaptureReader(const fs::path& file) : CaptureReader(file, not_cut) {}
+
+CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) : impl_(std::make_unique<Impl>()) {
   impl_->file = file;
+  impl_->end = end;
   try {
     impl_->check_file();
-    run_trial_once(file, {config::trial_program(), "capture", file.string()});
+    run_trial_once(file, {config::trial_program(), "capture", file.string(), std::to_string(end)});
     const h5::Lock lock;
     impl_->load();
   } catch (const std::exception& problem) {
@@ -110,12 +107,13 @@ CaptureReader::CaptureReader(const fs::path& file) : impl_(std::make_unique<Impl
   }
 }
 
-void CaptureReader::read_on_trial(const fs::path& file) {
+void CaptureReader::read_on_trial(const fs::path& file, std::uint64_t end) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   set_limits({trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds});
   Impl trial;
   trial.file = file;
+  trial.end = end;
   trial.load();
   trial.try_frames();
 }
@@ -162,7 +160,7 @@ void CaptureReader::Impl::open() {
   }
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_file_locking(access, true, true), "file locking");
-  finished = file.extension() != ".part";
+  finished = file.extension() != ".part" && !is_cut();
   h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (h5) return;
   const std::string why = h5::last_error();
@@ -236,10 +234,10 @@ void CaptureReader::Impl::read_channels() {
   }
   frames = std::numeric_limits<std::size_t>::max();
   for (const std::string& name : names) {
-    if (known_channel(name) != nullptr) add_channel(Dataset(group, name));
+    if (known_channel(name) != nullptr) add_channel(Dataset(group, name, end));
   }
   for (const std::string& name : names) {
-    if (known_channel(name) == nullptr && metadata_array(name) == nullptr) add_unknown(name);
+    if (known_channel(name) == nullptr && h5::metadata_kind(name) == nullptr) add_unknown(name);
   }
 }
 
@@ -260,7 +258,7 @@ void CaptureReader::Impl::add_channel(Dataset dataset) {
 /// Datasets of other names are channels of stages that this program may not know, or something else.
 void CaptureReader::Impl::add_unknown(const std::string& name) {
   try {
-    Dataset dataset(group, name);
+    Dataset dataset(group, name, end);
     const bool same_number = finished ? dataset.frames() == frames : dataset.frames() > 0;
     if (dataset.as_channel(header) && same_number) return add_channel(std::move(dataset));
   } catch (const std::exception&) {  // what is none of the format's is not a mistake of the capture
@@ -278,11 +276,17 @@ void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
                                          channels.empty() ? "" : channels.front().name, frames));
   }
   frames = std::min(frames, stored);
+  announced = std::max(announced, dataset.frames());
 }
 
 void CaptureReader::Impl::read_metadata() {
-  for (const layout::Metadata& kind : layout::metadata) read_array(kind);
-  for (Array& array : metadata) array.values.resize(frames);
+  for (const layout::Metadata& kind : layout::metadata) {
+    if (is_cut())
+      metadata.push_back(h5::read_cut_array(group, kind, frames, end));
+    else
+      read_array(kind);
+  }
+  for (h5::MetadataArray& array : metadata) array.values.resize(frames);
   if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : "holds no complete frame yet");
 }
 
@@ -297,13 +301,14 @@ void CaptureReader::Impl::read_array(const layout::Metadata& kind) {
   Dataset dataset(group, kind.name);
   dataset.check_metadata(kind);
   settle_frames(dataset);
-  Array array{&kind, std::vector<layout::Element>(frames)};
+  h5::MetadataArray array{&kind, std::vector<layout::Element>(frames)};
   dataset.read_first(frames, kind.memory_type(), array.values.data());
   metadata.push_back(std::move(array));
 }
 
 const CaptureHeader& CaptureReader::header() const { return impl_->header; }
 std::size_t CaptureReader::frames() const { return impl_->frames; }
+std::size_t CaptureReader::announced_frames() const { return impl_->announced; }
 bool CaptureReader::finished() const { return impl_->finished; }
 const std::vector<CaptureChannel>& CaptureReader::channels() const { return impl_->channels; }
 const std::vector<std::string>& CaptureReader::ignored() const { return impl_->ignored; }
@@ -312,19 +317,14 @@ tofgraph_metadata CaptureReader::metadata(std::size_t frame) const {
   tofgraph_metadata result{};
   result.size = sizeof result;
   result.device_number = frame;
-  for (const Impl::Array& array : impl_->metadata) array.kind->load(result, array.values.at(frame));
+  for (const h5::MetadataArray& array : impl_->metadata) array.kind->load(result, array.values.at(frame));
   return result;
 }
 
 std::uint64_t CaptureReader::known(std::size_t first, std::size_t last) const {
   std::uint64_t bits = 0;
-  for (const Impl::Array& array : impl_->metadata) {
-    const auto unknown = [&](const layout::Element& element) {
-      return array.kind->known == TOFGRAPH_KNOWS_TIMESTAMP ? element.integer == 0 : std::isnan(element.number);
-    };
-    const auto begin = array.values.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = array.values.begin() + static_cast<std::ptrdiff_t>(last) + 1;
-    if (array.kind->known != 0 && std::none_of(begin, end, unknown)) bits |= array.kind->known;
+  for (const h5::MetadataArray& array : impl_->metadata) {
+    if (array.kind->known != 0 && array.knows(first, last)) bits |= array.kind->known;
   }
   return bits;
 }

@@ -17,9 +17,14 @@ Recording::Recording(const std::filesystem::path& file) : reader_(file) {
     channels_[c.name] = {i, c.type, c.elements()};
   }
   const auto has = [this](const char* name) { return channels_.contains(name); };
-  kind_ = has("taps") ? Kind::taps : has("phases") ? Kind::phases : has("amplitude") ? Kind::decoded : Kind::distances;
-  if ((kind_ == Kind::decoded || kind_ == Kind::distances) && !has("distance"))
-    throw std::runtime_error("has neither taps nor phases nor distance");
+  const bool image = has("amplitude") || has("intensity");
+  if (!has("taps") && !has("phases") && !has("distance") && !image)
+    throw std::runtime_error("has no taps, phases, distance, amplitude or intensity");
+  kind_ = has("taps")        ? Kind::taps
+          : has("phases")    ? Kind::phases
+          : !has("distance") ? Kind::images
+          : has("amplitude") ? Kind::decoded
+                             : Kind::distances;
 }
 
 std::vector<float> Recording::floats(const char* name, std::size_t frame) const {

@@ -15,10 +15,12 @@ namespace tofgraph::io {
 
 class Recording {
  public:
-  /// What the frames bring; the first of these that there is. decoded: distance and amplitude.
-  enum class Kind { taps, phases, decoded, distances };
+  /// Content of the frames; the first of these that there is. decoded: distance and amplitude; images: amplitude or
+  /// intensity alone.
+  enum class Kind { taps, phases, decoded, distances, images };
 
-  /// @throws std::runtime_error when the capture cannot be read, or has neither taps nor phases nor distance
+  /// @throws std::runtime_error when the capture cannot be read, or has no taps, phases, distance, amplitude or
+  /// intensity
   explicit Recording(const std::filesystem::path& file);
 
   const CaptureReader& reader() const { return reader_; }

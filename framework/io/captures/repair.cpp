@@ -11,6 +11,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <fstream>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -52,14 +55,54 @@ class Images {
 /// Removed unless the capture has got its name: it is a copy, nothing is lost with it.
 struct Temporary {
   fs::path path;
-  explicit Temporary(const fs::path& file)
-      : path(file.parent_path() / fmt::format(".{}.{}.part", file.filename().string(), getpid())) {}
+  Temporary(const fs::path& file, const char* ending)
+      : path(file.parent_path() / fmt::format(".{}.{}.{}", file.filename().string(), getpid(), ending)) {}
   ~Temporary() {
     std::error_code error;
     fs::remove(path, error);
   }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
+};
+
+/// Size of the whole file by its HDF5 superblock; 0: there is none.
+std::uint64_t announced_size(const fs::path& file) {
+  constexpr unsigned char signature[] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+  std::array<unsigned char, 64> head{};
+  std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(head.data()), head.size());
+  if (!std::equal(std::begin(signature), std::end(signature), head.begin())) return 0;
+  // Offsets of the end-of-file address and of the size of addresses, by the version of the superblock.
+  constexpr std::size_t end_at[] = {40, 44, 28, 28}, size_at[] = {13, 13, 9, 9};
+  const std::size_t version = head[8];
+  if (version >= std::size(end_at) || head[size_at[version]] != 8) return 0;
+  std::uint64_t size = 0;
+  for (std::size_t i = 8; i-- > 0;) size = size << 8U | head[end_at[version] + i];
+  return size;
+}
+
+/// The reader of a recording; of a file that was cut off by way of a copy that is extended by zeros.
+struct RepairSource {
+  std::unique_ptr<CaptureReader> reader;
+  bool cut = false;
+
+  RepairSource(const fs::path& part, const Temporary& copy) {
+    const std::uint64_t size = fs::is_regular_file(part) ? fs::file_size(part) : 0, whole = announced_size(part);
+    constexpr std::uint64_t max_frame = std::uint64_t{1} << 40U;  // a damaged superblock may announce any size
+    try {
+      reader = std::make_unique<CaptureReader>(part);
+    } catch (const std::runtime_error&) {
+      if (whole <= size || whole - size > max_frame) throw;
+      fs::copy_file(part, copy.path);
+      fs::resize_file(copy.path, whole);
+      try {
+        reader = std::make_unique<CaptureReader>(copy.path, size);
+      } catch (const std::runtime_error& problem) {
+        throw std::runtime_error(fmt::format("{} was cut off: it has {} of {} bytes, and no frame can be read: {}",
+                                             part.string(), size, whole, problem.what()));
+      }
+      cut = true;
+    }
+  }
 };
 
 }  // namespace
@@ -74,10 +117,11 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
     throw std::runtime_error(
         fmt::format("{} is still being recorded: it gets its name when the recorder ends, and can be read meanwhile",
                     part.string()));
-  const CaptureReader reader(part);
   if (const std::string problem = input_problem(file, std::span(&part, 1)); !problem.empty())
     throw std::runtime_error(problem);
-  const Temporary temporary(file);
+  const Temporary temporary(file, "part"), copy(file, "copy");
+  const RepairSource source(part, copy);
+  const CaptureReader& reader = *source.reader;
   CaptureWriter writer(file, reader.header(), reader.channels(), {0, overwrite, temporary.path});
   Images images(reader.channels());
   Repaired result;
@@ -86,10 +130,16 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
     const tofgraph_metadata metadata = reader.metadata(result.frames);
     if (result.frames != 0) result.missing += frames_between(before, metadata.device_number);
     before = metadata.device_number;
-    writer.append(metadata, images.read(reader, result.frames));
+    try {
+      writer.append(metadata, images.read(reader, result.frames));
+    } catch (const std::runtime_error&) {
+      if (!source.cut || result.frames == 0) throw;
+      break;  // its chunk is there, but damaged
+    }
     if (frame_done) frame_done(result.frames + 1, reader.frames());
   }
   writer.finish();
+  if (source.cut) result.lost = reader.announced_frames() - result.frames;
   return result;
 }
 

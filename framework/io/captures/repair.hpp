@@ -12,10 +12,12 @@ namespace tofgraph::io {
 struct Repaired {
   std::size_t frames = 0;
   std::size_t missing = 0;  ///< numbers that the frames' counter left out
+  std::size_t lost = 0;     ///< frames that a file announces beyond the place where it was cut off
 };
 
 /// Copies every complete frame of a recording that was cut off into a capture, which appears whole or not at all and is
-/// plain HDF5. The recording stays as it is.
+/// plain HDF5. The recording stays as it is. Of a file that is shorter than HDF5 left it, as after an interrupted copy,
+/// the frames up to the first one with a chunk that is not whole are copied; for this it is copied once beside `file`.
 /// @param part what is left, FILE.h5.part, or any capture @param file the capture to be written
 /// @param frame_done called with the number of frames done and of all; may be empty
 /// @throws std::runtime_error naming the file: it is still being written, nothing can be read, or the capture cannot be

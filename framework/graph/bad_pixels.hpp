@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Bad pixels of the camera, flagged in every frame as it leaves its source.
+#pragma once
+
+#include "graph/frame.hpp"
+#include "graph/stream.hpp"
+
+#include <vector>
+
+namespace tofgraph::graph {
+
+class BadPixels {
+ public:
+  BadPixels() = default;
+  /// Announces the channel `flags` on the stream of a source, where the camera has bad pixels and the source has no
+  /// flags. @param node index of the source
+  BadPixels(Stream& stream, std::size_t node);
+
+  bool any() const { return !pixels_.empty(); }
+  std::size_t count() const { return pixels_.size(); }
+  /// Flags the bad pixels as `bad_pixel` and `invalid`; their lengths become NaN.
+  void mark(tofgraph_frame& frame) const;
+
+ private:
+  std::vector<std::size_t> pixels_;  ///< indices, row by row
+  std::uint64_t rows_ = 0, columns_ = 0;
+};
+
+}  // namespace tofgraph::graph
