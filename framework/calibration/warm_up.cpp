@@ -259,6 +259,26 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
   return model;
 }
 
+namespace {
+
+/// The drifts that were seen, inner parts of the time left out and predicted.
+std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
+  std::vector<double> before, after;
+  for (const Drift& d : drifts) {
+    if (!d.seen || !std::isfinite(d.held_out_after.value)) continue;
+    before.push_back(d.held_out_before.value);
+    after.push_back(d.held_out_after.value);
+  }
+  if (before.empty()) return std::nullopt;
+  return HeldOutErrors{.left_out = "each inner fifth of the time",
+                       .before = root_mean_square(before),
+                       .after = root_mean_square(after),
+                       .causes = "times since power-on in another unit or of another session, a board that was moved, a "
+                                 "camera that was warm already"};
+}
+
+}  // namespace
+
 Result calibrate_warm_up(const Request& request) {
   const WarmUpData data = read_warm_up(request);
   const double tolerance = request.accuracy.value_or(usual_tolerance);
@@ -273,7 +293,8 @@ Result calibrate_warm_up(const Request& request) {
                 .page = warm_up_report(data, drifts, model, tolerance, sentence_of(lines)),
                 .summary = fmt::format("{}", fmt::join(lines, "\n")),
                 .notes = data.campaign.boards.notes,
-                .model = model_text(request, data, model)};
+                .model = model_text(request, data, model),
+                .held_out = judged(drifts)};
   result.notes.insert(result.notes.end(), model.notes.begin(), model.notes.end());
   return result;
 }

@@ -48,7 +48,7 @@ void add_calibrate(CLI::App& app, Common& common) {
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--force", arguments->force, "Replace existing outputs");
+  command->add_flag("--force", arguments->force, "Replace existing outputs; write a calibration that does not improve held-out conditions");
   command->footer("Example: tofgraph calibrate offset campaign/campaign.yaml -o camera_offset.yaml");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {
