@@ -17,6 +17,7 @@ Result calibrate_noise(const Request& request);             // noise.cpp
 Result calibrate_warm_up(const Request& request);           // warm_up.cpp
 Result calibrate_fixed_pattern(const Request& request);     // fixed_pattern.cpp
 Result calibrate_intrinsics(const Request& request);        // intrinsics.cpp
+Result calibrate_response(const Request& request);          // response.cpp
 
 namespace {
 
@@ -40,6 +41,10 @@ constexpr Kind all[] = {
      .text = "an offset of each pixel, and how it grows with the distance",
      .calibrate = calibrate_fixed_pattern,
      .writes_model = true,
+     .writes_maps = true},
+    {.name = "response",
+     .text = "contrast, gain and dark level, and their maps over the pixels",
+     .calibrate = calibrate_response,
      .writes_maps = true},
 };
 
@@ -68,14 +73,15 @@ Result calibrate(const Kind& kind, const Request& request) {
   const auto number = [&](double value) {
     return fmt::format("{:.2f}{}{}", value / errors.scale, errors.unit.empty() ? "" : " ", errors.unit);
   };
-  const std::string problem =
-      fmt::format("the calibration does not improve conditions that were held out: {} left out and predicted from the "
-                  "others, {} remain of {}",
-                  errors.left_out, number(errors.after), number(errors.before));
+  const std::string problem = fmt::format(
+      "the calibration does not improve conditions that were held out: {} left out and predicted from the "
+      "others, {} remain of {}",
+      errors.left_out, number(errors.after), number(errors.before));
   if (!request.force)
-    throw std::runtime_error(fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}\n  --force writes it "
-                                         "all the same",
-                                         kind.name, problem, errors.causes));
+    throw std::runtime_error(
+        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}\n  --force writes it "
+                    "all the same",
+                    kind.name, problem, errors.causes));
   result.notes.insert(result.notes.begin(), fmt::format("{}; likely causes: {}", problem, errors.causes));
   return result;
 }

@@ -31,11 +31,11 @@ struct Request {
 
 /// Root mean square errors of conditions that a calibration was not made from, without it and with it.
 struct HeldOutErrors {
-  std::string left_out;       ///< "each distance"
+  std::string left_out;          ///< "each distance"
   double before = 0, after = 0;  ///< m, or without a unit; NaN: not known
   std::string unit = "mm";
-  double scale = 1e-3;        ///< of the unit, in SI
-  std::string causes;         ///< likely ones of after >= before
+  double scale = 1e-3;  ///< of the unit, in SI
+  std::string causes;   ///< likely ones of after >= before
 };
 
 struct Result {

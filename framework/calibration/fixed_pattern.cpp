@@ -152,7 +152,8 @@ std::string divergence_of(const PatternData& data, const PatternFit& fit) {
   for (std::size_t v = 0; v < fit.poses.size(); ++v) {
     if (std::abs(fit.poses[v].z) > pattern::max_deviations * pattern::max_jitter.z)
       return fmt::format(
-          "the board of the condition '{}' seems to be displaced by {:.0f} mm against the others, more than {:.0f} mm: is "
+          "the board of the condition '{}' seems to be displaced by {:.0f} mm against the others, more than {:.0f} mm: "
+          "is "
           "its distance right?",
           data.campaign.conditions.conditions[data.views[v].condition].id, fit.poses[v].z * 1e3,
           pattern::max_deviations * pattern::max_jitter.z * 1e3);
@@ -179,8 +180,9 @@ Result calibrate_fixed_pattern(const Request& request) {
   result.held_out = {.left_out = "each distance",
                      .before = fit.before.value,
                      .after = fit.after.value,
-                     .causes = "a pattern that is smaller than the noise of the means (record more frames), boards that "
-                               "were corrected already, a board that moved or was changed between the distances"};
+                     .causes =
+                         "a pattern that is smaller than the noise of the means (record more frames), boards that "
+                         "were corrected already, a board that moved or was changed between the distances"};
   if (fit.has_slope) {
     result.maps.push_back({"slope_map", "", fit.slope});
     result.maps.push_back({"slope_map_sd", "", fit.slope_sd});

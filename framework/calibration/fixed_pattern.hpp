@@ -32,7 +32,7 @@ struct PatternData {
   std::size_t rows = 0, columns = 0;
   double extent = 1;             ///< m, half of the board that was seen
   double metres_per_radian = 1;  ///< half path for a phase of 1 rad
-  bool noise_known = true;  ///< every condition has several frames
+  bool noise_known = true;       ///< every condition has several frames
 };
 /// @throws config::ConfigurationError with every mistake
 PatternData read_pattern(const Request& request);
@@ -53,16 +53,16 @@ struct PatternFit {
   std::vector<ViewPose> poses;      ///< of each view
   std::vector<double> shape;        ///< of the board, m, a coefficient each of shape_terms
   std::vector<double> shape_sd;
-  std::vector<double> waves;           ///< m, an error that follows the distance: cosine and sine of each harmonic
-  double gradient = unknown;           ///< of the log marginal likelihood by ln jitter, over the number of poses
-  bool settled = false;                ///< the gradient vanished from both starts
-  double restart_difference = unknown; ///< m, root mean square difference of the maps from both starts
-  double input_spread = unknown;       ///< m, robust standard deviation of a view over its pixels, median of the views
-  ViewPose jitter;               ///< standard deviations of the poses, estimated; offset: not used
-  double misfit = unknown;       ///< what is left over the noise, root mean square; 1: nothing but noise
-  double noise = unknown;        ///< m, of a pixel's mean in one view, root mean square
-  Interval before, after;        ///< m, one distance left out and predicted, boards' places taken out
-  double noise_floor = unknown;  ///< m, what noise alone leaves there
+  std::vector<double> waves;            ///< m, an error that follows the distance: cosine and sine of each harmonic
+  double gradient = unknown;            ///< of the log marginal likelihood by ln jitter, over the number of poses
+  bool settled = false;                 ///< the gradient vanished from both starts
+  double restart_difference = unknown;  ///< m, root mean square difference of the maps from both starts
+  double input_spread = unknown;        ///< m, robust standard deviation of a view over its pixels, median of the views
+  ViewPose jitter;                      ///< standard deviations of the poses, estimated; offset: not used
+  double misfit = unknown;              ///< what is left over the noise, root mean square; 1: nothing but noise
+  double noise = unknown;               ///< m, of a pixel's mean in one view, root mean square
+  Interval before, after;               ///< m, one distance left out and predicted, boards' places taken out
+  double noise_floor = unknown;         ///< m, what noise alone leaves there
   std::vector<std::string> notes;
 };
 

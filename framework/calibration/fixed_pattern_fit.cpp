@@ -107,7 +107,8 @@ void hold_out(const PatternData& data, double slope_sd, PatternFit& result,
     ViewUse use(data.views.size(), 1);
     for (const std::size_t v : members) use[v] = 0;
     PatternFit fit;
-    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, Deviations::not_wanted, result.jitter);
+    const Problem problem =
+        fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, Deviations::not_wanted, result.jitter);
     for (const std::size_t v : members) {
       const auto [b, a, n] = problem.predict(v, fit);
       before[level].push_back(b);

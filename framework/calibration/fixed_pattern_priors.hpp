@@ -36,5 +36,4 @@ struct Harmonic {
 };
 inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
 
-
 }  // namespace tofgraph::calibration::pattern

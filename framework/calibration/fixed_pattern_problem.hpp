@@ -129,22 +129,24 @@ class Problem {
     fit.noise = std::sqrt(noise / std::max(count, 1.0));
   }
 
-  /// Root mean square of a view that was not fitted, minus its own offset, place and tilt, and what noise leaves.
+  /// Root mean square of a view that was not fitted, without and with the pattern, and what noise leaves. Its own
+  /// offset, place and tilt, the board's shape and the error that follows the distance are no part of the pattern: they
+  /// are taken out of both.
   std::array<double, 3> predict(std::size_t v, const PatternFit& fit) const {
     Matrix a = Matrix::Zero(per_view, per_view);
     Vector before = Vector::Zero(per_view), after = before;
     const PatternView& view = data_.views[v];
     std::vector<double> raw, predicted;
-    const Eigen::Map<const Eigen::Matrix<double, waves, 1>> wave(fit.waves.data());
+    Vector common(commons);
+    std::ranges::copy(fit.shape, common.begin());
+    std::ranges::copy(fit.waves, common.begin() + shapes);
     std::vector<Eigen::Matrix<double, per_view, 1>> poses;
     double noise = 0;
     for (std::size_t i = 0; i < view.residual.size(); ++i) {
       if (!std::isfinite(view.residual[i]) || !std::isfinite(fit.map_sd[i])) continue;
       poses.push_back(pose_of(view, i));
-      raw.push_back(view.residual[i] - wave.dot(common_of(view, i).tail<waves>()));  // which is not of the pixels
-      const double x = view.place[i][0] / data_.extent, y = view.place[i][1] / data_.extent;
-      predicted.push_back(raw.back() - fit.map[i] - fit.slope[i] * (view.distance[i] - slope_origin) -
-                          view.along_z[i] * shape_at(fit.shape, x, y));
+      raw.push_back(view.residual[i] - common_of(view, i).dot(common));
+      predicted.push_back(raw.back() - fit.map[i] - fit.slope[i] * (view.distance[i] - slope_origin));
       a += poses.back() * poses.back().transpose();
       before += poses.back() * raw.back();
       after += poses.back() * predicted.back();
@@ -186,7 +188,8 @@ class Problem {
     Eigen::Matrix<double, commons, 1> common;
     const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
     common.head<shapes>() = view.along_z[i] * Eigen::Map<const Eigen::Matrix<double, shapes, 1>>(terms.data());
-    const double here = view.distance[i] / data_.metres_per_radian, middle = view.board_distance / data_.metres_per_radian;
+    const double here = view.distance[i] / data_.metres_per_radian,
+                 middle = view.board_distance / data_.metres_per_radian;
     for (Eigen::Index h = 0; h < waves / 2; ++h) {
       const double order = harmonics[static_cast<std::size_t>(h)].order;
       common[shapes + 2 * h] = std::cos(order * here) - std::cos(order * middle);
@@ -285,7 +288,8 @@ class Problem {
     for (Eigen::Index k = 0; k < size_; ++k) system(k, k) += 1 / std::pow(prior(k, jitter), 2);
     const Eigen::LLT<Matrix> factor(system);
     if (factor.info() != Eigen::Success || !moment_.allFinite())
-      throw std::runtime_error("the boards do not determine a pattern: too few pixels were seen, or none of them twice");
+      throw std::runtime_error(
+          "the boards do not determine a pattern: too few pixels were seen, or none of them twice");
     covariance_ = factor.solve(Matrix::Identity(size_, size_));
     theta_ = factor.solve(moment_);
   }
@@ -311,7 +315,8 @@ class Problem {
       const double gradient = ((square + variance) / prior - count) / count;
       next.*member = known > 1e-9 * count ? std::sqrt(square / known) : jitter.*member;
       next.*member = std::clamp(next.*member, min_jitter.*member, max_jitter.*member);
-      const bool held_by_bound = gradient > 0 ? jitter.*member >= max_jitter.*member : jitter.*member <= min_jitter.*member;
+      const bool held_by_bound =
+          gradient > 0 ? jitter.*member >= max_jitter.*member : jitter.*member <= min_jitter.*member;
       if (!held_by_bound) largest = std::max(largest, std::abs(gradient));
     };
     update(&ViewPose::z, {1}, 1);  // their mean is held

@@ -94,8 +94,9 @@ void judge(const std::vector<HeldOut>& axes, Result& result) {
       .left_out = words(axes.front()),
       .before = axes.front().before.value,
       .after = axes.front().after.value,
-      .causes = "boards too far apart for the period of the error (one every 250 mm is enough for wiggling at 20 MHz), a "
-                "wrong distance, target or integration time of a condition, boards that were corrected already"};
+      .causes =
+          "boards too far apart for the period of the error (one every 250 mm is enough for wiggling at 20 MHz), a "
+          "wrong distance, target or integration time of a condition, boards that were corrected already"};
   for (std::size_t i = 1; i < axes.size(); ++i) {
     if (axes[i].after.value >= axes[i].before.value)
       result.notes.push_back(fmt::format(

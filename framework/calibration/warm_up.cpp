@@ -273,8 +273,9 @@ std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
   return HeldOutErrors{.left_out = "each inner fifth of the time",
                        .before = root_mean_square(before),
                        .after = root_mean_square(after),
-                       .causes = "times since power-on in another unit or of another session, a board that was moved, a "
-                                 "camera that was warm already"};
+                       .causes =
+                           "times since power-on in another unit or of another session, a board that was moved, a "
+                           "camera that was warm already"};
 }
 
 }  // namespace

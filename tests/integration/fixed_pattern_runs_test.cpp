@@ -30,8 +30,8 @@ struct Run {
   bool rolls = true;
   double wiggling = 0;  ///< m
   std::uint64_t seed = 1;
-  double pattern = 1;     ///< factor on the pattern
-  double misplaced = 0;   ///< m, of the second distance's boards
+  double pattern = 1;    ///< factor on the pattern
+  double misplaced = 0;  ///< m, of the second distance's boards
 };
 
 /// Where a board really stands.
@@ -89,9 +89,9 @@ class FixedPatternRuns : public testing::Test {
                "gain: 7.0e6 counts m^2/s\ncontrast: 0.5\n");
     std::string text = "campaign: 1\ncamera: camera.yaml\nconditions:\n";
     for (std::size_t k = 0; k < run.distances; ++k) {
-      const double distance =
-          run.distances < 6 ? 0.8 + 0.4 * static_cast<double>(k)
-                            : 0.8 + 2.2 * static_cast<double>(k) / static_cast<double>(run.distances - 1);
+      const double distance = run.distances < 6
+                                  ? 0.8 + 0.4 * static_cast<double>(k)
+                                  : 0.8 + 2.2 * static_cast<double>(k) / static_cast<double>(run.distances - 1);
       for (const double roll : run.rolls ? std::vector<double>{0, 90, 180, 270} : std::vector<double>{0}) {
         const Place board{.distance = distance,
                           .roll = roll * std::numbers::pi / 180,
@@ -142,8 +142,9 @@ class FixedPatternRuns : public testing::Test {
   /// Right, or refused.
   void expect_right(const Run& run) {
     const Outcome outcome = calibrate(run);
-    const std::string name = fmt::format("seed {}: {} frames, {} distances, {}, wiggling {:.0f} mm", run.seed, run.frames,
-                                         run.distances, run.rolls ? "four rolls" : "no rolls", run.wiggling * 1e3);
+    const std::string name =
+        fmt::format("seed {}: {} frames, {} distances, {}, wiggling {:.0f} mm", run.seed, run.frames, run.distances,
+                    run.rolls ? "four rolls" : "no rolls", run.wiggling * 1e3);
     std::printf("%s: truth %.2f mm, found %.2f mm, error %.2f mm %s\n", name.c_str(), outcome.truth * 1e3,
                 outcome.found * 1e3, outcome.error * 1e3, outcome.refusal.c_str());
     refusals_ += outcome.refusal.empty() ? 0 : 1;
@@ -181,7 +182,8 @@ TEST_F(FixedPatternRuns, DISABLED_AllSixtyRuns) {
 TEST_F(FixedPatternRuns, WithoutAPatternNothingIsWritten) {
   const Run none{.frames = 5, .distances = 4, .rolls = true, .pattern = 0};
   const Outcome refused = calibrate(none);
-  EXPECT_NE(refused.refusal.find("does not improve conditions that were held out"), std::string::npos) << refused.refusal;
+  EXPECT_NE(refused.refusal.find("does not improve conditions that were held out"), std::string::npos)
+      << refused.refusal;
   EXPECT_NE(refused.refusal.find("--force"), std::string::npos) << refused.refusal;
   EXPECT_EQ(calibrate(none, true).refusal, "") << "with force it is the user's decision";
 }
