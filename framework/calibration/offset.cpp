@@ -82,6 +82,17 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   return lines;
 }
 
+void note_outlying(const Boards& boards, std::vector<std::string>& notes) {
+  for (const OutlyingBoard& one : outlying_boards(boards)) {
+    const Board& board = boards.boards[one.board];
+    notes.push_back(fmt::format(
+        "{}: the board at {} was measured {:.1f} mm {} than its neighbours predict, others within {:.1f} mm (robust "
+        "standard deviation): is its distance right?",
+        board.condition.id, config::format_quantity(board.distance, "m"), std::abs(one.error) * 1e3,
+        one.error > 0 ? "farther" : "nearer", one.usual * 1e3));
+  }
+}
+
 /// The first axis decides, which is the distance; others are noted.
 void judge(const std::vector<HeldOut>& axes, Result& result) {
   if (axes.empty()) return;
@@ -111,6 +122,7 @@ void judge(const std::vector<HeldOut>& axes, Result& result) {
 Result calibrate_offset(const Request& request) {
   const Campaign campaign = read(request);
   const Boards& boards = campaign.boards;
+  refuse_corrected(request, boards, "offset_correction");
   check_enough(request, boards);
   const tofgraph_camera& camera = campaign.conditions.camera->view();
   io::OffsetCalibration calibration{.camera = camera.name,
@@ -140,6 +152,7 @@ Result calibrate_offset(const Request& request) {
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = boards.notes};
   judge(axes, result);
+  note_outlying(boards, result.notes);
   if (!table->knows_reflectivities())
     result.notes.emplace_back(
         "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "
