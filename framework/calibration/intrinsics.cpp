@@ -339,12 +339,11 @@ Result calibrate_intrinsics(const Request& request) {
   write_judgement(result, writer);
   write_views(result, writer);
   const std::vector<std::string> lines = summary_of(result, campaign.conditions.size());
-  const std::vector<std::string> notes = notes_of(result);
   return {.file = writer.text(),
           .page = intrinsics_report(campaign.camera->view().name, result, sentence_of({lines[0], lines[1]}),
                                     doubtful(result) ? "warn" : "good", lines),
           .summary = fmt::format("{}", fmt::join(lines, "\n")),
-          .notes = notes,
+          .notes = notes_of(result),
           .held_out = held_out_of(result)};
 }
 
