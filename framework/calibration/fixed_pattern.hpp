@@ -74,7 +74,7 @@ std::array<double, shape_terms.size()> shape_terms_at(double x, double y);
 /// How far the board's surface is behind its plane there, m.
 double shape_at(const std::vector<double>& shape, double x, double y);
 
-/// Why a fit is no pattern of these data; empty: it is one.
+/// The reason why a fit cannot be used: it diverged or did not converge; empty: it can.
 std::string divergence_of(const PatternData& data, const PatternFit& fit);
 
 PatternFit fit_pattern(const PatternData& data, const std::function<void(double share)>& progress);

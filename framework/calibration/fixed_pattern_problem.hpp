@@ -138,8 +138,7 @@ class Problem {
     const PatternView& view = data_.views[v];
     std::vector<double> raw, predicted;
     Vector common(commons);
-    std::ranges::copy(fit.shape, common.begin());
-    std::ranges::copy(fit.waves, common.begin() + shapes);
+    common << Eigen::Map<const Vector>(fit.shape.data(), shapes), Eigen::Map<const Vector>(fit.waves.data(), waves);
     std::vector<Eigen::Matrix<double, per_view, 1>> poses;
     double noise = 0;
     for (std::size_t i = 0; i < view.residual.size(); ++i) {
