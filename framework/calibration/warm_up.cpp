@@ -261,6 +261,18 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
 
 namespace {
 
+/// A time in another unit gives a time constant that no camera has.
+void note_time_constant(const WarmUpModel& model, std::vector<std::string>& notes) {
+  constexpr double shortest = 60, longest = 7200;  // s
+  if (!std::isfinite(model.time_constant.value)) return;
+  if (model.time_constant.value >= shortest && model.time_constant.value <= longest) return;
+  notes.push_back(
+      fmt::format("the time constant of {} is not that of a camera that warms up, which takes 5 to 20 min: is "
+                  "time_since_power_on in "
+                  "the right unit?",
+                  format_quantity(model.time_constant.value, "s")));
+}
+
 /// The drifts that were seen, inner parts of the time left out and predicted.
 std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
   std::vector<double> before, after;
@@ -296,6 +308,7 @@ Result calibrate_warm_up(const Request& request) {
                 .notes = data.campaign.boards.notes,
                 .model = model_text(request, data, model),
                 .held_out = judged(drifts)};
+  note_time_constant(model, result.notes);
   result.notes.insert(result.notes.end(), model.notes.begin(), model.notes.end());
   return result;
 }
