@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/boards.hpp"
 
+#include "calibration/campaign_checks.hpp"
 #include "calibration/frame_mean.hpp"
 #include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
@@ -40,6 +41,7 @@ std::string other_purpose(const io::Condition& c, bool table, bool single_source
 struct Read {
   std::optional<Board> board;
   CameraSeen seen;
+  ConditionEvidence evidence;
   double wrapped = 0;         ///< share of pixels
   UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
@@ -52,11 +54,15 @@ class Reader {
       : campaign_(campaign),
         camera_(campaign.camera->view()),
         range_(physics::unambiguous_range(camera_.modulation_frequency)),
-        models_(camera_, variant, campaign.conditions) {}
+        models_(camera_, variant, campaign.conditions),
+        checks_(campaign, models_) {}
+
+  const CampaignChecks& checks() const { return checks_; }
 
   Read read(std::size_t index, const ReadBoards& options) const {
     const io::Condition& condition = campaign_.conditions[index];
     Read result;
+    result.evidence.condition = condition;
     MeanImages images;
     result.left_out = other_purpose(condition, campaign_.from_table, options.single_sources);
     if (!result.left_out.empty()) return result;
@@ -83,6 +89,7 @@ class Reader {
     else
       from_capture(condition, window, modelled, result, images);
     if (result.board) check_distance(result);
+    if (result.board && !campaign_.from_table) note_evidence(images, result);
     if (result.board && options.visit) options.visit(index, *result.board, images);
     return result;
   }
@@ -107,6 +114,7 @@ class Reader {
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader(), camera_);
+      note_capture(recording, condition, result.evidence);
       images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
       result.unusable = images.left_out;
       result.wrapped = leave_out_wrapped(condition, images);
@@ -170,10 +178,31 @@ class Reader {
     result.board.reset();
   }
 
+  /// The capture's own words on the condition.
+  static void note_capture(const io::Recording& recording, const io::Condition& condition,
+                           ConditionEvidence& evidence) {
+    evidence.condition = condition;
+    evidence.read = true;
+    evidence.camera = recording.reader().header().camera;
+    evidence.recorded_time =
+        recording.reader().metadata(condition.frames ? (*condition.frames)[0] : 0).integration_time;
+    for (const io::CaptureChannel& channel : recording.reader().channels()) {
+      if (channel.name == "distance") evidence.applied = channel.applied;
+    }
+  }
+
+  void note_evidence(const MeanImages& images, Read& result) const {
+    ConditionEvidence& evidence = result.evidence;
+    evidence.phasors = checks_.measured(evidence.condition, images);
+    evidence.has_amplitude = !images.amplitude.empty();
+    evidence.shows_saturation = images.shows_saturation;
+  }
+
   const io::Campaign& campaign_;
   const tofgraph_camera& camera_;
   double range_;
   BoardModels models_;
+  CampaignChecks checks_;
 };
 
 /// Several measurements of one condition as one; their scatter tells how well each is known.
@@ -271,7 +300,18 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
     all.boards.push_back(std::move(*read[i].board));
   }
+  std::vector<ConditionEvidence> evidence;
+  for (Read& r : read) evidence.push_back(std::move(r.evidence));
+  if (diagnostics.ok()) reader.checks().check(evidence, all.notes, diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  for (const char* stage : {"model_correction", "offset_correction"}) {
+    if (corrected_by(campaign, evidence, stage).empty()) continue;
+    all.applied.emplace_back(stage);
+    all.notes.push_back(
+        fmt::format("the captures' distances have {} applied: what it corrected is not found again, and a pipeline "
+                    "needs it as well",
+                    stage));
+  }
   note_wrapped(campaign, read, all);
   note_unusable(campaign, read, all);
   all.falloff = fit_falloff(all.boards);

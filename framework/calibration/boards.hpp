@@ -19,6 +19,7 @@ struct Boards {
   std::array<double, 2> falloff{};   ///< see io::response_of
   std::string serial;                ///< of the camera; empty: not recorded
   std::vector<std::string> notes;    ///< conditions left out or merged, and why
+  std::vector<std::string> applied;  ///< corrections that the captures' distances have already, by stage
   std::size_t repeats = 0;           ///< conditions that were merged with another one
 
   std::size_t target_of(const Board& board) const;

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 namespace tofgraph::calibration {
 
 Result calibrate_offset(const Request& request);            // offset.cpp
@@ -15,6 +17,7 @@ Result calibrate_noise(const Request& request);             // noise.cpp
 Result calibrate_warm_up(const Request& request);           // warm_up.cpp
 Result calibrate_fixed_pattern(const Request& request);     // fixed_pattern.cpp
 Result calibrate_intrinsics(const Request& request);        // intrinsics.cpp
+Result calibrate_response(const Request& request);          // response.cpp
 
 namespace {
 
@@ -39,6 +42,10 @@ constexpr Kind all[] = {
      .calibrate = calibrate_fixed_pattern,
      .writes_model = true,
      .writes_maps = true},
+    {.name = "response",
+     .text = "contrast, gain and dark level, and their maps over the pixels",
+     .calibrate = calibrate_response,
+     .writes_maps = true},
 };
 
 }  // namespace
@@ -57,6 +64,26 @@ const Kind& kind_of(const std::string& name) {
   text += "\n  what can be calibrated:";
   for (const Kind& kind : all) text += fmt::format("\n    {:<18}{}", kind.name, kind.text);
   throw config::ConfigurationError(text);
+}
+
+Result calibrate(const Kind& kind, const Request& request) {
+  Result result = kind.calibrate(request);
+  if (!result.held_out || !(result.held_out->after >= result.held_out->before)) return result;
+  const HeldOutErrors& errors = *result.held_out;
+  const auto number = [&](double value) {
+    return fmt::format("{:.2f}{}{}", value / errors.scale, errors.unit.empty() ? "" : " ", errors.unit);
+  };
+  const std::string problem = fmt::format(
+      "the calibration does not improve conditions that were held out: {} left out and predicted from the "
+      "others, {} remain of {}",
+      errors.left_out, number(errors.after), number(errors.before));
+  if (!request.force)
+    throw std::runtime_error(
+        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}\n  --force writes it "
+                    "all the same",
+                    kind.name, problem, errors.causes));
+  result.notes.insert(result.notes.begin(), fmt::format("{}; likely causes: {}", problem, errors.causes));
+  return result;
 }
 
 std::filesystem::path report_of(const std::filesystem::path& calibration) {

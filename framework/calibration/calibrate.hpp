@@ -25,7 +25,17 @@ struct Request {
   std::optional<double> accuracy;              ///< m, that is wanted
   std::vector<std::string> free;               ///< k3, skew, rational: what is fitted beyond the usual
   std::vector<std::string> without;            ///< distances, warp: what is not used or fitted
+  bool force = false;                          ///< what does not improve held-out conditions is written as well
   std::function<void(double share, const std::string& what)> progress;
+};
+
+/// Root mean square errors of conditions that a calibration was not made from, without it and with it.
+struct HeldOutErrors {
+  std::string left_out;          ///< "each distance"
+  double before = 0, after = 0;  ///< m, or without a unit; NaN: not known
+  std::string unit = "mm";
+  double scale = 1e-3;  ///< of the unit, in SI
+  std::string causes;   ///< likely ones of after >= before
 };
 
 struct Result {
@@ -36,6 +46,7 @@ struct Result {
   std::string model;                   ///< what was fitted as effects, a model file for model_correction
   std::vector<io::PixelMapData> maps;  ///< of the camera's pixels, for a file of their own
   std::size_t map_rows = 0, map_columns = 0;
+  std::optional<HeldOutErrors> held_out;  ///< what decides whether the calibration is written; none: not judged
 };
 
 /// One kind of calibration.
@@ -52,6 +63,12 @@ struct Kind {
 std::span<const Kind> kinds();
 /// @throws config::ConfigurationError with the nearest and the list
 const Kind& kind_of(const std::string& name);
+
+/// Makes a calibration. One that does not improve the conditions that were held out is refused, unless the request is
+/// forced: then a note says so.
+/// @throws config::ConfigurationError a mistake in the campaign
+/// @throws std::runtime_error a calibration that does not improve held-out conditions, or that did not converge
+Result calibrate(const Kind& kind, const Request& request);
 
 /// The report of a calibration file: `camcube2.yaml` and `camcube2.html`.
 std::filesystem::path report_of(const std::filesystem::path& calibration);

@@ -86,6 +86,14 @@ std::string model_head(const Request& request, const io::Campaign& campaign, con
                      config::yaml_word(camera));
 }
 
+void refuse_corrected(const Request& request, const Boards& boards, const std::string& stage) {
+  if (std::ranges::find(boards.applied, stage) == boards.applied.end()) return;
+  throw config::ConfigurationError(
+      fmt::format("{}: error: the boards were corrected already: the captures' distances have {} applied\n  give the "
+                  "captures from before that stage",
+                  request.campaign.string(), stage));
+}
+
 void refuse_duplicates(const io::Campaign& campaign) {
   config::Diagnostics diagnostics;
   std::map<std::filesystem::path, std::vector<const io::Condition*>> seen;

@@ -29,6 +29,10 @@ io::CalibrationWriter writer_for(const Request& request, const Campaign& campaig
 /// The first lines of a model of the campaign's camera for a file beside the calibration; the effects follow.
 std::string model_head(const Request& request, const io::Campaign& campaign, const std::string& serial);
 
+/// Boards that a stage corrected already do not show what that stage is to correct.
+/// @throws config::ConfigurationError where the captures have it applied
+void refuse_corrected(const Request& request, const Boards& boards, const std::string& stage);
+
 /// A capture whose frames are in two conditions would count twice. @throws config::ConfigurationError with both places
 void refuse_duplicates(const io::Campaign& campaign);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The calibration `fixed-pattern`: the file, the maps, the model and the summary.
-#include "calibration/fixed_pattern.hpp"
+#include "calibration/fixed_pattern_priors.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -72,6 +72,9 @@ std::string file_text(const Request& request, const PatternData& data, const Pat
     tilt_x.value.push_back(p.tilt_x);
     tilt_y.value.push_back(p.tilt_y);
   }
+  writer.column("waves", {fit.waves, {}}, "mm", 1e-3);
+  writer.number("input_spread", fit.input_spread, unknown, "mm", 1e-3);
+  writer.number("restart_difference", fit.restart_difference, unknown, "mm", 1e-3);
   writer.column("offset", offset, "mm", 1e-3);
   writer.column("displacement", z, "mm", 1e-3);
   writer.column("tilt_x", tilt_x, "mrad", 1e-3);
@@ -113,10 +116,9 @@ std::vector<std::string> notes_of(const PatternData& data, const PatternFit& fit
   if (const std::size_t n = unknown_pixels(fit); n > 0)
     notes.push_back(fmt::format("{} pixel{} seen too seldom: in the maps 0, with a standard deviation of NaN", n,
                                 n == 1 ? " was" : "s were"));
-  if (!helps(fit))
-    notes.emplace_back(
-        "the pattern does not help at distances that were left out: the model has no effect, the maps are what was "
-        "found");
+  if (!helps(fit)) notes.emplace_back("the model has no effect, the maps are what was found");
+  if (!std::isfinite(fit.after.value))
+    notes.emplace_back("with fewer than three distances none can be left out: the pattern was not judged");
   if (rms_of(fit.map_sd, fit.map_sd) > rms_of(fit.map, fit.map_sd) / 2)
     notes.emplace_back(
         "the pattern is hardly larger than its own uncertainty: record more frames, distances and rolls");
@@ -134,11 +136,38 @@ std::vector<std::string> notes_of(const PatternData& data, const PatternFit& fit
 
 }  // namespace
 
+std::string divergence_of(const PatternData& data, const PatternFit& fit) {
+  constexpr double max_spreads = 5, max_restart = 0.1;  // of the input's spread; of the map's rms
+  const double rms = rms_of(fit.map, fit.map_sd), known_to = rms_of(fit.map_sd, fit.map_sd);
+  if (!(rms <= max_spreads * fit.input_spread))
+    return fmt::format(
+        "the fit diverged: a pattern of {:.2f} mm rms from images whose pixels differ by {:.2f} mm (robust standard "
+        "deviation); are distances and rolls those of the captures?",
+        rms * 1e3, fit.input_spread * 1e3);
+  if (!fit.settled || fit.restart_difference > std::max(max_restart * rms, known_to))
+    return fmt::format(
+        "the fit did not converge: two starts give maps that differ by {:.2f} mm rms (pattern {:.2f} mm rms), the "
+        "gradient is {:.2g}; record more distances and rolls",
+        fit.restart_difference * 1e3, rms * 1e3, fit.gradient);
+  for (std::size_t v = 0; v < fit.poses.size(); ++v) {
+    if (std::abs(fit.poses[v].z) > pattern::max_deviations * pattern::max_jitter.z)
+      return fmt::format(
+          "the board of the condition '{}' seems to be displaced by {:.0f} mm against the others, more than {:.0f} mm: "
+          "is "
+          "its distance right?",
+          data.campaign.conditions.conditions[data.views[v].condition].id, fit.poses[v].z * 1e3,
+          pattern::max_deviations * pattern::max_jitter.z * 1e3);
+  }
+  return {};
+}
+
 Result calibrate_fixed_pattern(const Request& request) {
   const PatternData data = read_pattern(request);
   const PatternFit fit = fit_pattern(data, [&](double share) {
     if (request.progress) request.progress(0.5 + 0.5 * share, "fitting");
   });
+  if (const std::string problem = divergence_of(data, fit); !problem.empty())
+    throw std::runtime_error(fmt::format("calibrate fixed-pattern: {}; nothing was written", problem));
   const std::vector<std::string> lines = summary_of(data, fit);
   Result result{.file = file_text(request, data, fit),
                 .page = fixed_pattern_report(data, fit, sentence_of(lines)),
@@ -148,6 +177,12 @@ Result calibrate_fixed_pattern(const Request& request) {
                 .maps = {{"map", "m", fit.map}, {"map_sd", "m", fit.map_sd}},
                 .map_rows = data.rows,
                 .map_columns = data.columns};
+  result.held_out = {.left_out = "each distance",
+                     .before = fit.before.value,
+                     .after = fit.after.value,
+                     .causes =
+                         "a pattern that is smaller than the noise of the means (record more frames), boards that "
+                         "were corrected already, a board that moved or was changed between the distances"};
   if (fit.has_slope) {
     result.maps.push_back({"slope_map", "", fit.slope});
     result.maps.push_back({"slope_map_sd", "", fit.slope_sd});

@@ -30,8 +30,9 @@ struct PatternData {
   Campaign campaign;
   std::vector<PatternView> views;
   std::size_t rows = 0, columns = 0;
-  double extent = 1;        ///< m, half of the board that was seen
-  bool noise_known = true;  ///< every condition has several frames
+  double extent = 1;             ///< m, half of the board that was seen
+  double metres_per_radian = 1;  ///< half path for a phase of 1 rad
+  bool noise_known = true;       ///< every condition has several frames
 };
 /// @throws config::ConfigurationError with every mistake
 PatternData read_pattern(const Request& request);
@@ -52,11 +53,16 @@ struct PatternFit {
   std::vector<ViewPose> poses;      ///< of each view
   std::vector<double> shape;        ///< of the board, m, a coefficient each of shape_terms
   std::vector<double> shape_sd;
-  ViewPose jitter;               ///< standard deviations of the poses, estimated; offset: not used
-  double misfit = unknown;       ///< what is left over the noise, root mean square; 1: nothing but noise
-  double noise = unknown;        ///< m, of a pixel's mean in one view, root mean square
-  Interval before, after;        ///< m, one distance left out and predicted, boards' places taken out
-  double noise_floor = unknown;  ///< m, what noise alone leaves there
+  std::vector<double> waves;            ///< m, an error that follows the distance: cosine and sine of each harmonic
+  double gradient = unknown;            ///< of the log marginal likelihood by ln jitter, over the number of poses
+  bool settled = false;                 ///< the gradient vanished from both starts
+  double restart_difference = unknown;  ///< m, root mean square difference of the maps from both starts
+  double input_spread = unknown;        ///< m, robust standard deviation of a view over its pixels, median of the views
+  ViewPose jitter;                      ///< standard deviations of the poses, estimated; offset: not used
+  double misfit = unknown;              ///< what is left over the noise, root mean square; 1: nothing but noise
+  double noise = unknown;               ///< m, of a pixel's mean in one view, root mean square
+  Interval before, after;               ///< m, one distance left out and predicted, boards' places taken out
+  double noise_floor = unknown;         ///< m, what noise alone leaves there
   std::vector<std::string> notes;
 };
 
@@ -67,6 +73,9 @@ inline constexpr std::array<std::array<int, 2>, 12> shape_terms = {
 std::array<double, shape_terms.size()> shape_terms_at(double x, double y);
 /// How far the board's surface is behind its plane there, m.
 double shape_at(const std::vector<double>& shape, double x, double y);
+
+/// The reason why a fit cannot be used: it diverged or did not converge; empty: it can.
+std::string divergence_of(const PatternData& data, const PatternFit& fit);
 
 PatternFit fit_pattern(const PatternData& data, const std::function<void(double share)>& progress);
 

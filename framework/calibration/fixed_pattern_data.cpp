@@ -4,6 +4,7 @@
 #include "config/diagnostics.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/non_linearity.hpp>
 
 #include <algorithm>
@@ -85,6 +86,7 @@ PatternData read_pattern(const Request& request) {
   const tofgraph_camera& camera = campaign.camera->view();
   data.rows = camera.height;
   data.columns = camera.width;
+  data.metres_per_radian = physics::metres_per_radian(camera.modulation_frequency);
   std::mutex turn;
   try {
     const BoardModel model(camera, request.variant);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/fixed_pattern_problem.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -50,13 +52,41 @@ double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   return std::sqrt(std::max(squares - noise * misfit * misfit, 0.0) / count);
 }
 
-Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit,
+enum class Deviations { wanted, not_wanted };
+
+Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit, Deviations deviations,
                ViewPose start = pattern::first_jitter) {
   Problem problem(data, use, slope_sd);
   problem.assemble();
   problem.solve(fit, start);
-  problem.back_substitute(fit);
+  problem.back_substitute(fit, deviations == Deviations::wanted);
   return problem;
+}
+
+/// Root mean square difference of two maps of the same pixels, without their means.
+double difference_of(const PatternFit& a, const PatternFit& b) {
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < a.map.size(); ++i) {
+    if (std::isfinite(a.map_sd[i])) differences.push_back(a.map[i] - b.map[i]);
+  }
+  const Moments moments = moments_of(differences);
+  return differences.size() < 2 ? 0 : moments.sd;
+}
+
+/// Robust standard deviation over the pixels of the views' residuals, median of the views.
+double spread_of_input(const PatternData& data) {
+  std::vector<double> spreads;
+  for (const PatternView& view : data.views) {
+    std::vector<double> residuals;
+    for (const float r : view.residual) {
+      if (std::isfinite(r)) residuals.push_back(r);
+    }
+    if (residuals.empty()) continue;
+    const double middle = physics::median(std::vector(residuals));
+    for (double& r : residuals) r = std::abs(r - middle);
+    spreads.push_back(physics::sd_of_deviations * physics::median(std::move(residuals)));
+  }
+  return spreads.empty() ? unknown : physics::median(std::move(spreads));
 }
 
 std::size_t distances_of(const PatternData& data, std::map<double, std::vector<std::size_t>>& levels) {
@@ -77,7 +107,8 @@ void hold_out(const PatternData& data, double slope_sd, PatternFit& result,
     ViewUse use(data.views.size(), 1);
     for (const std::size_t v : members) use[v] = 0;
     PatternFit fit;
-    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, result.jitter);
+    const Problem problem =
+        fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, Deviations::not_wanted, result.jitter);
     for (const std::size_t v : members) {
       const auto [b, a, n] = problem.predict(v, fit);
       before[level].push_back(b);
@@ -117,11 +148,16 @@ PatternFit fit_pattern(const PatternData& data, const std::function<void(double 
   std::map<double, std::vector<std::size_t>> levels;
   double slope_sd = 0;
   if (distances_of(data, levels) >= 3) {
-    fitted(data, all, loose_slope, fit);
+    fitted(data, all, loose_slope, fit, Deviations::wanted);
     slope_sd = roughness_of_slopes(data, fit);
   }
   fit.has_slope = slope_sd > 0;
-  fitted(data, all, slope_sd, fit);
+  fitted(data, all, slope_sd, fit, Deviations::wanted);
+  PatternFit again;
+  fitted(data, all, slope_sd, again, Deviations::not_wanted, pattern::second_jitter);
+  fit.settled = fit.settled && again.settled;
+  fit.restart_difference = difference_of(fit, again);
+  fit.input_spread = spread_of_input(data);
   take_mean_out(fit);
   if (progress) progress(0.3);
   // Where the noise is not known, or something else is left beside it, the scatter says how uncertain all is.

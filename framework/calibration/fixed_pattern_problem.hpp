@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file The equations of a fixed pattern: residual = map + slope (D - 2 m) of each pixel, plus offset, place and tilt
-/// of each view, plus the board's shape. The pixels' own unknowns are eliminated one pixel at a time (Schur
-/// complement), the few that are left are solved for exactly; how much boards are out of place is estimated with them
-/// (expectation maximisation).
+/// of each view, plus the board's shape and an error that follows the distance. The pixels' own unknowns are eliminated
+/// one pixel at a time (Schur complement), the few that are left are solved for exactly; how much boards are out of
+/// place is estimated with them by maximising the marginal likelihood (MacKay, Neural Computation 4, 1992), within
+/// the bounds of fixed_pattern_priors.hpp.
 #pragma once
 
-#include "calibration/fixed_pattern.hpp"
+#include "calibration/fixed_pattern_priors.hpp"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -22,12 +23,8 @@ namespace tofgraph::calibration::pattern {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size();
-inline constexpr double loose_shape = 5e-3;  ///< m, of a board before anything was seen
-inline constexpr ViewPose first_jitter{0, 30e-3, 5e-3, 5e-3, 50e-3};
-inline constexpr double min_z = 1e-6, min_tilt = 1e-6, min_bend = 1e-6;  ///< m, rad, 1/m: as good as none
-inline constexpr double loose_offset = 1;                                ///< m
-inline constexpr double no_offset = 1e-7;  ///< m, of the first view: all others and the map are counted from it
+inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size(), waves = 2 * harmonics.size(),
+                              commons = shapes + waves;
 
 /// What a pixel says: its rows of the problem.
 struct Rows {
@@ -35,7 +32,7 @@ struct Rows {
   std::vector<Eigen::Index> view;             ///< of each row
   std::vector<double> weight, residual, arm;  ///< 1/m^2, m, D - 2 m in m
   std::vector<Eigen::Matrix<double, per_view, 1>> pose;
-  std::vector<Eigen::Matrix<double, shapes, 1>> shape;
+  std::vector<Eigen::Matrix<double, commons, 1>> common;  ///< the board's shape, then the waves
 };
 
 using ViewUse = std::vector<char>;  ///< which views are fitted
@@ -48,7 +45,7 @@ class Problem {
         use_(std::move(use)),
         slope_sd_(slope_sd),
         slope_(slope_sd > 0),
-        size_(per_view * static_cast<Eigen::Index>(use_.size()) + shapes),
+        size_(per_view * static_cast<Eigen::Index>(use_.size()) + commons),
         first_(std::ranges::find(use_, 1) - use_.begin()) {}
 
   void assemble() {
@@ -68,59 +65,60 @@ class Problem {
     moment_ = sums.moment;
   }
 
-  /// Solves, and estimates the jitter of the poses.
-  /// @throws std::runtime_error when the data tell nothing
-  void solve(PatternFit& fit, ViewPose jitter = first_jitter) {
-    constexpr int rounds = 200;
-    constexpr double settled = 2e-3;  // relative
+  /// Solves, and estimates the jitter of the poses until the gradient of the marginal likelihood vanishes.
+  /// @throws std::runtime_error when the data determine nothing
+  void solve(PatternFit& fit, ViewPose jitter) {
+    constexpr int rounds = 300;
+    constexpr double settled = 4e-3;  // relative to the number of poses
     for (int round = 0; round < rounds; ++round) {
-      Matrix system = gram_;
-      for (Eigen::Index k = 0; k < size_; ++k) system(k, k) += 1 / std::pow(prior(k, jitter), 2);
-      const Eigen::LLT<Matrix> factor(system);
-      if (factor.info() != Eigen::Success || !moment_.allFinite())
-        throw std::runtime_error(
-            "the boards do not determine a pattern: too few pixels were seen, or none of them twice");
-      covariance_ = factor.solve(Matrix::Identity(size_, size_));
-      theta_ = covariance_ * moment_;
-      const ViewPose before = std::exchange(jitter, estimated(jitter));
-      const auto same = [](double a, double b) { return std::abs(a - b) <= settled * a; };
-      if (same(before.z, jitter.z) && same(before.tilt_x, jitter.tilt_x) && same(before.bend, jitter.bend)) break;
+      solve_with(jitter);
+      const auto [next, gradient] = improved(jitter);
+      fit.gradient = gradient;
+      if (gradient < settled) break;
+      jitter = next;
     }
-    fit.jitter = jitter;
+    fit.settled = fit.gradient < settled;
+    fit.jitter = jitter_ = jitter;
     fit.poses.assign(use_.size(), {});
     for (std::size_t v = 0; v < use_.size(); ++v) {
       const Eigen::Index at = per_view * static_cast<Eigen::Index>(v);
       fit.poses[v] = {theta_[at], theta_[at + 1], theta_[at + 2], theta_[at + 3], theta_[at + 4]};
     }
-    fit.shape.assign(theta_.data() + size_ - shapes, theta_.data() + size_);
+    const auto common = theta_.tail(commons);
+    fit.shape.assign(common.data(), common.data() + shapes);
+    fit.waves.assign(common.data() + shapes, common.data() + commons);
     fit.shape_sd.clear();
-    for (Eigen::Index k = size_ - shapes; k < size_; ++k) fit.shape_sd.push_back(std::sqrt(covariance_(k, k)));
+    for (Eigen::Index k = size_ - commons; k < size_ - waves; ++k) fit.shape_sd.push_back(std::sqrt(covariance_(k, k)));
   }
 
   /// The pixels' own unknowns, and what is left over the noise.
-  void back_substitute(PatternFit& fit) const {
+  /// @param with_sd whether standard deviations are wanted, which take most of the time; else they are 0
+  void back_substitute(PatternFit& fit, bool with_sd) const {
     const std::size_t pixels = data_.rows * data_.columns;
     for (std::vector<double>* values : {&fit.map, &fit.slope}) values->assign(pixels, 0);
     for (std::vector<double>* values : {&fit.map_sd, &fit.slope_sd}) values->assign(pixels, unknown);
     double square = 0, freedom = 0, noise = 0, count = 0;
-    const Eigen::RowVectorXd mean = mean_gain();
+    const Eigen::RowVectorXd mean = with_sd ? mean_gain() : Eigen::RowVectorXd();
+    const Vector all_displaced = displaced();
+    const double gauge_variance = jitter_.z * jitter_.z / static_cast<double>(std::ranges::count(use_, 1));
     for (std::size_t i = 0; i < pixels; ++i) {
       const Rows rows = rows_of(i);
       if (rows.view.size() < static_cast<std::size_t>(rows.own + 1)) continue;
       const Own own = own_of(rows);
       const Matrix inverse = own.local.inverse();
       const Vector x = inverse * (own.moment - own.cross * theta_);
-      Matrix gain = inverse * own.cross;
-      gain.row(0) -= mean;  // of the map without its mean, which nobody knows
-      const Matrix covariance = inverse + gain * covariance_ * gain.transpose();
       fit.map[i] = x[0];
-      fit.map_sd[i] = std::sqrt(covariance(0, 0));
-      if (slope_) {
-        fit.slope[i] = x[1];
-        fit.slope_sd[i] = std::sqrt(covariance(1, 1));
+      fit.map_sd[i] = fit.slope_sd[i] = 0;
+      if (slope_) fit.slope[i] = x[1];
+      if (with_sd) {
+        Matrix gain = inverse * own.cross;
+        gain.row(0) -= mean;  // of the map without its mean
+        const Matrix covariance = inverse + gain * covariance_ * gain.transpose();
+        fit.map_sd[i] = std::sqrt(covariance(0, 0) + gauge_variance * std::pow(gain.row(0).dot(all_displaced), 2));
+        fit.slope_sd[i] = slope_ ? std::sqrt(covariance(1, 1)) : unknown;
       }
       for (std::size_t r = 0; r < rows.view.size(); ++r) {
-        const double left = rows.residual[r] - x[0] - (slope_ ? x[1] * rows.arm[r] : 0) - told(rows, r);
+        const double left = rows.residual[r] - x[0] - (slope_ ? x[1] * rows.arm[r] : 0) - explained(rows, r);
         square += rows.weight[r] * left * left;
         noise += 1 / rows.weight[r];
         count += 1;
@@ -131,21 +129,23 @@ class Problem {
     fit.noise = std::sqrt(noise / std::max(count, 1.0));
   }
 
-  /// Root mean square of a view that was not fitted, minus its own offset, place and tilt, and what noise leaves.
+  /// Root mean square of a view that was not fitted, without and with the pattern, and what noise leaves. Its own
+  /// offset, place and tilt, the board's shape and the error that follows the distance are no part of the pattern: they
+  /// are taken out of both.
   std::array<double, 3> predict(std::size_t v, const PatternFit& fit) const {
     Matrix a = Matrix::Zero(per_view, per_view);
     Vector before = Vector::Zero(per_view), after = before;
     const PatternView& view = data_.views[v];
     std::vector<double> raw, predicted;
+    Vector common(commons);
+    common << Eigen::Map<const Vector>(fit.shape.data(), shapes), Eigen::Map<const Vector>(fit.waves.data(), waves);
     std::vector<Eigen::Matrix<double, per_view, 1>> poses;
     double noise = 0;
     for (std::size_t i = 0; i < view.residual.size(); ++i) {
       if (!std::isfinite(view.residual[i]) || !std::isfinite(fit.map_sd[i])) continue;
       poses.push_back(pose_of(view, i));
-      raw.push_back(view.residual[i]);
-      const double x = view.place[i][0] / data_.extent, y = view.place[i][1] / data_.extent;
-      predicted.push_back(raw.back() - fit.map[i] - fit.slope[i] * (view.distance[i] - slope_origin) -
-                          view.along_z[i] * shape_at(fit.shape, x, y));
+      raw.push_back(view.residual[i] - common_of(view, i).dot(common));
+      predicted.push_back(raw.back() - fit.map[i] - fit.slope[i] * (view.distance[i] - slope_origin));
       a += poses.back() * poses.back().transpose();
       before += poses.back() * raw.back();
       after += poses.back() * predicted.back();
@@ -182,6 +182,21 @@ class Problem {
     return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from it
   }
 
+  /// The board's shape at the pixel, and the waves against their values at the board's distance.
+  Eigen::Matrix<double, commons, 1> common_of(const PatternView& view, std::size_t i) const {
+    Eigen::Matrix<double, commons, 1> common;
+    const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
+    common.head<shapes>() = view.along_z[i] * Eigen::Map<const Eigen::Matrix<double, shapes, 1>>(terms.data());
+    const double here = view.distance[i] / data_.metres_per_radian,
+                 middle = view.board_distance / data_.metres_per_radian;
+    for (Eigen::Index h = 0; h < waves / 2; ++h) {
+      const double order = harmonics[static_cast<std::size_t>(h)].order;
+      common[shapes + 2 * h] = std::cos(order * here) - std::cos(order * middle);
+      common[shapes + 2 * h + 1] = std::sin(order * here) - std::sin(order * middle);
+    }
+    return common;
+  }
+
   Rows rows_of(std::size_t i) const {
     Rows rows;
     rows.own = slope_ ? 2 : 1;
@@ -193,8 +208,7 @@ class Problem {
       rows.residual.push_back(view.residual[i]);
       rows.arm.push_back(view.distance[i] - slope_origin);
       rows.pose.push_back(pose_of(view, i));
-      const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
-      rows.shape.emplace_back(view.along_z[i] * Eigen::Map<const Eigen::Matrix<double, shapes, 1>>(terms.data()));
+      rows.common.push_back(common_of(view, i));
     }
     return rows;
   }
@@ -209,7 +223,7 @@ class Problem {
       own.local += weighted * mine.transpose();
       own.moment += weighted * rows.residual[r];
       own.cross.middleCols(per_view * rows.view[r], per_view) += weighted * rows.pose[r].transpose();
-      own.cross.rightCols(shapes) += weighted * rows.shape[r].transpose();
+      own.cross.rightCols(commons) += weighted * rows.common[r].transpose();
     }
     if (rows.own > 1) own.local(1, 1) += 1 / (slope_sd_ * slope_sd_);
     return own;
@@ -223,12 +237,12 @@ class Problem {
       const Eigen::Index at = per_view * rows.view[r];
       const double w = rows.weight[r], y = rows.residual[r];
       sums.gram.block<per_view, per_view>(at, at) += w * rows.pose[r] * rows.pose[r].transpose();
-      const Eigen::Matrix<double, per_view, shapes> mixed = w * rows.pose[r] * rows.shape[r].transpose();
-      sums.gram.block<per_view, shapes>(at, size_ - shapes) += mixed;
-      sums.gram.block<shapes, per_view>(size_ - shapes, at) += mixed.transpose();
-      sums.gram.bottomRightCorner<shapes, shapes>() += w * rows.shape[r] * rows.shape[r].transpose();
+      const Eigen::Matrix<double, per_view, commons> mixed = w * rows.pose[r] * rows.common[r].transpose();
+      sums.gram.block<per_view, commons>(at, size_ - commons) += mixed;
+      sums.gram.block<commons, per_view>(size_ - commons, at) += mixed.transpose();
+      sums.gram.bottomRightCorner<commons, commons>() += w * rows.common[r] * rows.common[r].transpose();
       sums.moment.segment<per_view>(at) += w * y * rows.pose[r];
-      sums.moment.tail<shapes>() += w * y * rows.shape[r];
+      sums.moment.tail<commons>() += w * y * rows.common[r];
     }
     const Matrix half = own.local.llt().matrixL().solve(own.cross);
     sums.gram.noalias() -= half.transpose() * half;
@@ -250,32 +264,70 @@ class Problem {
   }
 
   double prior(Eigen::Index k, const ViewPose& jitter) const {
-    if (k >= size_ - shapes) return loose_shape;
-    const double sd[] = {k == per_view * first_ ? no_offset : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
+    if (const Eigen::Index wave = k - (size_ - waves); wave >= 0)
+      return harmonics[static_cast<std::size_t>(wave / 2)].amplitude * data_.metres_per_radian;
+    if (k >= size_ - commons) return loose_shape;
+    const double sd[] = {k == per_view * first_ ? gauge : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
                          jitter.bend};
     return sd[k % per_view];
   }
 
-  /// Mean square of what was found and of what is not known of it.
-  ViewPose estimated(const ViewPose& before) const {
-    double z = 0, tilt = 0, bend = 0, count = 0;
+  /// All boards displaced by the same length.
+  Vector displaced() const {
+    Vector all = Vector::Zero(size_);
     for (std::size_t v = 0; v < use_.size(); ++v) {
-      if (use_[v] == 0) continue;
-      const Eigen::Index at = per_view * static_cast<Eigen::Index>(v);
-      const auto square = [&](Eigen::Index k) { return theta_[k] * theta_[k] + covariance_(k, k); };
-      z += square(at + 1);
-      tilt += square(at + 2) + square(at + 3);
-      bend += square(at + 4);
-      count += 1;
+      if (use_[v] != 0) all[per_view * static_cast<Eigen::Index>(v) + 1] = 1;
     }
-    if (count == 0) return before;
-    const double sd = std::max(std::sqrt(tilt / (2 * count)), min_tilt);
-    return {0, std::max(std::sqrt(z / count), min_z), sd, sd, std::max(std::sqrt(bend / count), min_bend)};
+    return all;
   }
 
-  double told(const Rows& rows, std::size_t r) const {
+  void solve_with(const ViewPose& jitter) {
+    const Vector all = displaced() / static_cast<double>(std::ranges::count(use_, 1));
+    Matrix system = gram_ + all * all.transpose() / (gauge * gauge);
+    for (Eigen::Index k = 0; k < size_; ++k) system(k, k) += 1 / std::pow(prior(k, jitter), 2);
+    const Eigen::LLT<Matrix> factor(system);
+    if (factor.info() != Eigen::Success || !moment_.allFinite())
+      throw std::runtime_error(
+          "the boards do not determine a pattern: too few pixels were seen, or none of them twice");
+    covariance_ = factor.solve(Matrix::Identity(size_, size_));
+    theta_ = factor.solve(moment_);
+  }
+
+  /// The jitter that the present poses make likely, within its bounds, and the gradient of the log of the marginal
+  /// likelihood by the logarithms of the jitter, over the number of poses; a bound that it points beyond has none.
+  std::pair<ViewPose, double> improved(const ViewPose& jitter) const {
+    ViewPose next = jitter;
+    double largest = 0;
+    const auto update = [&](double ViewPose::*member, std::initializer_list<Eigen::Index> places, double held) {
+      double square = 0, variance = 0, count = -held;
+      for (std::size_t v = 0; v < use_.size(); ++v) {
+        if (use_[v] == 0) continue;
+        for (const Eigen::Index place : places) {
+          const Eigen::Index k = per_view * static_cast<Eigen::Index>(v) + place;
+          square += theta_[k] * theta_[k];
+          variance += covariance_(k, k);
+          count += 1;
+        }
+      }
+      if (!(count > 0)) return;
+      const double prior = jitter.*member * jitter.*member, known = count - variance / prior;
+      const double gradient = ((square + variance) / prior - count) / count;
+      next.*member = known > 1e-9 * count ? std::sqrt(square / known) : jitter.*member;
+      next.*member = std::clamp(next.*member, min_jitter.*member, max_jitter.*member);
+      const bool held_by_bound =
+          gradient > 0 ? jitter.*member >= max_jitter.*member : jitter.*member <= min_jitter.*member;
+      if (!held_by_bound) largest = std::max(largest, std::abs(gradient));
+    };
+    update(&ViewPose::z, {1}, 1);  // their mean is held
+    update(&ViewPose::tilt_x, {2, 3}, 0);
+    next.tilt_y = next.tilt_x;
+    update(&ViewPose::bend, {4}, 0);
+    return {next, largest};
+  }
+
+  double explained(const Rows& rows, std::size_t r) const {
     return rows.pose[r].dot(theta_.segment<per_view>(per_view * rows.view[r])) +
-           rows.shape[r].dot(theta_.tail<shapes>());
+           rows.common[r].dot(theta_.tail<commons>());
   }
 
   const PatternData& data_;
@@ -286,6 +338,7 @@ class Problem {
   Eigen::Index first_;
   Matrix gram_, covariance_;
   Vector moment_, theta_;
+  ViewPose jitter_;
 };
 
 }  // namespace tofgraph::calibration::pattern

@@ -206,12 +206,16 @@ std::vector<std::string> summary_of(const Intrinsics& result, std::size_t condit
   return lines;
 }
 
+std::string square_of(const Intrinsics& result) {
+  return square_problem(result.alone, result.views.observations, result.views.pattern.square);
+}
+
 void add_distance_notes(const Intrinsics& result, std::vector<std::string>& notes) {
   if (!result.distances.done) return;
   if (!result.distances.fit())
     notes.push_back(fmt::format("the measured distances do not fit the corners ({}): they are not used",
                                 result.distances.reason()));
-  const std::string square = square_problem(result.joint, result.views.pattern.square);
+  const std::string square = square_of(result);
   if (!square.empty()) notes.push_back(square);
 }
 
@@ -246,8 +250,7 @@ void add_fit_notes(const Intrinsics& result, std::vector<std::string>& notes) {
 /// Whether something is to be said before anyone relies on the lens; the notes say what.
 bool doubtful(const Intrinsics& result) {
   const bool judged = result.halves.done && result.halves.agree() && result.held_out.done;
-  const bool distances = !result.distances.done ||
-                         (result.distances.fit() && square_problem(result.joint, result.views.pattern.square).empty());
+  const bool distances = !result.distances.done || (result.distances.fit() && square_of(result).empty());
   return !judged || !distances || result.lens.found || result.board.found || !result.solution.doubtful.empty() ||
          scattered(result.solution) || !undetermined(result.solution).empty();
 }
@@ -291,6 +294,19 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
   return notes;
 }
 
+/// Views left out, by the profile's lens and by one that was made without them.
+std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
+  if (!result.held_out.done) return std::nullopt;
+  return HeldOutErrors{.left_out = "some views at a time",
+                       .before = result.held_out.nominal,
+                       .after = result.held_out.rms,
+                       .unit = "px",
+                       .scale = 1,
+                       .causes =
+                           "a profile whose lens is right already, too few or too similar views, a pattern of "
+                           "another size than stated"};
+}
+
 }  // namespace
 
 std::array<double, 2> tilts_of(const Pose& pose) {
@@ -323,12 +339,12 @@ Result calibrate_intrinsics(const Request& request) {
   write_judgement(result, writer);
   write_views(result, writer);
   const std::vector<std::string> lines = summary_of(result, campaign.conditions.size());
-  const std::vector<std::string> notes = notes_of(result);
   return {.file = writer.text(),
           .page = intrinsics_report(campaign.camera->view().name, result, sentence_of({lines[0], lines[1]}),
                                     doubtful(result) ? "warn" : "good", lines),
           .summary = fmt::format("{}", fmt::join(lines, "\n")),
-          .notes = notes};
+          .notes = notes_of(result),
+          .held_out = held_out_of(result)};
 }
 
 }  // namespace tofgraph::calibration

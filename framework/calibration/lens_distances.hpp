@@ -27,7 +27,9 @@ struct DistanceCheck {
 DistanceCheck check_distances(const LensSolution& corners, const LensSolution& joint);
 
 /// Why the measured distances are too far from those that the size of the squares gives, with the size that would fit;
-/// empty: they are not. @param square m
-std::string square_problem(const LensSolution& joint, double square);
+/// empty: they are not. Offset and scale of the measured distances are told apart by the ranges of the views; a scale
+/// beyond what cyclic errors make is that of the squares.
+/// @param corners the lens from corners alone @param observations with the views' distances @param square m
+std::string square_problem(const LensSolution& corners, const Observations& observations, double square);
 
 }  // namespace tofgraph::calibration

@@ -214,18 +214,22 @@ HeldOutViews predict_left_out(const Observations& observations, const LensOption
     }
   });
   if (!determined) return result;
-  double squares = 0, fitted = 0, corners = 0;
+  LensSolution nominal = solution;
+  if (observations.expected) nominal.lens = *observations.expected;
+  double squares = 0, fitted = 0, by_profile = 0, corners = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const SolvedView& view = solution.views[i];
     const auto used = static_cast<double>(std::ranges::count(view.used, true));
     means[i] = sums[i] / (2 * used);
     squares += sums[i];
     fitted += resect(observations, observations.views[view.view], view.used, solution, view.pose);
+    by_profile += resect(observations, observations.views[view.view], view.used, nominal, view.pose);
     corners += used;
   }
   result.done = true;
   result.rms = std::sqrt(squares / (2 * corners));
   result.fitted = std::sqrt(fitted / (2 * corners));
+  if (observations.expected) result.nominal = std::sqrt(by_profile / (2 * corners));
   double mean = 0, spread = 0;
   for (const double m : means) mean += m / static_cast<double>(n);
   for (const double m : means) spread += (m - mean) * (m - mean) / static_cast<double>((n - 1) * n);

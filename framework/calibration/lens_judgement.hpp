@@ -4,6 +4,7 @@
 /// that were left out, whether the lens is of the fitted model at all, and which view would help most.
 #pragma once
 
+#include "calibration/board.hpp"
 #include "calibration/bundle.hpp"
 
 #include <Eigen/Core>
@@ -44,6 +45,7 @@ struct HeldOutViews {
   std::size_t folds = 0;
   double rms = 0, low = 0, high = 0;  ///< px a coordinate, with its 95 % interval over views
   double fitted = 0;                  ///< px, of the same views with the lens made from them
+  double nominal = unknown;           ///< px, with the lens of the camera's profile; NaN: it is not known
 };
 
 /// Score test on terms that were not fitted.

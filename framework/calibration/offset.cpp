@@ -82,11 +82,47 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   return lines;
 }
 
+void note_outlying(const Boards& boards, std::vector<std::string>& notes) {
+  for (const OutlyingBoard& one : outlying_boards(boards)) {
+    const Board& board = boards.boards[one.board];
+    notes.push_back(fmt::format(
+        "{}: the board at {} was measured {:.1f} mm {} than its neighbours predict, others within {:.1f} mm (robust "
+        "standard deviation): is its distance right?",
+        board.condition.id, config::format_quantity(board.distance, "m"), std::abs(one.error) * 1e3,
+        one.error > 0 ? "farther" : "nearer", one.usual * 1e3));
+  }
+}
+
+/// The first axis decides, which is the distance; others are noted.
+void judge(const std::vector<HeldOut>& axes, Result& result) {
+  if (axes.empty()) return;
+  const auto words = [](const HeldOut& axis) {
+    std::string name = axis.axis;
+    std::ranges::replace(name, '_', ' ');
+    return "each " + name;
+  };
+  result.held_out = HeldOutErrors{
+      .left_out = words(axes.front()),
+      .before = axes.front().before.value,
+      .after = axes.front().after.value,
+      .causes =
+          "boards too far apart for the period of the error (one every 250 mm is enough for wiggling at 20 MHz), a "
+          "wrong distance, target or integration time of a condition, boards that were corrected already"};
+  for (std::size_t i = 1; i < axes.size(); ++i) {
+    if (axes[i].after.value >= axes[i].before.value)
+      result.notes.push_back(fmt::format(
+          "{} left out and predicted from the others, {:.1f} mm remain of {:.1f} mm: the calibration does not help "
+          "between those that were measured; measure more of them",
+          words(axes[i]), axes[i].after.value * 1e3, axes[i].before.value * 1e3));
+  }
+}
+
 }  // namespace
 
 Result calibrate_offset(const Request& request) {
   const Campaign campaign = read(request);
   const Boards& boards = campaign.boards;
+  refuse_corrected(request, boards, "offset_correction");
   check_enough(request, boards);
   const tofgraph_camera& camera = campaign.conditions.camera->view();
   io::OffsetCalibration calibration{.camera = camera.name,
@@ -115,6 +151,8 @@ Result calibrate_offset(const Request& request) {
                 .page = offset_report(campaign, *table, axes, sentence_of(worth)),
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = boards.notes};
+  judge(axes, result);
+  note_outlying(boards, result.notes);
   if (!table->knows_reflectivities())
     result.notes.emplace_back(
         "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "

@@ -259,6 +259,39 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
   return model;
 }
 
+namespace {
+
+/// A time in another unit gives a time constant that no camera has.
+void note_time_constant(const WarmUpModel& model, std::vector<std::string>& notes) {
+  constexpr double shortest = 60, longest = 7200;  // s
+  if (!std::isfinite(model.time_constant.value)) return;
+  if (model.time_constant.value >= shortest && model.time_constant.value <= longest) return;
+  notes.push_back(
+      fmt::format("the time constant of {} is not that of a camera that warms up, which takes 5 to 20 min: is "
+                  "time_since_power_on in "
+                  "the right unit?",
+                  format_quantity(model.time_constant.value, "s")));
+}
+
+/// The drifts that were seen, inner parts of the time left out and predicted.
+std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
+  std::vector<double> before, after;
+  for (const Drift& d : drifts) {
+    if (!d.seen || !std::isfinite(d.held_out_after.value)) continue;
+    before.push_back(d.held_out_before.value);
+    after.push_back(d.held_out_after.value);
+  }
+  if (before.empty()) return std::nullopt;
+  return HeldOutErrors{.left_out = "each inner fifth of the time",
+                       .before = root_mean_square(before),
+                       .after = root_mean_square(after),
+                       .causes =
+                           "times since power-on in another unit or of another session, a board that was moved, a "
+                           "camera that was warm already"};
+}
+
+}  // namespace
+
 Result calibrate_warm_up(const Request& request) {
   const WarmUpData data = read_warm_up(request);
   const double tolerance = request.accuracy.value_or(usual_tolerance);
@@ -273,7 +306,9 @@ Result calibrate_warm_up(const Request& request) {
                 .page = warm_up_report(data, drifts, model, tolerance, sentence_of(lines)),
                 .summary = fmt::format("{}", fmt::join(lines, "\n")),
                 .notes = data.campaign.boards.notes,
-                .model = model_text(request, data, model)};
+                .model = model_text(request, data, model),
+                .held_out = judged(drifts)};
+  note_time_constant(model, result.notes);
   result.notes.insert(result.notes.end(), model.notes.begin(), model.notes.end());
   return result;
 }

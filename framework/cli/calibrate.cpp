@@ -13,7 +13,8 @@ void add_calibrate(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("calibrate", "Make a calibration file from a campaign, with a report");
   command
       ->add_option("WHAT", arguments->what,
-                   "What to calibrate: intrinsics, offset, integration-time, noise, warm-up, fixed-pattern")
+                   "What to calibrate: intrinsics, offset, integration-time, noise, warm-up, fixed-pattern, "
+                   "response")
       ->required();
   command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: what was recorded, and of what")->required();
   command
@@ -48,7 +49,8 @@ void add_calibrate(CLI::App& app, Common& common) {
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--force", arguments->force, "Replace existing outputs");
+  command->add_flag("--force", arguments->force,
+                    "Replace existing outputs; write a calibration that does not improve held-out conditions");
   command->footer("Example: tofgraph calibrate offset campaign/campaign.yaml -o camera_offset.yaml");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {

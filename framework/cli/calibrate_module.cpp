@@ -83,14 +83,14 @@ int calibrate(const CalibrateArguments& arguments) {
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
   Progress bar(arguments.quiet);
-  calibration::Request request{.campaign = arguments.campaign, .output = arguments.out};
+  calibration::Request request{.campaign = arguments.campaign, .output = arguments.out, .force = arguments.force};
   if (arguments.variant == "printed") request.variant = io::OffsetVariant::printed;
   if (!arguments.range.empty()) request.range = range_of(arguments.range);
   if (!arguments.accuracy.empty()) request.accuracy = length("--accuracy", arguments.accuracy, "5mm");
   request.free = arguments.free;
   request.without = arguments.without;
   request.progress = [&](double share, const std::string& what) { bar.show(share, what); };
-  const calibration::Result result = kind.calibrate(request);
+  const calibration::Result result = calibration::calibrate(kind, request);
   bar.finish();
   calibration::write(result, kind, arguments.out);
   if (arguments.quiet) return 0;

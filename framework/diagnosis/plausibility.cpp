@@ -2,190 +2,64 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/plausibility.hpp"
 
-#include "config/quantity.hpp"
-#include "diagnosis/robust_camera.hpp"
-#include "io/captures/campaign_captures.hpp"
-
-#include <tofgraph/physics/constants.hpp>
-
-#include <fmt/format.h>
-
-#include <array>
-#include <optional>
-#include <set>
-
 namespace tofgraph::diagnosis {
 namespace {
 
-// What effects may do to a condition that is written correctly: some centimetres, a third of the light.
-constexpr double usual_length = 50e-3, usual_light = 0.3;  // m, of ln amplitude
-constexpr double usual_spreads = 10;                       // robust standard deviations of the other conditions
-// An explanation must do better.
-constexpr double explained_length = 25e-3, explained_light = 0.1, explained_spreads = 5;
-constexpr double distance_share = 0.08;  // a smaller mistake of the distance is left to the search
-constexpr double slip_tolerance = 0.03;  // relative, of a distance that is ten times what is written, or a tenth
+using calibration::BoardPhasors;
 
-using Kind = Contradiction::Kind;
-
-const char* key_of(Kind kind) {
-  constexpr std::array keys = {"distance", "target", "integration_time", "capture"};
-  return keys[static_cast<std::size_t>(kind)];
+BoardPhasors::Phasors phasors_of(const std::vector<Signal>& signals) {
+  BoardPhasors::Phasors phasors;
+  for (const Signal& s : signals) phasors.push_back(s.phasor);
+  return phasors;
 }
 
-/// An entry that would make a condition fit the others.
-struct Explanation {
-  Kind kind;
-  double misfit;
-  std::string written, seen;
-};
-
-class Judge {
- public:
-  explicit Judge(const Measurements& measurements) : m_(measurements), camera_(measurements) {}
-
-  std::vector<Contradiction> all() {
-    const std::size_t n = m_.design->size();
-    found_.resize(n);
-    rest_.resize(n);
-    std::vector<double> written(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (camera_.knows(i)) rest_[i] = camera_.rest(i);
-      written[i] = m_.design->conditions()[i].integration_time;
-    }
-    other_time_ = io::other_integration_times(written, m_.recorded_times);
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = i + 1; j < n; ++j) swapped(i, j);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!found_[i] && is_suspect(i)) found_[i] = best_of(i);
-    }
-    std::vector<Contradiction> result;
-    for (auto& one : found_) {
-      if (one) result.push_back(std::move(*one));
-    }
-    return result;
+/// The condition's superpixels as phasors; those without a distance are NaN.
+void add_measured(const Measurements& m, std::size_t i, BoardPhasors& result) {
+  const Observations& data = m.observations[i];
+  const std::size_t n = m.design->superpixels();
+  const double scale = physics::metres_per_radian(m.design->camera().modulation_frequency);
+  BoardPhasors::Phasors phasors;
+  bool has_amplitude = true;
+  for (std::size_t s = 0; s < n && m.design->shows_board(i); ++s) {
+    phasors.emplace_back(io::unknown, io::unknown);
+    if (!std::isfinite(data.variance[distance * n + s])) continue;
+    has_amplitude = has_amplitude && std::isfinite(data.variance[amplitude * n + s]);
+    phasors.back() = m.design->ideal(i)[s].phasor *
+                     std::polar(std::exp(data.value[amplitude * n + s]), data.value[distance * n + s] / scale);
   }
-
- private:
-  bool within(std::size_t i, const Deviation& rest, double length, double light, double spreads) const {
-    const Deviation& spread = camera_.spread();
-    return std::abs(rest.length) < std::max(length, spreads * spread.length) &&
-           (!camera_.tells_light(i) || std::abs(rest.light) < std::max(light, spreads * spread.light));
-  }
-  bool explains(std::size_t i, const Deviation& rest) const {
-    return within(i, rest, explained_length, explained_light, explained_spreads);
-  }
-  bool is_far_off(std::size_t i) const {
-    return camera_.knows(i) && !within(i, rest_[i], usual_length, usual_light, usual_spreads);
-  }
-  bool is_suspect(std::size_t i) const {
-    if (!camera_.knows(i)) return false;
-    // What the data vouch for is right, whatever a recorder wrote into its file.
-    return is_far_off(i) || (other_time_[i] && !(camera_.tells_light(i) && explains(i, rest_[i])));
-  }
-  double misfit(std::size_t i, const Deviation& rest) const {
-    const Deviation& spread = camera_.spread();
-    const double light = camera_.tells_light(i) ? rest.light / spread.light : 0;
-    return std::pow(rest.length / spread.length, 2) + light * light;
-  }
-
-  void swapped(std::size_t i, std::size_t j) {
-    if (found_[i] || found_[j] || !(is_far_off(i) || is_far_off(j))) return;
-    if (!camera_.knows(i) || !camera_.knows(j)) return;
-    if (explains(i, rest_[i]) || explains(j, rest_[j])) return;
-    if (!explains(j, camera_.rest_as(i, j)) || !explains(i, camera_.rest_as(j, i))) return;
-    const auto text = [&](std::size_t a, std::size_t b) {
-      const auto& conditions = m_.design->conditions();
-      return fmt::format("you wrote 'capture: {}', the data say that this is the capture of {}, and its own is {}",
-                         conditions[a].capture.filename().string(), conditions[b].id,
-                         conditions[b].capture.filename().string());
-    };
-    found_[i] = Contradiction{Kind::swapped, i, text(i, j)};
-    found_[j] = Contradiction{Kind::swapped, j, text(j, i)};
-  }
-
-  std::optional<Contradiction> best_of(std::size_t i) const {
-    std::vector<Explanation> all;
-    add_distance(i, all);
-    add_targets(i, all);
-    add_times(i, all);
-    if (all.empty()) return std::nullopt;
-    std::ranges::stable_sort(all, {}, &Explanation::misfit);
-    const Explanation& best = all.front();
-    std::string seen = best.seen;
-    for (const Explanation& other : all) {
-      if (other.kind != best.kind)
-        seen += fmt::format(", or else '{}' is not {} but {}", key_of(other.kind), other.written, other.seen);
-    }
-    return Contradiction{best.kind, i, fmt::format("you wrote '{}: {}', {}", key_of(best.kind), best.written, seen)};
-  }
-
-  void add(std::size_t i, Kind kind, const Deviation& rest, std::string written, std::string seen,
-           std::vector<Explanation>& all) const {
-    if (explains(i, rest)) all.push_back({kind, misfit(i, rest), std::move(written), std::move(seen)});
-  }
-
-  void add_distance(std::size_t i, std::vector<Explanation>& all) const {
-    const double written = m_.design->conditions()[i].board_distance;
-    // Without light a slip by ten comes first, for the phase repeats itself.
-    const std::vector<double> starts = camera_.tells_light(i)
-                                           ? std::vector<double>{camera_.distance_by_light(i)}
-                                           : std::vector<double>{written / 10, 10 * written, written};
-    for (const double start : starts) {
-      const auto [distance, rest] = camera_.at_distance(i, start);
-      if (!camera_.tells_light(i) && start != written && std::abs(distance / start - 1) > slip_tolerance) continue;
-      if (!(std::abs(distance - written) > distance_share * std::min(distance, written))) continue;
-      if (distance > physics::unambiguous_range(m_.design->camera().modulation_frequency)) continue;
-      add(i, Kind::distance, rest, config::format_quantity(written, "m"),
-          "the data say " + config::format_quantity(std::stod(fmt::format("{:.3g}", distance)), "m"), all);
-      return;
-    }
-  }
-
-  void add_targets(std::size_t i, std::vector<Explanation>& all) const {
-    const std::string& written = m_.design->conditions()[i].target;
-    if (!camera_.tells_light(i) || std::isfinite(m_.design->conditions()[i].reflectivity)) return;
-    for (std::size_t t = 0; t < camera_.targets().size(); ++t) {
-      const std::string& other = camera_.targets()[t];
-      if (other.empty() || other == written || !camera_.knows_target(t)) continue;
-      add(i, Kind::target, camera_.rest_on(i, t), written, "the data say " + other, all);
-    }
-  }
-
-  void add_times(std::size_t i, std::vector<Explanation>& all) const {
-    const double written = m_.design->conditions()[i].integration_time;
-    const std::string text = config::format_quantity(written, "s");
-    if (other_time_[i]) {
-      all.push_back(
-          {Kind::integration_time, 0, text, "the capture says " + config::format_quantity(m_.recorded_times[i], "s")});
-      return;
-    }
-    if (!camera_.tells_light(i)) return;
-    std::set<double> times;
-    for (const io::Condition& condition : m_.design->conditions()) times.insert(condition.integration_time);
-    for (const double time : times) {
-      if (io::is_other_integration_time(time, written))
-        add(i, Kind::integration_time, camera_.rest_with(i, time), text,
-            "the data say " + config::format_quantity(time, "s"), all);
-    }
-  }
-
-  const Measurements& m_;
-  RobustCamera camera_;
-  std::vector<Deviation> rest_;   ///< of each condition as it is written
-  std::vector<bool> other_time_;  ///< that the capture says
-  std::vector<std::optional<Contradiction>> found_;
-};
+  result.measured.push_back(std::move(phasors));
+  result.has_amplitude.push_back(has_amplitude ? 1 : 0);
+}
 
 }  // namespace
 
-std::vector<Contradiction> contradictions(const Measurements& measurements) { return Judge(measurements).all(); }
+BoardPhasors phasors_of(const Measurements& m) {
+  const Design& design = *m.design;
+  BoardPhasors result{.conditions = design.conditions(),
+                      .modulation_frequency = design.camera().modulation_frequency,
+                      .min_distance = 1.01 * design.camera().focal_length,
+                      .recorded_times = m.recorded_times};
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    result.ideal.push_back(phasors_of(design.ideal(i)));
+    add_measured(m, i, result);
+  }
+  result.ideal_of = [&design](const io::Condition& condition) {
+    const Design there(design.camera_pointer(), design.physical(), {condition},
+                       design.superpixels() == 1 ? single : grid);
+    return phasors_of(there.ideal(0));
+  };
+  return result;
+}
+
+std::vector<Contradiction> contradictions(const Measurements& measurements) {
+  return calibration::contradictions(phasors_of(measurements));
+}
 
 void require_consistent(const Measurements& measurements) {
   config::Diagnostics diagnostics;
   for (const Contradiction& one : contradictions(measurements)) {
     const io::Condition& condition = measurements.design->conditions()[one.condition];
-    diagnostics.error(condition.place(key_of(one.kind)), fmt::format("condition '{}': {}", condition.id, one.text),
+    diagnostics.error(condition.place(one.key()), fmt::format("condition '{}': {}", condition.id, one.text),
                       fmt::format("correct it, or go on without the condition: --skip {}", condition.id));
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);

@@ -146,20 +146,10 @@ class Check {
   }
 
   void integration_times(const std::vector<Opened>& opened) {
-    std::vector<double> written, recorded;
-    for (std::size_t i = 0; i < opened.size(); ++i) {
-      written.push_back(campaign_.conditions[i].integration_time);
-      recorded.push_back(opened[i].time);
-    }
-    const std::vector<bool> other = other_integration_times(written, recorded);
-    for (std::size_t i = 0; i < opened.size(); ++i) {
-      if (other[i])
-        diagnostics_.warning(
-            campaign_.conditions[i].place("integration_time"),
-            fmt::format("'integration_time' is {}, the capture says {}", config::format_quantity(written[i], "s"),
-                        config::format_quantity(recorded[i], "s")),
-            "diagnose refuses the condition unless its amplitudes agree with what is written here");
-    }
+    std::vector<double> recorded;
+    for (const Opened& one : opened) recorded.push_back(one.time);
+    if (campaign_.camera)
+      diagnostics_.add(unlikely_integration_times(campaign_.conditions, recorded, campaign_.camera->view()));
   }
 
   void frequencies() {
@@ -259,6 +249,58 @@ std::vector<bool> other_integration_times(std::span<const double> written, std::
   for (std::size_t i = 0; i < written.size(); ++i) other.push_back(is_other_integration_time(recorded[i], written[i]));
   if (2 * static_cast<std::size_t>(std::ranges::count(other, true)) >= other.size()) other.assign(other.size(), false);
   return other;
+}
+
+std::vector<config::Diagnostic> unlikely_integration_times(std::span<const Condition> conditions,
+                                                           std::span<const double> recorded,
+                                                           const tofgraph_camera& camera) {
+  using config::format_quantity;
+  std::vector<config::Diagnostic> warnings;
+  const auto warn = [&](const Condition& c, std::string message, std::string hint) {
+    config::Position at = c.place("integration_time");
+    at.column = std::max<std::size_t>(at.column, 1);
+    warnings.push_back({config::Severity::warning, at, std::move(message), std::move(hint)});
+  };
+  std::vector<double> written, ratios;
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    written.push_back(conditions[i].integration_time);
+    const double ratio = written[i] / recorded[i];
+    if (std::isfinite(ratio) && ratio > 0) ratios.push_back(ratio);
+  }
+  constexpr double large = 9;  // a slip by ten, by a thousand, by sixty
+  std::ranges::sort(ratios);
+  if (const double ratio = ratios.empty() ? 1 : ratios[ratios.size() / 2]; ratio >= large || ratio <= 1 / large) {
+    const auto first = std::ranges::find_if(written, [](double t) { return std::isfinite(t); }) - written.begin();
+    const auto i = static_cast<std::size_t>(first);
+    warn(conditions[i],
+         fmt::format(
+             "the campaign's integration times are {:.3g} times those of the captures: '{}' has {}, its capture {}",
+             ratio, conditions[i].id, format_quantity(written[i], "s"), format_quantity(recorded[i], "s")),
+         "is the unit right? 1 ms = 1000 us");
+    return warnings;
+  }
+  const std::vector<bool> other = other_integration_times(written, recorded);
+  const auto outside = [&](double t) {
+    return std::isfinite(camera.integration_time[0]) &&
+           (t < camera.integration_time[0] || t > camera.integration_time[1]);
+  };
+  bool outside_is_told = false;
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    if (other[i])
+      warn(conditions[i],
+           fmt::format("'integration_time' is {}, the capture says {}", format_quantity(written[i], "s"),
+                       format_quantity(recorded[i], "s")),
+           "diagnose and calibrate refuse the condition unless its amplitudes agree with what is written here");
+    if (!outside(written[i]) || outside_is_told) continue;
+    outside_is_told = true;
+    warn(
+        conditions[i],
+        fmt::format("the integration time of '{}', {}, is outside of the range of the camera '{}', {} to {}",
+                    conditions[i].id, format_quantity(written[i], "s"), camera.name,
+                    format_quantity(camera.integration_time[0], "s"), format_quantity(camera.integration_time[1], "s")),
+        "is the unit right?");
+  }
+  return warnings;
 }
 
 }  // namespace tofgraph::io

@@ -36,4 +36,11 @@ bool is_other_integration_time(double a, double b);
 /// recorder writes into all its files. @param written, recorded s, one a condition; NaN: not known
 std::vector<bool> other_integration_times(std::span<const double> written, std::span<const double> recorded);
 
+/// Integration times that are hardly right, each a warning with its likely cause: those of all conditions differ from
+/// those of their captures by one large factor, as of another unit; single ones differ; or they are outside of the
+/// camera's range. @param recorded s, one a condition; NaN: not known
+std::vector<config::Diagnostic> unlikely_integration_times(std::span<const Condition> conditions,
+                                                           std::span<const double> recorded,
+                                                           const tofgraph_camera& camera);
+
 }  // namespace tofgraph::io
