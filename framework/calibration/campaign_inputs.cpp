@@ -81,9 +81,8 @@ std::string model_head(const Request& request, const io::Campaign& campaign, con
     const fs::path folder = fs::absolute(request.output).parent_path();
     camera = fs::absolute(campaign.camera->file).lexically_normal().lexically_proximate(folder).string();
   }
-  return fmt::format("model: 1{}\ncamera: {}\n",
-                     serial.empty() ? "" : fmt::format("  # of the device with the serial {}", serial),
-                     config::yaml_word(camera));
+  return fmt::format("model: 1\ncamera: {}\n{}", config::yaml_word(camera),
+                     serial.empty() ? "" : fmt::format("serial: {}\n", config::yaml_word(serial)));
 }
 
 void refuse_duplicates(const io::Campaign& campaign) {

@@ -50,6 +50,7 @@ struct PipelineArguments {
   std::string pipeline;
   std::string camera;
   std::vector<std::string> settings;
+  bool other_serial = false;  ///< calibrations of another device are used, with a warning
 
   void add_to(CLI::App& command);
   /// The document of a file, or of the one-line form. @throws config::ConfigurationError

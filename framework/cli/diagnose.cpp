@@ -56,6 +56,8 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->expected(1)
       ->take_all();
   command->add_flag("--skip-missing", arguments->skip_missing, "Continue without captures that cannot be read");
+  command->add_flag("--other-serial", arguments->other_serial,
+                    "Use a model of a device with another serial number, with a note");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");
   command->callback([arguments, &common] {

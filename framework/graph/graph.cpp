@@ -47,6 +47,15 @@ bool take_overwrite(std::vector<const config::Entry*>& entries, config::Diagnost
   return allowed;
 }
 
+/// The entry of `other_serial` for a stage that has this parameter, unless it is written.
+std::optional<config::Entry> other_serial_entry(const NodeSpec& spec, const Plugin& stage) {
+  constexpr const char* key = "other_serial";
+  const bool written = std::ranges::find(spec.parameters, key, &config::Entry::key) != spec.parameters.end();
+  const auto is_it = [&](const tofgraph_parameter& p) { return std::string_view(p.name) == key; };
+  if (written || std::ranges::none_of(stage.own_parameters, is_it)) return std::nullopt;
+  return config::Entry{key, spec.at, config::parse_value("true", spec.at)};
+}
+
 /// Hashed once: libraries do not change while they are loaded.
 const std::string& library_hash(const Plugin& plugin) {
   static std::mutex mutex;
@@ -78,7 +87,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
                     true);
   }
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
-  make_nodes(written, diagnostics);
+  make_nodes(written, options, diagnostics);
   if (camera_ && !camera_->file.empty()) host_.inputs.push_back(camera_->file);
   for (const auto& node : nodes_) std::ranges::copy(node->values().files(), std::back_inserter(host_.inputs));
   // Without the camera that was named, every stage that needs one would complain.
@@ -87,13 +96,17 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   host_.known_stages = nullptr;
 }
 
-void Graph::make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics) {
+void Graph::make_nodes(const ResolvedPipeline& written, const GraphOptions& options,
+                       config::Diagnostics& diagnostics) {
   std::map<std::string, std::size_t> made;
   for (const std::size_t i : written.order(diagnostics)) {
     const NodeSpec& spec = written.spec(i);
     const std::size_t index = made[spec.name] = nodes_.size();
     const std::size_t errors = diagnostics.errors();
     std::vector<const config::Entry*> entries = pointers(spec.parameters);
+    std::optional<config::Entry> other_serial;
+    if (options.other_serial) other_serial = other_serial_entry(spec, *written.stage(i));
+    if (other_serial) entries.push_back(&*other_serial);
     const bool overwrite = written.stage(i)->file.kind == "sink" && take_overwrite(entries, diagnostics);
     ParameterValues values(*written.stage(i), std::move(entries), spec.at, diagnostics);
     usable_.push_back(diagnostics.errors() == errors);

@@ -19,6 +19,7 @@ namespace tofgraph::graph {
 struct GraphOptions {
   std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
   bool overwrite = false;
+  bool other_serial = false;  ///< sets the parameter `other_serial` of every stage that has it
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
 };
 
@@ -47,7 +48,7 @@ class Graph {
   nlohmann::json provenance(std::size_t node) const;
 
  private:
-  void make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics);
+  void make_nodes(const ResolvedPipeline& written, const GraphOptions& options, config::Diagnostics& diagnostics);
   void prepare(config::Diagnostics& diagnostics);
   Stream joined(std::size_t node, config::Diagnostics& diagnostics, bool& right);
   bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all);

@@ -11,7 +11,7 @@
 #include <atomic>
 
 #include "io/noise_calibration.hpp"
-#include "plugins/filters/calibrated_serial.hpp"
+#include "plugins/calibrated_serial.hpp"
 
 namespace tofgraph {
 
@@ -247,6 +247,7 @@ struct Decoder : Filter {
   bool from_camera_ = true;  // the exposures
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;
+  SerialCheck check_serial_{this};
 
   /// The camera's noise, or that of the calibration.
   physics::TapNoise calibrated_noise(const Setup& setup, const tofgraph_camera* camera) const {
@@ -260,7 +261,7 @@ struct Decoder : Filter {
     } catch (const std::exception& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }
-    check_serial_number(serial_of(setup), file.serial);
+    check_serial_("calibration", file.serial, serial_of(setup));
     return file.noise;
   }
 

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <optional>
 
+#include "plugins/calibrated_serial.hpp"
 #include "plugins/model_reader.hpp"
 #include "simulation/correction.hpp"
 
@@ -64,6 +65,7 @@ struct ModelCorrection final : Filter {
       "model",
       {.text = "a model file, of diagnose, of calibrate or by hand, or what it would hold; default: the profile's",
        .in_place = true}};
+  SerialCheck check_serial_{this};
 
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), "distance");
@@ -87,6 +89,7 @@ struct ModelCorrection final : Filter {
     if (!simulation::is_for(made.model, *camera_))
       throw ConfigError("model",
                         "is for the camera '" + made.model.camera + "', the frames are from '" + camera.name + "'");
+    check_serial_("model", made.model.serial, serial_of(setup));
     try {
       correction_.emplace(camera, made.model.physical, made.effects);
     } catch (const std::exception& error) {
