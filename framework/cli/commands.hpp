@@ -44,6 +44,8 @@ void add_devices(CLI::App& app, Common& common);
 void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
+void add_evaluate(CLI::App& app, Common& common);
+void add_camera(CLI::App& app, Common& common);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {

@@ -108,6 +108,8 @@ int main(int argc, char** argv) {
   cli::add_calibrate(app, common);
   cli::add_report(app, common);
   cli::add_diagnose(app, common);
+  cli::add_evaluate(app, common);
+  cli::add_camera(app, common);
   try {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;

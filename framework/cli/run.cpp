@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cli/command_line.hpp"
 #include "cli/run.hpp"
+#include "cli/command_line.hpp"
 #include "cli/watch.hpp"
 #include "cli/written_files.hpp"
 
@@ -136,8 +136,9 @@ void add_run(CLI::App& app, Common& common) {
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
-  command->add_option("--campaign", arguments->campaign,
-                      "Run the pipeline on the captures of every condition of this campaign, with --out FOLDER")
+  command
+      ->add_option("--campaign", arguments->campaign,
+                   "Run the pipeline on the captures of every condition of this campaign, with --out FOLDER")
       ->option_text("FILE");
   command
       ->add_option("-o,--out", arguments->out,
@@ -147,7 +148,8 @@ void add_run(CLI::App& app, Common& common) {
     common.command = [arguments, &common] {
       if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
       if (!arguments->out.empty())
-        throw config::ConfigurationError("--out: error: is for --campaign: write the path at the sinks of the pipeline");
+        throw config::ConfigurationError(
+            "--out: error: is for --campaign: write the path at the sinks of the pipeline");
       return run(*arguments, common);
     };
   });

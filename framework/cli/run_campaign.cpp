@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A pipeline over every condition of a campaign. The plugins stay loaded, and compiled tables stay in memory, between
 // conditions.
+#include "cli/campaign_pipeline.hpp"
 #include "cli/progress.hpp"
 #include "cli/run.hpp"
 #include "cli/watch.hpp"
@@ -17,7 +18,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <chrono>
+#include <mutex>
 #include <set>
 
 namespace tofgraph::cli {
@@ -27,65 +29,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* campaign_name = "campaign.yaml";
 constexpr const char* camera_name = "camera.yaml";
-constexpr const char* result_name = "result.h5";
 
 [[noreturn]] void refuse(std::string_view option, const std::string& problem) {
   throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
-}
-
-config::Value word_at(std::string text, const config::Position& at) {
-  config::Value value;
-  value.kind = config::Value::Kind::scalar;
-  value.text = std::move(text);
-  value.quoted = true;
-  value.at = at;
-  return value;
-}
-
-/// Replaces or adds a parameter.
-void set_parameter(graph::NodeSpec& node, const std::string& key, config::Value value) {
-  std::erase_if(node.parameters, [&](const config::Entry& entry) { return entry.key == key; });
-  node.parameters.push_back({key, value.at, std::move(value)});
-}
-
-/// The name of a condition's folder: letters, digits and -_. of its id.
-std::string folder_name(const std::string& id) {
-  std::string name = id;
-  for (char& c : name)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_' && c != '.') c = '_';
-  return name.empty() || name.front() == '.' ? "_" + name : name;
-}
-
-/// Where an output goes below a condition's folder: as written, without what leads out of the pipeline's folder.
-fs::path below(const fs::path& folder, const fs::path& written) {
-  fs::path kept;
-  if (written.is_absolute()) return folder / written.filename();
-  for (const fs::path& part : written.lexically_normal())
-    if (part != "..") kept /= part;
-  return folder / kept;
-}
-
-/// The last node whose frames can be recorded and measured, and the channels to record.
-struct Recordable {
-  std::string node;
-  std::vector<std::string> channels;
-};
-std::optional<Recordable> recordable(const graph::Graph& graph) {
-  std::optional<Recordable> last;
-  for (const auto& node : graph.nodes()) {
-    if (node->is_sink() || !node->output().camera) continue;
-    const tofgraph_camera& camera = node->output().camera->view();
-    Recordable here{node->name, {}};
-    bool length = false;
-    for (const graph::Channel& channel : node->output().channels) {
-      const bool image = channel.rank == 2 && channel.extent[0] == camera.height && channel.extent[1] == camera.width;
-      if (!image) continue;
-      here.channels.push_back(channel.name);
-      length = length || channel.name == "depth" || channel.name == "range" || channel.name == "distance";
-    }
-    if (length) last = std::move(here);
-  }
-  return last;
 }
 
 class CampaignRun {
@@ -93,7 +39,6 @@ class CampaignRun {
   CampaignRun(const RunArguments& arguments, const Common& common)
       : arguments_(arguments), common_(common), out_(fs::absolute(arguments.out).lexically_normal()) {
     read_campaign();
-    registry_.emplace(common.plugin_folders);
     read_pipeline();
     check_outputs();
   }
@@ -128,16 +73,12 @@ class CampaignRun {
 
   void read_pipeline() {
     config::Diagnostics diagnostics;
-    config::Value document = arguments_.document();
-    const bool has_camera = document.find("camera") != nullptr;
-    pipeline_ = graph::parse_pipeline(document, diagnostics);
-    for (const std::string& setting : arguments_.settings) graph::apply_setting(pipeline_, setting, diagnostics);
+    const config::Value document = arguments_.document();
+    graph::PipelineSpec pipeline = graph::parse_pipeline(document, diagnostics);
+    for (const std::string& setting : arguments_.settings) graph::apply_setting(pipeline, setting, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    if (!has_camera && campaign_.camera) pipeline_.camera = word_at(campaign_.camera->file.string(), pipeline_.at);
-    const auto reader = std::ranges::find(pipeline_.nodes, "capture_reader", &graph::NodeSpec::stage);
-    if (reader == pipeline_.nodes.end())
-      refuse("--campaign", "the pipeline has no capture_reader, which reads the captures of the conditions");
-    source_ = static_cast<std::size_t>(reader - pipeline_.nodes.begin());
+    if (!pipeline.camera) pipeline.camera = campaign_.camera_value;
+    pipeline_.emplace(std::move(pipeline), out_, common_.plugin_folders);
   }
 
   void check_outputs() const {
@@ -147,53 +88,6 @@ class CampaignRun {
       if (problem.empty()) problem = io::output_problem(out_ / name, arguments_.force, "--force");
       if (!problem.empty()) refuse("--out", problem);
     }
-  }
-
-  /// The keys of a stage's parameters that name files to write.
-  std::vector<std::string> output_keys(const std::string& stage) const {
-    const graph::PluginFile* file = registry_->find(stage);
-    if (file == nullptr || file->kind == "effect") return {};  // reported by the graph
-    std::vector<std::string> keys;
-    for (const tofgraph_parameter& p : registry_->load(*file).own_parameters)
-      if (p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES) keys.emplace_back(p.name);
-    return keys;
-  }
-
-  /// The pipeline on one condition: its capture and frames, its folder for what is written.
-  graph::PipelineSpec pipeline_of(const io::Condition& condition) const {
-    graph::PipelineSpec pipeline = pipeline_;
-    graph::NodeSpec& source = pipeline.nodes[source_];
-    set_parameter(source, "file", word_at(fs::absolute(condition.capture).string(), source.at));
-    if (condition.frames) {
-      config::Value frames;
-      frames.kind = config::Value::Kind::list;
-      frames.at = source.at;
-      for (const std::uint64_t frame : *condition.frames)
-        frames.items.push_back(word_at(fmt::format("{}", frame), source.at));
-      set_parameter(source, "frames", std::move(frames));
-    }
-    const fs::path folder = out_ / folder_name(condition.id);
-    for (graph::NodeSpec& node : pipeline.nodes) {
-      for (const std::string& key : output_keys(node.stage)) {
-        const auto entry = std::ranges::find(node.parameters, key, &config::Entry::key);
-        if (entry != node.parameters.end()) entry->value.text = below(folder, entry->value.text).string();
-      }
-    }
-    if (recorded_) add_recorder(pipeline, folder);
-    return pipeline;
-  }
-
-  void add_recorder(graph::PipelineSpec& pipeline, const fs::path& folder) const {
-    const config::Position& at = pipeline.at;
-    graph::NodeSpec node;
-    node.name = "campaign_result";
-    node.stage = "capture_writer";
-    node.at = node.stage_at = at;
-    node.inputs = {{"", recorded_->node, at}};
-    config::Value channels = word_at(fmt::format("{}", fmt::join(recorded_->channels, " ")), at);
-    set_parameter(node, "channels", std::move(channels));
-    set_parameter(node, "path", word_at((folder / result_name).string(), at));
-    pipeline.nodes.push_back(std::move(node));
   }
 
   /// Builds the graph; a warning or message is printed once for all conditions.
@@ -206,17 +100,21 @@ class CampaignRun {
       say_once(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text), id);
     };
     config::Diagnostics diagnostics, shown;
-    auto graph = std::make_unique<graph::Graph>(pipeline_of(condition), options, diagnostics);
+    auto graph = std::make_unique<graph::Graph>(pipeline_->of(condition), options, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     for (const config::Diagnostic& one : diagnostics.all())
-      if (seen_.insert(one.message).second) shown.add(std::vector<config::Diagnostic>{one});
+      if (is_new(one.message)) shown.add(std::vector<config::Diagnostic>{one});
     if (!common_.quiet && !shown.all().empty()) say(shown.text());
     return graph;
   }
 
   void say_once(const std::string& text, const std::string& id) {
-    if (common_.quiet || !seen_.insert(text).second) return;
-    say(fmt::format("{}: {}", id, text));
+    if (!common_.quiet && is_new(text)) say(fmt::format("{}: {}", id, text));
+  }
+  /// Stages report from several threads.
+  bool is_new(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    return seen_.insert(text).second;
   }
 
   /// The capture that a condition's graph writes; the pipeline's own capture_writer, or one that is added.
@@ -235,10 +133,9 @@ class CampaignRun {
     auto graph = graph_of(condition);
     looked_ = true;
     if (!result_of(*graph).empty()) return graph;
-    recorded_ = recordable(*graph);
-    if (!recorded_) {
+    if (!pipeline_->add_recorder(*graph)) {
       say_once("warning: no node gives images of distance, range or depth: no campaign of the results is written",
-               campaign_.name);
+               condition.id);
       return graph;
     }
     return graph_of(condition);
@@ -274,7 +171,6 @@ class CampaignRun {
       result = runner.run();
     }
     frames_ += result.frames;
-    wall_s_ += result.wall_s;
     if (!result.error.empty()) return result.error;
     if (result.interrupted) return {};
     if (result.frames == 0) return "no frame went through the pipeline";
@@ -315,7 +211,7 @@ class CampaignRun {
     if (common_.quiet) return;
     say(fmt::format("{} of {}, {} in {}", result_.conditions.size(),
                     config::counted(campaign_.conditions.size(), "condition"), config::counted(frames_, "frame"),
-                    duration_text(wall_s_)));
+                    duration_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count())));
     if (!failures_.empty()) say(fmt::format("failed: {}", fmt::join(failures_, ", ")));
     if (!result_.conditions.empty()) say(fmt::format("wrote {}", (out_ / campaign_name).string()));
   }
@@ -324,16 +220,14 @@ class CampaignRun {
   const Common& common_;
   fs::path out_;
   io::Campaign campaign_, result_;
-  std::optional<graph::PluginRegistry> registry_;
-  graph::PipelineSpec pipeline_;
-  std::size_t source_ = 0;  ///< node that reads the captures
-  bool looked_ = false;     ///< the first graph was built: recorded_ is known
-  std::optional<Recordable> recorded_;
+  std::optional<CampaignPipeline> pipeline_;
+  bool looked_ = false;  ///< the first graph was built, which shows whether a recorder is needed
+  std::mutex mutex_;
   std::set<std::string> seen_;  ///< messages that were printed
   std::vector<std::string> failures_;
   std::string camera_text_;
   std::uint64_t frames_ = 0;
-  double wall_s_ = 0;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace

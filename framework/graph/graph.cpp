@@ -96,8 +96,7 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
   host_.known_stages = nullptr;
 }
 
-void Graph::make_nodes(const ResolvedPipeline& written, const GraphOptions& options,
-                       config::Diagnostics& diagnostics) {
+void Graph::make_nodes(const ResolvedPipeline& written, const GraphOptions& options, config::Diagnostics& diagnostics) {
   std::map<std::string, std::size_t> made;
   for (const std::size_t i : written.order(diagnostics)) {
     const NodeSpec& spec = written.spec(i);

@@ -239,6 +239,7 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
     campaign.source = config::path_at(source->value.text, source->value.at);
   if (const config::Entry* camera = reader.need("camera", "camcube2")) {
     campaign.camera_name = camera->value.text;
+    campaign.camera_value = camera->value;
     campaign.camera = find_camera(camera->value, diagnostics);
   }
   if (const config::Entry* pattern = reader.take("pattern"))

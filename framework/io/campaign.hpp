@@ -31,10 +31,11 @@ const std::vector<std::string>& marker_dictionaries();
 
 struct Campaign {
   std::string name;
-  std::vector<std::string> notes;  ///< what a reader of results from these data must know
-  std::string camera_name;         ///< as written: a profile's name, or a path relative to the campaign
-  io::CameraPtr camera;            ///< always there in a campaign without mistakes
-  std::filesystem::path source;    ///< the campaign that a pipeline made this one from; empty: measured
+  std::vector<std::string> notes;             ///< what a reader of results from these data must know
+  std::string camera_name;                    ///< as written: a profile's name, or a path relative to the campaign
+  io::CameraPtr camera;                       ///< always there in a campaign without mistakes
+  std::optional<config::Value> camera_value;  ///< the same at its place in the file
+  std::filesystem::path source;               ///< the campaign that a pipeline made this one from; empty: measured
   std::optional<Pattern> pattern;
   std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
   std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view table_magic = "tofgraph-correction-1";
 constexpr std::size_t hash_digits = 64;
-constexpr std::size_t kept_in_memory = 16;             // tables
+constexpr std::size_t kept_in_memory = 16;            // tables
 constexpr std::uintmax_t kept_on_disk = 512U << 20U;  // bytes, of all cameras and models
 
 /// Reads and writes the same fields in the same order.

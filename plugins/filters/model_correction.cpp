@@ -17,10 +17,10 @@
 #include <mutex>
 #include <optional>
 
-#include "plugins/calibrated_serial.hpp"
-#include "plugins/model_reader.hpp"
 #include "io/profile.hpp"
 #include "io/sha256.hpp"
+#include "plugins/calibrated_serial.hpp"
+#include "plugins/model_reader.hpp"
 #include "simulation/correction.hpp"
 #include "simulation/correction_cache.hpp"
 
@@ -193,8 +193,7 @@ struct ModelCorrection final : Filter {
     Dl_info own{};
     dladdr(reinterpret_cast<const void*>(&ModelCorrection::library_text), &own);
     std::string text = library_text(own.dli_fname != nullptr ? own.dli_fname : "");
-    for (const simulation::ModelEffect& effect : made.model.effects)
-      text += library_text(effect.descriptor->file.path);
+    for (const simulation::ModelEffect& effect : made.model.effects) text += library_text(effect.descriptor->file.path);
     text += simulation::described(made.model).dump() + "\n";
     for (const std::string& file : simulation::files_of(made.model)) text += io::sha256_of_file(file) + "\n";
     for (const simulation::EffectPtr& effect : made.effects)
