@@ -28,7 +28,7 @@ class ResolvedPipeline;
 class Graph {
  public:
   /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
-  Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
+  Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
   ~Graph();
 
   /// In an order in which each node comes after those it reads; the source is first.
@@ -38,6 +38,10 @@ class Graph {
   const Queue& queue() const { return queue_; }
   const std::string& name() const { return name_; }
   Host& host() { return host_; }
+  /// The folder of the pipeline's camera; null: it has none.
+  const io::CameraFolder* camera_folder() const { return camera_ ? camera_->folder.get() : nullptr; }
+  /// Nodes that were inserted for the calibrations of the camera's folder, and calibrations that no node takes.
+  const std::vector<std::string>& camera_notes() const { return camera_notes_; }
   /// Of the k-th node that a node reads: channels that arrive under another name, for a named port.
   const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
     return aliases_[node][k];
@@ -49,7 +53,7 @@ class Graph {
 
  private:
   void make_nodes(const ResolvedPipeline& written, const GraphOptions& options, config::Diagnostics& diagnostics);
-  void prepare(config::Diagnostics& diagnostics);
+  void prepare(const GraphOptions& options, config::Diagnostics& diagnostics);
   Stream joined(std::size_t node, config::Diagnostics& diagnostics, bool& right);
   bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all);
   void tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
@@ -58,7 +62,9 @@ class Graph {
 
   std::string name_;
   Host host_;
+  config::Position camera_at_;
   io::CameraPtr camera_;
+  std::vector<std::string> camera_notes_;
   std::vector<std::unique_ptr<Node>> nodes_;
   std::vector<std::vector<std::size_t>> inputs_;
   std::vector<std::vector<InputSpec>> input_specs_;

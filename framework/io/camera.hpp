@@ -3,6 +3,8 @@
 /// @file A camera profile that owns what the border's struct points to.
 #pragma once
 
+#include "io/camera_folder.hpp"
+
 #include <tofgraph/plugin.h>
 
 #include <filesystem>
@@ -19,8 +21,9 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
 
   const tofgraph_camera& view() const { return view_; }
-  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
-  std::vector<std::string> measured;  ///< keys whose values were measured on a device
+  std::filesystem::path file;                  ///< where the profile is from; empty: not from a file
+  std::vector<std::string> measured;           ///< keys whose values were measured on a device
+  std::shared_ptr<const CameraFolder> folder;  ///< of the device, which the profile is from; null: a profile alone
 
  private:
   tofgraph_camera view_;

@@ -73,7 +73,9 @@ struct Decoder : Filter {
       "invalidate_inconsistent",
       {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
   Param<InputFile> calibration{
-      this, "calibration", {.text = "a calibration file of the kind noise; default: the camera's noise"}};
+      this,
+      "calibration",
+      {.choices = "noise", .text = "a calibration file of the kind noise; default: the camera's noise"}};
   Param<double> read_noise{
       this,
       "read_noise",

@@ -27,7 +27,8 @@ struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, recomputed"}};
   InOut<void> every{this, "*", {.text = "images are resampled if rectify is true"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created or combined if images are rectified"}};
-  Param<InputFile> calibration{this, "calibration", {.text = "a calibration file of the kind intrinsics"}};
+  Param<InputFile> calibration{
+      this, "calibration", {.choices = "intrinsics", .text = "a calibration file of the kind intrinsics"}};
   Param<double> fx{this, "fx", {.unit = "px", .min = 1e-3, .text = "focal length in x"}};
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
   Param<double> cx{this, "cx", {.unit = "px", .text = "principal point in x, a pixel's centre at integers from 0"}};

@@ -43,7 +43,9 @@ struct OffsetCorrection final : Filter {
       this, "amplitude", {.optional = true, .text = "tells the reflectivity, unless `target` is given"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<InputFile> calibration{
-      this, "calibration", {.required = true, .text = "a calibration file of the kind offset, see calibrate offset"}};
+      this,
+      "calibration",
+      {.required = true, .choices = "offset", .text = "a calibration file of the kind offset, see calibrate offset"}};
   Param<Choice> method{this,
                        "method",
                        {.default_value = "per_pixel",
