@@ -27,22 +27,22 @@ struct JoinedEffect {
   std::string kind;     ///< of the entry
 };
 
-std::string name_of(const config::Value& effect) {
+std::string effect_name_in(const config::Value& effect) {
   const config::Entry* name = effect.is_map() ? effect.find("effect") : nullptr;
   return name != nullptr ? name->value.text : "";
 }
 
-std::vector<JoinedEffect> effects_of(const fs::path& model, const std::string& kind) {
+std::vector<JoinedEffect> joined_effects_of(const fs::path& model, const std::string& kind) {
   std::vector<JoinedEffect> effects;
   std::error_code error;
   if (!fs::is_regular_file(model, error)) return effects;
   const config::Value document = config::with_absolute_paths(config::load_document(model));
   if (const config::Entry* list = document.find("effects"))
-    for (const config::Value& effect : list->value.items) effects.push_back({name_of(effect), effect, kind});
+    for (const config::Value& effect : list->value.items) effects.push_back({effect_name_in(effect), effect, kind});
   return effects;
 }
 
-double number_of(const config::Value& effect, std::string_view key, std::string_view unit) {
+double effect_number(const config::Value& effect, std::string_view key, std::string_view unit) {
   const config::Entry* entry = effect.find(key);
   if (entry == nullptr) return 0;
   const config::Quantity quantity = config::parse_quantity(entry->value.text, unit);
@@ -68,12 +68,12 @@ double mean_of_map(const config::Value& map) {
 
 /// The constant that an effect adds to the half path of a warm camera, m.
 double constant_of(const JoinedEffect& effect) {
-  if (effect.name == constant_name) return number_of(effect.value, "offset", "m");
+  if (effect.name == constant_name) return effect_number(effect.value, "offset", "m");
   if (effect.name == warm_up_name)
-    return number_of(effect.value, "drift", "m") + number_of(effect.value, "slow_drift", "m");
+    return effect_number(effect.value, "drift", "m") + effect_number(effect.value, "slow_drift", "m");
   if (effect.name != pattern_name) return 0;
   const config::Entry* map = effect.value.find("map");
-  return map != nullptr ? number_of(effect.value, "scale", "") * mean_of_map(map->value) : 0;
+  return map != nullptr ? effect_number(effect.value, "scale", "") * mean_of_map(map->value) : 0;
 }
 
 double sum_of_constants(const std::vector<JoinedEffect>& effects) {
@@ -115,9 +115,9 @@ class ModelJoiner {
     for (const io::FolderEntry& entry : folder.entries) {
       const fs::path file = folder.folder / entry.files.front().file;
       if (entry.kind == "model")
-        model_ = effects_of(file, entry.kind);
+        model_ = joined_effects_of(file, entry.kind);
       else if (entry.kind != "profile")
-        std::ranges::move(effects_of(model_beside(file), entry.kind), std::back_inserter(own_));
+        std::ranges::move(joined_effects_of(model_beside(file), entry.kind), std::back_inserter(own_));
     }
     const fs::path offset = folder.file_of("offset");
     raw_offset_ = !offset.empty() && !offset_follows_model(offset);
@@ -154,7 +154,7 @@ class ModelJoiner {
     const double difference = wanted - sum_of_constants(used_);
     if (std::abs(difference) < 1e-6) return;
     if (const auto heated = std::ranges::find(used_, warm_up_name, &JoinedEffect::name);
-        heated != used_.end() && number_of(heated->value, "exponent", "") != 0)
+        heated != used_.end() && effect_number(heated->value, "exponent", "") != 0)
       notes_.emplace_back(
           "warm_up: its drift depends on the integration time, the constant that is taken out is that of its "
           "reference_time");
