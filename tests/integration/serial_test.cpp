@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Serial numbers travel from a recording to what is made from it, and another device's calibration is refused.
 #include <gmock/gmock.h>
+#include <hdf5.h>
 
 #include "tests/plain_boards.hpp"
 #include "tests/program.hpp"
