@@ -83,7 +83,7 @@ TEST_F(CampaignRun, EveryConditionHasItsResultsAndIsEvaluatedAgainstItsPlane) {
     EXPECT_NEAR(condition["noise"].get<double>(), noise, 0.1 * noise) << condition["id"];
     EXPECT_LT(condition["flatness"], 0.3e-3) << condition["id"];
   }
-  // The half path is 12 mm too long; the depth is that times the cosine of the ray, which is 0.966 at the corner.
+  // The half path is 12 mm too long; the depth is that times the cosine of the ray, which is 0.96 at the corner.
   const json& before = result["before"]["all"];
   EXPECT_GT(before["bias"], 0.96 * constant);
   EXPECT_LT(before["bias"], 1.01 * constant);

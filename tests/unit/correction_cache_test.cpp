@@ -9,8 +9,9 @@ using namespace tofgraph::simulation;
 
 namespace {
 
-CorrectionTables some_tables() {
-  CorrectionTables tables;
+std::shared_ptr<const CorrectionTables> some_tables() {
+  auto made = std::make_shared<CorrectionTables>();
+  CorrectionTables& tables = *made;
   tables.lanes = 8;
   tables.distances = 3;
   tables.amplitudes = 2;
@@ -28,25 +29,25 @@ CorrectionTables some_tables() {
   tables.modulation_frequency = 20e6;
   tables.ends = {{{0, 3600}, {298, 298}}};
   tables.steps = {12, 1};
-  return tables;
+  return made;
 }
 
 TEST(CorrectionCache, TablesSurviveTheWayToBytesAndBack) {
-  const auto again = tables_from_bytes(to_bytes(some_tables()));
+  const auto again = tables_from_bytes(to_bytes(*some_tables()));
   ASSERT_NE(again, nullptr);
   EXPECT_EQ(again->lanes, 8U);
-  EXPECT_EQ(again->shifts, some_tables().shifts);
-  EXPECT_EQ(again->pixels, some_tables().pixels);
-  EXPECT_EQ(again->corners, some_tables().corners);
-  EXPECT_EQ(again->ends, some_tables().ends);
+  EXPECT_EQ(again->shifts, some_tables()->shifts);
+  EXPECT_EQ(again->pixels, some_tables()->pixels);
+  EXPECT_EQ(again->corners, some_tables()->corners);
+  EXPECT_EQ(again->ends, some_tables()->ends);
   EXPECT_EQ(again->range, 7.5);
   EXPECT_TRUE(again->covers({.integration_time = 1e-3, .time_since_power_on = 60}));
   EXPECT_FALSE(again->covers({.integration_time = 2e-3, .time_since_power_on = 60}));
-  EXPECT_EQ(to_bytes(*again), to_bytes(some_tables()));
+  EXPECT_EQ(to_bytes(*again), to_bytes(*some_tables()));
 }
 
 TEST(CorrectionCache, BytesThatWereChangedOrCutOffAreNoTables) {
-  const std::string bytes = to_bytes(some_tables());
+  const std::string bytes = to_bytes(*some_tables());
   for (const std::size_t length : {std::size_t{0}, std::size_t{10}, bytes.size() / 2, bytes.size() - 1})
     EXPECT_EQ(tables_from_bytes(bytes.substr(0, length)), nullptr) << length;
   for (const std::size_t place : {std::size_t{3}, std::size_t{40}, bytes.size() - 3}) {
