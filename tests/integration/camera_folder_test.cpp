@@ -80,7 +80,7 @@ class CameraFolder : public testing::Test {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     std::ifstream in(path("s.json"));
     const json statistics = json::parse(in);
-    for (const json& entry : statistics["channels"])
+    for (const json& entry : statistics["inputs"])
       if (entry["channel"] == "depth") return entry["mean"];
     ADD_FAILURE() << statistics.dump(2);
     return 0;
