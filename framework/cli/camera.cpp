@@ -43,7 +43,7 @@ void check_name(const std::string& name) {
   });
   if (!word || name.ends_with(".yaml"))
     refuse(
-        fmt::format("error: '{}' is no name of a camera: letters, digits, _ and - are allowed\n         example: "
+        fmt::format("error: '{}' cannot be a camera's name: letters, digits, _ and - are allowed\n         example: "
                     "tofgraph camera new lab7 --profile camcube2",
                     name));
   const std::vector<std::string> profiles = io::profile_names();
@@ -84,7 +84,7 @@ std::string checked_date(const std::string& option, const std::string& text) {
   bool right = text.empty() || (text.size() == 10 && text[4] == '-' && text[7] == '-');
   for (std::size_t i = 0; right && i < text.size(); ++i)
     right = i == 4 || i == 7 || digit(static_cast<unsigned char>(text[i]));
-  if (!right) refuse(fmt::format("{0}: error: '{1}' is no date, e.g. {0} 2026-11-26", option, text));
+  if (!right) refuse(fmt::format("{0}: error: '{1}' is not a date, e.g. {0} 2026-11-26", option, text));
   return text;
 }
 

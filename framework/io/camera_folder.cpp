@@ -133,10 +133,10 @@ CameraFolder read_camera_folder(const fs::path& folder) {
   const fs::path index = folder / folder_index_name;
   std::error_code error;
   if (!fs::is_regular_file(index, error))
-    throw config::ConfigurationError(
-        fmt::format("{}: error: the folder has no {}: it is no camera's folder, or its files were moved elsewhere\n"
-                    "         give the whole folder, or make one: tofgraph camera new NAME --profile PROFILE\n",
-                    folder.string(), folder_index_name));
+    throw config::ConfigurationError(fmt::format(
+        "{}: error: the folder has no {}: it is not the folder of a camera, or its files were moved elsewhere\n"
+        "         give the whole folder, or make one: tofgraph camera new NAME --profile PROFILE\n",
+        folder.string(), folder_index_name));
   const config::Value document = config::load_document(index);
   config::Diagnostics diagnostics;
   config::check_version(document, index_key, 1, diagnostics);

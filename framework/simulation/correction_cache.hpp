@@ -19,7 +19,7 @@ class CorrectionCache {
 
   /// Tables that cover the settings; null: none are kept. [any thread]
   std::shared_ptr<const CorrectionTables> find(const FrameSettings& settings) const;
-  /// Keeps tables. A cache that cannot be written is no error: the tables are compiled again then. [any thread]
+  /// Keeps tables. If the cache cannot be written, the tables are compiled again next time. [any thread]
   void keep(const std::shared_ptr<const CorrectionTables>& tables) const;
 
  private:

@@ -230,7 +230,7 @@ TEST_F(CameraFolder, APipelineWithItsOwnCorrectionsTakesTheFilesThatItLeavesOut)
 
 TEST_F(CameraFolder, NamesThatCannotBeAreRefused) {
   EXPECT_THAT(tofgraph("camera new camcube2 --profile camcube2").err, HasSubstr("is the name of a profile"));
-  EXPECT_THAT(tofgraph("camera new a/b --profile camcube2").err, HasSubstr("is no name of a camera"));
+  EXPECT_THAT(tofgraph("camera new a/b --profile camcube2").err, HasSubstr("cannot be a camera"));
   EXPECT_THAT(tofgraph("camera new lab --profile small.yaml").err, HasSubstr("exists and is not empty"));
   EXPECT_THAT(tofgraph("camera show lap").err, HasSubstr("did you mean 'lab'?"));
   EXPECT_THAT(tofgraph("camera add lab small.yaml").err, HasSubstr("expected a calibration"));
