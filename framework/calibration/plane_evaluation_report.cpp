@@ -14,19 +14,23 @@
 namespace tofgraph::calibration {
 namespace {
 
-using Rows = std::vector<std::vector<std::string>>;
+using EvaluationRows = std::vector<std::vector<std::string>>;
 
-std::string in_mm(double metres) { return std::isfinite(metres) ? fmt::format("{:.2f}", metres * 1e3) : "-"; }
+std::string millimetre_text(double metres) { return std::isfinite(metres) ? fmt::format("{:.2f}", metres * 1e3) : "-"; }
 
 const std::vector<std::string> summary_header = {
     "",          "conditions",        "bias, mm", "mean |bias|, mm", "max |bias|, mm", "flatness, mm",
     "noise, mm", "rms of a frame, mm"};
 
 std::vector<std::string> row_of(const ErrorSummary& s, const std::string& state) {
-  return {s.name + state,   fmt::format("{}", s.conditions),
-          in_mm(s.bias),    in_mm(s.mean_magnitude),
-          in_mm(s.largest), in_mm(s.flatness),
-          in_mm(s.noise),   in_mm(s.rms)};
+  return {s.name + state,
+          fmt::format("{}", s.conditions),
+          millimetre_text(s.bias),
+          millimetre_text(s.mean_magnitude),
+          millimetre_text(s.largest),
+          millimetre_text(s.flatness),
+          millimetre_text(s.noise),
+          millimetre_text(s.rms)};
 }
 
 using Summaries = std::vector<ErrorSummary> (*)(const PlaneEvaluation&);
@@ -34,8 +38,8 @@ using Summaries = std::vector<ErrorSummary> (*)(const PlaneEvaluation&);
 std::vector<ErrorSummary> only_all(const PlaneEvaluation& evaluation) { return {summary_of_all(evaluation)}; }
 
 /// Groups of both campaigns, those of the same name below each other.
-Rows rows_of(const EvaluationResult& result, Summaries summaries) {
-  Rows rows;
+EvaluationRows rows_of(const EvaluationResult& result, Summaries summaries) {
+  EvaluationRows rows;
   const std::vector<ErrorSummary> before = result.before ? summaries(*result.before) : std::vector<ErrorSummary>{};
   for (const ErrorSummary& now : summaries(result.now)) {
     const auto other = std::ranges::find(before, now.name, &ErrorSummary::name);
@@ -52,7 +56,7 @@ struct Group {
 constexpr Group groups[] = {
     {"All boards", only_all}, {"By distance", summary_by_distance}, {"By radius in the image", summary_by_radius}};
 
-std::string text_table(const Rows& rows) {
+std::string text_table(const EvaluationRows& rows) {
   std::vector<std::size_t> widths;
   for (const std::vector<std::string>& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));
@@ -68,25 +72,25 @@ std::string text_table(const Rows& rows) {
 }
 
 /// null for what is not known: JSON has no NaN.
-nlohmann::json number(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
 
 nlohmann::json json_of(const DepthErrors& e) {
-  return {{"bias", number(e.bias)},
-          {"flatness", number(e.flatness)},
-          {"noise", number(e.noise)},
-          {"rms", number(e.rms)},
+  return {{"bias", number_or_null(e.bias)},
+          {"flatness", number_or_null(e.flatness)},
+          {"noise", number_or_null(e.noise)},
+          {"rms", number_or_null(e.rms)},
           {"pixels", e.pixels}};
 }
 
 nlohmann::json json_of(const ErrorSummary& s) {
   return {{"name", s.name},
           {"conditions", s.conditions},
-          {"bias", number(s.bias)},
-          {"mean_abs_bias", number(s.mean_magnitude)},
-          {"max_abs_bias", number(s.largest)},
-          {"flatness", number(s.flatness)},
-          {"noise", number(s.noise)},
-          {"rms", number(s.rms)}};
+          {"bias", number_or_null(s.bias)},
+          {"mean_abs_bias", number_or_null(s.mean_magnitude)},
+          {"max_abs_bias", number_or_null(s.largest)},
+          {"flatness", number_or_null(s.flatness)},
+          {"noise", number_or_null(s.noise)},
+          {"rms", number_or_null(s.rms)}};
 }
 
 nlohmann::json json_of(const std::vector<ErrorSummary>& summaries) {
@@ -100,12 +104,12 @@ nlohmann::json json_of(const PlaneEvaluation& evaluation) {
   for (const EvaluatedCondition& c : evaluation.conditions) {
     nlohmann::json one = json_of(c.all);
     one.update({{"id", c.condition.id},
-                {"distance", number(c.condition.board_distance)},
+                {"distance", number_or_null(c.condition.board_distance)},
                 {"target", c.condition.target},
                 {"channel", c.channel},
                 {"frames", c.frames},
                 {"missing", c.missing},
-                {"predicted_noise", number(c.predicted_noise)},
+                {"predicted_noise", number_or_null(c.predicted_noise)},
                 {"by_radius", nlohmann::json::array()}});
     for (const DepthErrors& ring : c.rings) one["by_radius"].push_back(json_of(ring));
     conditions.push_back(std::move(one));
@@ -156,12 +160,13 @@ std::string shape_of(const PlaneEvaluation& evaluation, const char* title) {
                            .write_values = false});
 }
 
-Rows condition_rows(const PlaneEvaluation& evaluation) {
-  Rows rows;
+EvaluationRows condition_rows(const PlaneEvaluation& evaluation) {
+  EvaluationRows rows;
   for (const EvaluatedCondition& c : evaluation.conditions)
     rows.push_back({c.condition.id, config::format_quantity(c.condition.board_distance, "m"), c.condition.target,
-                    c.channel, fmt::format("{}", c.frames), fmt::format("{:.2f}", 100 * c.missing), in_mm(c.all.bias),
-                    in_mm(c.all.flatness), in_mm(c.all.noise), in_mm(c.predicted_noise), in_mm(c.all.rms)});
+                    c.channel, fmt::format("{}", c.frames), fmt::format("{:.2f}", 100 * c.missing),
+                    millimetre_text(c.all.bias), millimetre_text(c.all.flatness), millimetre_text(c.all.noise),
+                    millimetre_text(c.predicted_noise), millimetre_text(c.all.rms)});
   return rows;
 }
 
@@ -170,7 +175,7 @@ void add_conditions(report::Page& page, const PlaneEvaluation& evaluation, const
                                                   "frames",    "missing, %",         "bias, mm", "flatness, mm",
                                                   "noise, mm", "recorded sigma, mm", "rms, mm"};
   page.heading(heading);
-  const Rows rows = condition_rows(evaluation);
+  const EvaluationRows rows = condition_rows(evaluation);
   page.table(header, rows);
   for (const std::string& note : evaluation.notes) page.paragraph(note);
 }
@@ -180,7 +185,7 @@ void add_conditions(report::Page& page, const PlaneEvaluation& evaluation, const
 std::string evaluation_table(const EvaluationResult& result) {
   std::string text;
   for (const Group& group : groups) {
-    Rows rows = rows_of(result, group.summaries);
+    EvaluationRows rows = rows_of(result, group.summaries);
     rows.insert(rows.begin(), summary_header);
     rows.front().front() = group.name;
     text += (text.empty() ? "" : "\n") + text_table(rows);
@@ -198,13 +203,14 @@ nlohmann::json evaluation_json(const EvaluationResult& result) {
 report::Page evaluation_report(const EvaluationResult& result) {
   report::Page page("Depths against known planes");
   const ErrorSummary now = summary_of_all(result.now);
-  std::string verdict =
-      fmt::format("Bias {} mm on average and {} mm at most, flatness {} mm, noise of a frame {} mm",
-                  in_mm(now.mean_magnitude), in_mm(now.largest), in_mm(now.flatness), in_mm(now.noise));
+  std::string verdict = fmt::format("Bias {} mm on average and {} mm at most, flatness {} mm, noise of a frame {} mm",
+                                    millimetre_text(now.mean_magnitude), millimetre_text(now.largest),
+                                    millimetre_text(now.flatness), millimetre_text(now.noise));
   if (result.before) {
     const ErrorSummary before = summary_of_all(*result.before);
-    verdict += fmt::format("; before: bias {} mm and {} mm, flatness {} mm, noise {} mm", in_mm(before.mean_magnitude),
-                           in_mm(before.largest), in_mm(before.flatness), in_mm(before.noise));
+    verdict += fmt::format("; before: bias {} mm and {} mm, flatness {} mm, noise {} mm",
+                           millimetre_text(before.mean_magnitude), millimetre_text(before.largest),
+                           millimetre_text(before.flatness), millimetre_text(before.noise));
   }
   page.verdict(verdict + ".");
   page.paragraph(fmt::format(
@@ -215,7 +221,7 @@ report::Page evaluation_report(const EvaluationResult& result) {
       result.now.serial, config::counted(result.now.conditions.size(), "condition")));
   for (const Group& group : groups) {
     page.heading(group.name);
-    const Rows rows = rows_of(result, group.summaries);
+    const EvaluationRows rows = rows_of(result, group.summaries);
     page.table(summary_header, rows);
   }
   std::vector<std::string> plots = {plot_of(result, "bias", &DepthErrors::bias),

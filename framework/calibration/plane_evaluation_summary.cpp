@@ -12,7 +12,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-double root_mean_square(const std::vector<double>& values) {
+double rms_of_known(const std::vector<double>& values) {
   double sum = 0, n = 0;
   for (const double v : values) {
     if (!std::isfinite(v)) continue;
@@ -40,9 +40,9 @@ ErrorSummary summary_of_errors(std::string name, const std::vector<DepthErrors>&
   summary.bias = sum / static_cast<double>(summary.conditions);
   summary.mean_magnitude = magnitude / static_cast<double>(summary.conditions);
   summary.largest = largest;
-  summary.flatness = root_mean_square(flatness);
-  summary.noise = root_mean_square(noise);
-  summary.rms = root_mean_square(rms);
+  summary.flatness = rms_of_known(flatness);
+  summary.noise = rms_of_known(noise);
+  summary.rms = rms_of_known(rms);
   return summary;
 }
 
