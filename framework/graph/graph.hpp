@@ -6,6 +6,7 @@
 #include "graph/node.hpp"
 #include "graph/pipeline.hpp"
 #include "graph/plugin.hpp"
+#include "io/camera_folder.hpp"
 
 #include <memory>
 #include <optional>

@@ -3,8 +3,6 @@
 /// @file A camera profile that owns what the border's struct points to.
 #pragma once
 
-#include "io/camera_folder.hpp"
-
 #include <tofgraph/plugin.h>
 
 #include <filesystem>
@@ -13,6 +11,8 @@
 #include <vector>
 
 namespace tofgraph::io {
+
+struct CameraFolder;
 
 class Camera {
  public:

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The camera that a document names: a profile, or the folder of a device.
+#include "io/camera_folder.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
