@@ -168,14 +168,13 @@ CLI::App* add_action(CLI::App& command, const char* name, const char* text, cons
 
 void add_camera(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<CameraArguments>();
-  CLI::App* command = app.add_subcommand(
-      "camera",
-      "Keep all that is known of one device in one folder: `new` makes it, `add` adds calibrations, `show` lists "
-      "them.\n"
-      "The folder is $XDG_DATA_HOME/tofgraph/cameras/NAME (by default ~/.local/share/tofgraph/cameras/NAME), or\n"
-      "--folder; `camera: NAME`, or a path to the folder, takes all of it in a pipeline");
+  CLI::App* command = app.add_subcommand("camera", "Keep the profile and calibrations of one device in one folder");
   command->require_subcommand(1);
   command->footer(
+      "The folder is $XDG_DATA_HOME/tofgraph/cameras/NAME, by default ~/.local/share/tofgraph/cameras/NAME, or that "
+      "of\n"
+      "`camera new --folder`. In a pipeline, campaign or scene, `camera: NAME`, or a path to the folder, takes all of "
+      "it.\n"
       "Examples: tofgraph camera new lab7 --profile camcube2\n"
       "          tofgraph camera add lab7 lens.yaml noise.yaml pattern.yaml offset.yaml\n"
       "          tofgraph camera show lab7");

@@ -161,7 +161,10 @@ class ModelJoiner {
     notes_.push_back(
         fmt::format("constant: {:+.2f} mm are added, so that the constants of the joined effects are those of {}, once",
                     difference * 1e3, raw_offset_ ? "the offset calibration" : "the model"));
-    used_.push_back({constant_name, constant_effect(difference), "constant"});
+    const auto there = std::ranges::find(used_, constant_name, &JoinedEffect::name);
+    const double all = difference + (there != used_.end() ? constant_of(*there) : 0);
+    if (there != used_.end()) used_.erase(there);
+    used_.push_back({constant_name, constant_effect(all), "constant"});
   }
 
   const io::CameraFolder& folder_;
