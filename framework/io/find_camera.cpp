@@ -49,8 +49,7 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
   if (file.empty() || !std::filesystem::exists(file, error)) {
     const std::string what = file.empty() ? fmt::format("'{}'", name.text) : file.string();
     diagnostics.error(name.at, fmt::format("there is no camera profile {}", what),
-                      config::suggestion(name.text, known_cameras(), "cameras") +
-                          " (or a path to a profile, or to a camera's folder)");
+                      config::suggestion(name.text, known_cameras(), "profiles") + " (or a path to a .yaml file)");
     return nullptr;
   }
   try {
