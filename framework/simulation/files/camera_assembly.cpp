@@ -172,6 +172,8 @@ void assemble_camera(io::CameraFolder& folder, const graph::PluginRegistry& regi
     const config::Value head = model.empty() ? config::Value{} : config::load_document(model);
     io::write_file(folder.folder / io::folder_model_name, model_text(head, joined.effects, base->view().name, names));
   }
+  std::error_code error;
+  if (!with_model) fs::remove(folder.folder / io::folder_model_name, error);
   io::write_file(folder.folder / io::folder_profile_name, assembled_profile(folder, *base, with_model));
   io::load_profile(folder.folder / io::folder_profile_name);  // what was made can be read
   folder.notes = joined.notes;
