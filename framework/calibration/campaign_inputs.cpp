@@ -4,6 +4,7 @@
 
 #include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
+#include "io/captures/capture.hpp"
 #include "io/sha256.hpp"
 
 #include <fmt/format.h>
@@ -29,6 +30,21 @@ std::vector<std::filesystem::path> data_files(const io::Campaign& campaign) {
     if (std::ranges::find(files, file) == files.end()) files.push_back(file);
   }
   return files;
+}
+
+/// Stages that the distances of the first capture went through, as a list; empty: none, or they are not known.
+std::string applied_to(const io::Campaign& campaign) {
+  if (campaign.from_table || campaign.conditions.empty()) return {};
+  try {
+    const io::CaptureReader capture(campaign.conditions.front().capture);
+    const auto distance = std::ranges::find(capture.channels(), "distance", &io::CaptureChannel::name);
+    if (distance == capture.channels().end() || distance->applied.empty()) return {};
+    std::string words = distance->applied;
+    for (std::size_t at = 0; (at = words.find(' ', at)) != std::string::npos; at += 2) words.replace(at, 1, ", ");
+    return fmt::format("[{}]", words);
+  } catch (const std::runtime_error&) {
+    return {};  // reported where the captures are read
+  }
 }
 
 std::string span_of(const std::set<double>& values, const char* what, const char* unit) {
@@ -71,19 +87,20 @@ io::CalibrationWriter writer_for(const Request& request, const io::Campaign& cam
   tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) { hashes[i] = io::sha256_of_file(files[i]); });
   writer.input(request.campaign);
   for (std::size_t i = 0; i < files.size(); ++i) writer.input(files[i], hashes[i]);
+  if (const std::string applied = applied_to(campaign); !applied.empty()) writer.setting("applied", applied);
   return writer;
 }
 
 std::string model_head(const Request& request, const io::Campaign& campaign, const std::string& serial) {
   namespace fs = std::filesystem;
-  std::string camera = campaign.camera_name;
-  if (camera.find_first_of("/.") != std::string::npos && !campaign.camera->file.empty()) {  // a path from the campaign
+  std::string camera = campaign.camera->folder ? campaign.camera->view().name : campaign.camera_name;
+  if (!campaign.camera->folder && camera.find_first_of("/.") != std::string::npos &&
+      !campaign.camera->file.empty()) {  // a path from the campaign
     const fs::path folder = fs::absolute(request.output).parent_path();
     camera = fs::absolute(campaign.camera->file).lexically_normal().lexically_proximate(folder).string();
   }
-  return fmt::format("model: 1{}\ncamera: {}\n",
-                     serial.empty() ? "" : fmt::format("  # of the device with the serial {}", serial),
-                     config::yaml_word(camera));
+  return fmt::format("model: 1\ncamera: {}\n{}", config::yaml_word(camera),
+                     serial.empty() ? "" : fmt::format("serial: {}\n", config::yaml_word(serial)));
 }
 
 void refuse_corrected(const Request& request, const Boards& boards, const std::string& stage) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/one_camera.hpp"
 
+#include "io/serial.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,22 +18,15 @@ config::Position place_of(const io::Condition& condition) {
 
 std::string check_one_camera(const io::Campaign& campaign, const std::vector<CameraSeen>& seen,
                              std::vector<std::string>& notes, config::Diagnostics& diagnostics) {
-  std::string serial;
+  std::vector<std::string> serials;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const io::Condition& c = campaign.conditions[i];
     if (!seen[i].camera.empty() && seen[i].camera != campaign.camera->view().name)
       notes.push_back(fmt::format("{}: the capture is of the camera '{}', the campaign's is '{}'", c.id, seen[i].camera,
                                   campaign.camera->view().name));
-    if (seen[i].serial.empty() || seen[i].serial == serial) continue;
-    if (serial.empty())
-      serial = seen[i].serial;
-    else
-      diagnostics.error(
-          place_of(c),
-          fmt::format("the capture is of the camera with the serial {}, those before of {}", seen[i].serial, serial),
-          "a calibration is of one camera: make a campaign for each");
+    serials.push_back(seen[i].serial);
   }
-  return serial;
+  return io::common_serial(campaign, serials, diagnostics);
 }
 
 }  // namespace tofgraph::calibration

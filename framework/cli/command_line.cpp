@@ -20,13 +20,15 @@ class Help : public CLI::Formatter {
                        option->get_required() && !option->get_positional() ? " (required)" : "");
   }
 
-  /// A command has none: in their place stand the options of all commands.
+  /// Behind those of a command stand the options of all commands.
   std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const override {
-    const CLI::App* all = app->get_parent();
-    if (all == nullptr) return Formatter::make_subcommands(app, mode);
-    return make_group("Options of all commands", false, all->get_options([all](const CLI::Option* option) {
-      return option != all->get_help_ptr() && option != all->get_version_ptr();
-    }));
+    const CLI::App* all = app;
+    while (all->get_parent() != nullptr) all = all->get_parent();
+    const std::string own = Formatter::make_subcommands(app, mode);
+    if (all == app) return own;
+    return own + make_group("Options of all commands", false, all->get_options([all](const CLI::Option* option) {
+             return option != all->get_help_ptr() && option != all->get_version_ptr();
+           }));
   }
 };
 

@@ -44,12 +44,15 @@ void add_devices(CLI::App& app, Common& common);
 void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
+void add_evaluate(CLI::App& app, Common& common);
+void add_camera(CLI::App& app, Common& common);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {
   std::string pipeline;
   std::string camera;
   std::vector<std::string> settings;
+  bool other_serial = false;  ///< calibrations of another device are used, with a warning
 
   void add_to(CLI::App& command);
   /// The document of a file, or of the one-line form. @throws config::ConfigurationError

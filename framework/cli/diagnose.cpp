@@ -24,6 +24,8 @@ void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
       ->expected(1)
       ->take_all();
   command.add_flag("--skip-missing", arguments.skip_missing, "Continue without captures that cannot be read");
+  command.add_flag("--other-serial", arguments.other_serial,
+                   "Use a model of a device with another serial number, with a note");
   command.add_flag("--force", arguments.force, "Replace existing outputs");
 }
 

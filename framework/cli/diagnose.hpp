@@ -19,7 +19,7 @@ struct DiagnoseArguments {
   std::size_t resample = 0;    ///< random halves
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one a core
-  bool skip_missing = false, force = false, quiet = false;
+  bool skip_missing = false, other_serial = false, force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
   std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
 };

@@ -70,6 +70,7 @@ std::string command_of(const DiagnoseArguments& a) {
   if (a.resample != usual.resample) text += fmt::format(" --resample {}", a.resample);
   for (const std::string& id : a.skip) text += " --skip " + in_shell(id);
   if (a.skip_missing) text += " --skip-missing";
+  if (a.other_serial) text += " --other-serial";
   for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());
   return text;
 }
@@ -117,6 +118,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.without = arguments.without;
   options.skip = arguments.skip;
   options.skip_missing = arguments.skip_missing;
+  options.other_serial = arguments.other_serial;
   options.search.max_effects = arguments.max_effects;
   options.time_limit = time_limit_of(arguments);
   options.confidence = arguments.confidence;

@@ -40,6 +40,8 @@ void PipelineArguments::add_to(CLI::App& command) {
       ->option_text("NODE.PARAMETER=VALUE")
       ->take_all()
       ->expected(1);
+  command.add_flag("--other-serial", other_serial,
+                   "Use calibrations of a device with another serial number, with a warning");
 }
 
 void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name) {
@@ -57,6 +59,7 @@ std::unique_ptr<graph::Graph> build(const config::Value& document, const Pipelin
   graph::GraphOptions options;
   options.plugin_folders = common.plugin_folders;
   options.overwrite = overwrite;
+  options.other_serial = arguments.other_serial;
   options.message = [&common](const std::string& node, const std::string& text, bool warning) {
     if (!common.quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
   };
@@ -105,6 +108,8 @@ int main(int argc, char** argv) {
   cli::add_calibrate(app, common);
   cli::add_report(app, common);
   cli::add_diagnose(app, common);
+  cli::add_evaluate(app, common);
+  cli::add_camera(app, common);
   try {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;

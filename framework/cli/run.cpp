@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "cli/run.hpp"
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/watch.hpp"
 #include "cli/written_files.hpp"
 #include "config/json_text.hpp"
@@ -18,13 +18,6 @@
 
 namespace tofgraph::cli {
 namespace {
-
-struct RunArguments : PipelineArguments {
-  std::uint64_t frames = 0;
-  unsigned threads = 0;
-  std::string stats;
-  bool force = false, validate = false;
-};
 
 /// Why the statistics cannot be written, or nothing.
 std::string statistics_problem(const RunArguments& arguments) {
@@ -132,7 +125,8 @@ void add_run(CLI::App& app, Common& common) {
   command->footer(
       "Examples: tofgraph run pipelines/quickstart.yaml --force\n"
       "          tofgraph run \"capture_reader file=a.h5 ! four_phase_decoder ! optimized_bistatic ! point_cloud ! "
-      "pcd_writer path=a.pcd\" --camera camcube2");
+      "pcd_writer path=a.pcd\" --camera camcube2\n"
+      "          tofgraph run corrected.yaml --campaign campaign/campaign.yaml -o corrected");
   arguments->add_to(*command);
   command->add_option("--frames", arguments->frames, "Stop after this number of frames")
       ->option_text("N")
@@ -145,8 +139,23 @@ void add_run(CLI::App& app, Common& common) {
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
-  command->callback(
-      [arguments, &common] { common.command = [arguments, &common] { return run(*arguments, common); }; });
+  command
+      ->add_option("--campaign", arguments->campaign,
+                   "Run the pipeline on the captures of every condition of this campaign, with --out FOLDER")
+      ->option_text("FILE");
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "With --campaign: the folder of the results, one folder per condition and campaign.yaml")
+      ->option_text("FOLDER");
+  command->callback([arguments, &common] {
+    common.command = [arguments, &common] {
+      if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
+      if (!arguments->out.empty())
+        throw config::ConfigurationError(
+            "--out: error: is for --campaign: write the path at the sinks of the pipeline");
+      return run(*arguments, common);
+    };
+  });
 }
 
 }  // namespace tofgraph::cli

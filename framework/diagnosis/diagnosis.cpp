@@ -8,6 +8,7 @@
 #include "diagnosis/pattern_ties.hpp"
 #include "diagnosis/plausibility.hpp"
 #include "io/captures/campaign_captures.hpp"
+#include "io/serial.hpp"
 
 #include <fmt/format.h>
 
@@ -99,6 +100,7 @@ class Run {
       progress(read_by * share, "reading captures");
     };
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
+    check_serial();
     require_consistent(d_->measurements);
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note(notes_on(d_->measurements, *problem_));
@@ -137,6 +139,17 @@ class Run {
   }
 
  private:
+  /// @throws config::ConfigurationError for a model of another device
+  void check_serial() {
+    const std::string problem = io::serial_problem(d_->model.serial, d_->measurements.serial, "the captures");
+    if (problem.empty()) return;
+    if (!options_.other_serial)
+      throw config::ConfigurationError(
+          fmt::format("{}: error: the model {}\n         give a model of that device, or --other-serial uses this one",
+                      options_.model.string(), problem));
+    d_->notes.push_back(fmt::format("The model {}: --other-serial uses it nevertheless.", problem));
+  }
+
   void progress(double share, const std::string& what) const {
     if (options_.progress) options_.progress(std::min(share, 0.99), what);
   }

@@ -6,6 +6,7 @@
 #include "diagnosis/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/recording.hpp"
+#include "io/serial.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ void complete(io::Condition& condition, const io::CaptureReader& capture) {
 /// One condition read, or why not.
 struct Read {
   io::Condition condition;
+  std::string serial;
   Observations observations;
   ReductionCounts counts;
   double recorded_time = io::unknown;  ///< s
@@ -102,6 +104,7 @@ class Reader {
     if (capture.header().width != camera_.width || capture.header().height != camera_.height)
       throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
                                            capture.header().height, camera_.name, camera_.width, camera_.height));
+    result.serial = capture.header().serial;
     if (capture.frames() == 0) throw std::runtime_error("has no frames");
     if (const std::string problem = io::other_exposures(capture, camera_); !problem.empty())
       throw std::runtime_error(problem);
@@ -154,6 +157,17 @@ class Reader {
   simulation::Pixels pixels_;
   std::vector<bool> edge_;  ///< superpixels
 };
+
+/// Serial number of the device that recorded the captures; empty: not recorded.
+/// @throws config::ConfigurationError for captures of several devices
+std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& read) {
+  std::vector<std::string> serials;
+  for (const Read& one : read) serials.push_back(one.serial);
+  config::Diagnostics diagnostics;
+  std::string serial = io::common_serial(campaign, serials, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return serial;
+}
 
 /// What the conditions that can be used say. @param why not, one a condition, or nothing
 Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
@@ -239,7 +253,10 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing goes on without it",
                                            campaign.conditions[i].id, why[i]));
   }
-  return together(campaign, options.physical, std::move(read), why);
+  std::string serial = serial_of(campaign, read);
+  Measurements result = together(campaign, options.physical, std::move(read), why);
+  result.serial = std::move(serial);
+  return result;
 }
 
 }  // namespace tofgraph::diagnosis

@@ -28,6 +28,7 @@ struct Measurements {
   bool decoded = false;                ///< some condition has distances alone
   bool table = false;                  ///< one mean a condition in place of captures
   std::optional<NoiseRatio> noise;     ///< where frames and the profile tell it
+  std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded
 };
 
@@ -40,6 +41,7 @@ struct IngestOptions {
 /// Reads all captures, one condition at a time.
 /// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
 /// @throws std::invalid_argument when too little is left to search in
+/// @throws config::ConfigurationError for captures of several devices
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
 
 /// The frames of a condition that was measured. @throws std::runtime_error when they cannot be read

@@ -58,6 +58,8 @@ void write_maps(const Diagnosis& d, const std::filesystem::path& folder, io::Out
 std::string model_yaml(const Diagnosis& d) {
   std::string text = fmt::format("model: 1\ncamera: {}\nlight: {}\n", config::yaml_word(camera_of(d.model)),
                                  d.model.physical ? "physical" : "reference");
+  const std::string& serial = d.measurements.serial.empty() ? d.model.serial : d.measurements.serial;
+  if (!serial.empty()) text += fmt::format("serial: {}\n", config::yaml_word(serial));
   text += d.search.after.state.terms.empty() ? "effects: []\n" : "effects:\n";
   for (const Term& term : d.search.after.state.terms)
     text += "  - " + term.candidate->yaml(term.values, term.maps.get(), map_file_name) + "\n" + ties_of(d, term);

@@ -32,6 +32,20 @@ std::string camera_text(const io::Camera& camera) {
   return text + "\n";
 }
 
+/// The files of the camera's folder with their serial, date and hash, and how the pipeline takes them.
+std::string folder_text(const Graph& graph) {
+  const io::CameraFolder& folder = *graph.camera_folder();
+  std::string text = fmt::format("    from the folder {}{}{}\n", folder.folder.string(),
+                                 folder.serial.empty() ? "" : ", serial ", folder.serial);
+  for (const io::FolderEntry& entry : folder.entries)
+    text += fmt::format("    {}: {}{}{}{}{} ({})\n", entry.kind, entry.files.front().file.generic_string(),
+                        entry.serial.empty() ? "" : ", serial ", entry.serial, entry.date.empty() ? "" : ", ",
+                        entry.date, "SHA-256 " + entry.files.front().sha256);
+  for (const std::string& note : folder.notes) text += fmt::format("    {}\n", note);
+  for (const std::string& note : graph.camera_notes()) text += fmt::format("    {}\n", note);
+  return text;
+}
+
 std::string channel_text(const Channel& channel) {
   const ChannelInfo* known = known_channel(channel.name);
   std::string text = fmt::format("{} ({})", channel.name, channel.described());
@@ -74,6 +88,7 @@ std::string explain(const Graph& graph) {
   std::string text = graph.name().empty() ? "" : graph.name() + "\n";
   const Stream& first = graph.nodes().front()->output();
   if (first.camera) text += camera_text(*first.camera);
+  if (graph.camera_folder() != nullptr) text += folder_text(graph);
   for (const auto& pointer : graph.nodes()) {
     const Node& node = *pointer;
     std::vector<std::string> sources;

@@ -4,6 +4,7 @@
 
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
+#include "graph/device_calibrations.hpp"
 #include "graph/known_stages.hpp"
 #include "graph/outputs.hpp"
 #include "graph/resolved_pipeline.hpp"
@@ -48,6 +49,15 @@ bool take_overwrite(std::vector<const config::Entry*>& entries, config::Diagnost
   return allowed;
 }
 
+/// The entry of `other_serial` for a stage that has this parameter, unless it is written.
+std::optional<config::Entry> other_serial_entry(const NodeSpec& spec, const Plugin& stage) {
+  constexpr const char* key = "other_serial";
+  const bool written = std::ranges::find(spec.parameters, key, &config::Entry::key) != spec.parameters.end();
+  const auto is_it = [&](const tofgraph_parameter& p) { return std::string_view(p.name) == key; };
+  if (written || std::ranges::none_of(stage.own_parameters, is_it)) return std::nullopt;
+  return config::Entry{key, spec.at, config::parse_value("true", spec.at)};
+}
+
 /// Hashed once: libraries do not change while they are loaded.
 const std::string& library_hash(const Plugin& plugin) {
   static std::mutex mutex;
@@ -62,13 +72,16 @@ const std::string& library_hash(const Plugin& plugin) {
 
 Graph::~Graph() = default;
 
-Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::Diagnostics& diagnostics)
-    : name_(pipeline.name) {
+Graph::Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnostics& diagnostics)
+    : name_(pipeline.name), camera_at_(pipeline.camera ? pipeline.camera->at : pipeline.at) {
   host_.overwrite = options.overwrite;
   host_.message = options.message;
   host_.version = TOFGRAPH_VERSION;
   host_.plugin_path = config::joined_path(options.plugin_folders);
   const PluginRegistry registry(options.plugin_folders);
+  if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
+  if (camera_ && camera_->folder)
+    camera_notes_ = insert_corrections(pipeline, *camera_->folder, registry, camera_at_, diagnostics);
   const KnownStages known_stages(registry, pipeline.nodes);
   host_.known_stages = &known_stages;
   const ResolvedPipeline written(pipeline, registry, diagnostics);
@@ -78,24 +91,29 @@ Graph::Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::
       host_.message(hidden.name, fmt::format("{} is used; it hides {}", before.path.string(), hidden.path.string()),
                     true);
   }
-  if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
-  make_nodes(written, diagnostics);
+  make_nodes(written, options, diagnostics);
   if (camera_ && !camera_->file.empty()) host_.inputs.push_back(camera_->file);
   if (camera_ && !camera_->bad_pixels_file.empty()) host_.inputs.push_back(camera_->bad_pixels_file);
   for (const auto& node : nodes_) std::ranges::copy(node->values().files(), std::back_inserter(host_.inputs));
   // Without the camera that was named, every stage that needs one would complain.
-  if (!pipeline.camera || camera_) prepare(diagnostics);
+  if (!pipeline.camera || camera_) prepare(options, diagnostics);
   check_outputs(nodes_, diagnostics);
   host_.known_stages = nullptr;
 }
 
-void Graph::make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics) {
+void Graph::make_nodes(const ResolvedPipeline& written, const GraphOptions& options, config::Diagnostics& diagnostics) {
   std::map<std::string, std::size_t> made;
   for (const std::size_t i : written.order(diagnostics)) {
     const NodeSpec& spec = written.spec(i);
     const std::size_t index = made[spec.name] = nodes_.size();
     const std::size_t errors = diagnostics.errors();
     std::vector<const config::Entry*> entries = pointers(spec.parameters);
+    std::vector<config::Entry> from_folder;
+    if (camera_ && camera_->folder) from_folder = calibration_entries(spec, *written.stage(i), *camera_->folder);
+    for (const config::Entry& entry : from_folder) entries.push_back(&entry);
+    std::optional<config::Entry> other_serial;
+    if (options.other_serial) other_serial = other_serial_entry(spec, *written.stage(i));
+    if (other_serial) entries.push_back(&*other_serial);
     const bool overwrite = written.stage(i)->file.kind == "sink" && take_overwrite(entries, diagnostics);
     ParameterValues values(*written.stage(i), std::move(entries), spec.at, diagnostics);
     usable_.push_back(diagnostics.errors() == errors);
@@ -205,7 +223,7 @@ bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics)
 }
 
 /// Creates and prepares node by node; what reads a node that failed is passed over, so that a mistake is told once.
-void Graph::prepare(config::Diagnostics& diagnostics) {
+void Graph::prepare(const GraphOptions& options, config::Diagnostics& diagnostics) {
   std::vector<bool> good(nodes_.size(), false);
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     Node& node = *nodes_[i];
@@ -230,6 +248,8 @@ void Graph::prepare(config::Diagnostics& diagnostics) {
     }
     names.resize(std::max(names.size(), streams.size()), "");
     good[i] = right && node.prepare(streams, names, diagnostics);
+    if (node.is_source() && good[i] && camera_ && camera_->folder)
+      check_recording(*camera_->folder, node.output().source, options.other_serial, camera_at_, diagnostics);
     if (node.is_source() && good[i]) queue_ = written_queue_.value_or(default_queue(node.output()));
     for (const UsedFile& file : node.files()) host_.inputs.emplace_back(file.path);
   }

@@ -6,6 +6,7 @@
 #include "graph/node.hpp"
 #include "graph/pipeline.hpp"
 #include "graph/plugin.hpp"
+#include "io/camera_folder.hpp"
 
 #include <memory>
 #include <optional>
@@ -19,6 +20,7 @@ namespace tofgraph::graph {
 struct GraphOptions {
   std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
   bool overwrite = false;
+  bool other_serial = false;  ///< sets the parameter `other_serial` of every stage that has it
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
 };
 
@@ -27,7 +29,7 @@ class ResolvedPipeline;
 class Graph {
  public:
   /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
-  Graph(const PipelineSpec& pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
+  Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
   ~Graph();
 
   /// In an order in which each node comes after those it reads; the source is first.
@@ -37,6 +39,10 @@ class Graph {
   const Queue& queue() const { return queue_; }
   const std::string& name() const { return name_; }
   Host& host() { return host_; }
+  /// The folder of the pipeline's camera; null: it has none.
+  const io::CameraFolder* camera_folder() const { return camera_ ? camera_->folder.get() : nullptr; }
+  /// Nodes that were inserted for the calibrations of the camera's folder, and calibrations that no node takes.
+  const std::vector<std::string>& camera_notes() const { return camera_notes_; }
   /// Of the k-th node that a node reads: channels that arrive under another name, for a named port.
   const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
     return aliases_[node][k];
@@ -47,8 +53,8 @@ class Graph {
   nlohmann::json provenance(std::size_t node) const;
 
  private:
-  void make_nodes(const ResolvedPipeline& written, config::Diagnostics& diagnostics);
-  void prepare(config::Diagnostics& diagnostics);
+  void make_nodes(const ResolvedPipeline& written, const GraphOptions& options, config::Diagnostics& diagnostics);
+  void prepare(const GraphOptions& options, config::Diagnostics& diagnostics);
   Stream joined(std::size_t node, config::Diagnostics& diagnostics, bool& right);
   bool join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all);
   void tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
@@ -57,7 +63,9 @@ class Graph {
 
   std::string name_;
   Host host_;
+  config::Position camera_at_;
   io::CameraPtr camera_;
+  std::vector<std::string> camera_notes_;
   std::vector<std::unique_ptr<Node>> nodes_;
   std::vector<std::vector<std::size_t>> inputs_;
   std::vector<std::vector<InputSpec>> input_specs_;

@@ -35,7 +35,8 @@ std::string example(const tofgraph_parameter& p, const config::Position& at) {
   if (const double usual = usual_size(p); !std::isnan(usual)) return of(config::format_quantity(usual, p.unit));
   if (p.default_value != nullptr && *p.default_value != 0) return of(p.default_value);
   const std::vector<std::string> choices = split_words(p.choices);
-  const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES;
+  const bool files =
+      p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES || p.kind == TOFGRAPH_KIND_INPUT_FILE;
   if (!choices.empty() && !files) return of(choices.front());
   const double middle = !std::isnan(p.minimum) && !std::isnan(p.maximum) ? (p.minimum + p.maximum) / 2 : 1;
   switch (p.kind) {

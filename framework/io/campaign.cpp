@@ -235,8 +235,11 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
   reader.take("campaign");
   campaign.name = reader.word("name", "");
   if (const config::Entry* note = reader.take("note")) campaign.notes = read_notes(*note, diagnostics);
+  if (const config::Entry* source = reader.take("source"))  // it need not be there any more
+    campaign.source = config::path_at(source->value.text, source->value.at);
   if (const config::Entry* camera = reader.need("camera", "camcube2")) {
     campaign.camera_name = camera->value.text;
+    campaign.camera_value = camera->value;
     campaign.camera = find_camera(camera->value, diagnostics);
   }
   if (const config::Entry* pattern = reader.take("pattern"))

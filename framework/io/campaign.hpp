@@ -31,9 +31,11 @@ const std::vector<std::string>& marker_dictionaries();
 
 struct Campaign {
   std::string name;
-  std::vector<std::string> notes;  ///< what a reader of results from these data must know
-  std::string camera_name;         ///< as written: a profile's name, or a path relative to the campaign
-  io::CameraPtr camera;            ///< always there in a campaign without mistakes
+  std::vector<std::string> notes;             ///< what a reader of results from these data must know
+  std::string camera_name;                    ///< as written: a profile's name, or a path relative to the campaign
+  io::CameraPtr camera;                       ///< always there in a campaign without mistakes
+  std::optional<config::Value> camera_value;  ///< the same at its place in the file
+  std::filesystem::path source;               ///< the campaign that a pipeline made this one from; empty: measured
   std::optional<Pattern> pattern;
   std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
   std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated
@@ -55,8 +57,8 @@ Campaign read_campaign(const std::filesystem::path& file, config::Diagnostics& d
 /// grey. Not of those that differ in their numbers alone.
 void warn_of_targets(const Campaign& campaign, config::Diagnostics& diagnostics);
 
-/// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures
-/// and scenes are written relative to the file's folder.
+/// Writes a campaign of conditions, whole or not at all; read again it has the same values to the last bit. Captures,
+/// scenes and the source are written relative to the file's folder.
 /// @throws std::runtime_error when it cannot be written
 /// @throws std::invalid_argument for statistics from a table
 void write_campaign(const Campaign& campaign, const std::filesystem::path& file);

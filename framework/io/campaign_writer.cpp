@@ -137,10 +137,12 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
   if (!campaign.name.empty()) text += fmt::format("name: {}\n", config::yaml_word(campaign.name));
   if (!campaign.notes.empty()) text += "note:\n";
   for (const std::string& note : campaign.notes) text += fmt::format("  - {}\n", config::yaml_word(note));
+  const std::filesystem::path folder = std::filesystem::absolute(file).lexically_normal().parent_path();
+  if (!campaign.source.empty()) text += fmt::format("source: {}\n", relative_to(folder, campaign.source));
   text += fmt::format("camera: {}\n", config::yaml_word(campaign.camera_name));
   if (campaign.pattern) text += pattern_text(*campaign.pattern);
   text += "conditions:\n";
-  ConditionText condition_text(std::filesystem::absolute(file).lexically_normal().parent_path());
+  ConditionText condition_text(folder);
   for (const Condition& condition : campaign.conditions) text += condition_text.of(condition);
   write_file(file, text);
 }

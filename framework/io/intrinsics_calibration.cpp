@@ -21,7 +21,7 @@ void skip(CalibrationReader& file) {
 
 }  // namespace
 
-void read_intrinsics_calibration(const std::filesystem::path& path, tofgraph_camera& camera) {
+std::string read_intrinsics_calibration(const std::filesystem::path& path, tofgraph_camera& camera) {
   CalibrationReader file(path, "intrinsics", camera.name);
   const auto set = [&file](const char* key, const char* unit, const char* example, std::span<double> to) {
     std::ranges::copy(file.need(key, unit, to.size(), example).value, to.begin());
@@ -38,6 +38,7 @@ void read_intrinsics_calibration(const std::filesystem::path& path, tofgraph_cam
   }
   skip(file);
   file.finish();
+  return file.serial();
 }
 
 }  // namespace tofgraph::io

@@ -253,24 +253,6 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   return diagnostics.errors() == before ? result : nullptr;
 }
 
-io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics) {
-  const auto base = name.at.source ? name.at.source->base : std::filesystem::path{};
-  const auto file = find_profile(name.text, base);
-  std::error_code error;
-  if (file.empty() || !std::filesystem::exists(file, error)) {
-    const std::string what = file.empty() ? fmt::format("'{}'", name.text) : file.string();
-    diagnostics.error(name.at, fmt::format("there is no camera profile {}", what),
-                      config::suggestion(name.text, profile_names(), "profiles") + " (or a path to a .yaml file)");
-    return nullptr;
-  }
-  try {
-    return load_profile(file);
-  } catch (const config::ConfigurationError& failure) {
-    diagnostics.add(failure, name.at);
-    return nullptr;
-  }
-}
-
 std::string profile_text(const tofgraph_camera& camera) {
   const auto quoted = [](std::string text) {
     for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, 1, '\'');

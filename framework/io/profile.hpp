@@ -22,7 +22,8 @@ std::filesystem::path find_profile(const std::string& name, const std::filesyste
 /// Reads a profile. Mistakes go to the diagnostics; null when there are any.
 io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics);
 
-/// The profile that a document names, by name or path. Mistakes go to the diagnostics; null when there are any.
+/// The profile that a document names, by name or path, or that of a camera's folder. Mistakes go to the diagnostics,
+/// missing and changed files of the folder among them; null when there are any.
 io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics);
 
 /// Reads a profile by name or path. @throws config::ConfigurationError with every mistake.

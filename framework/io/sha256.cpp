@@ -77,6 +77,12 @@ std::string sha256_of_file(const std::filesystem::path& file, const std::functio
   return digest.digits();
 }
 
+std::string sha256_of(std::string_view bytes) {
+  Digest digest;
+  digest.add(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+  return digest.digits();
+}
+
 FileHash::FileHash(std::filesystem::path file) : file_(std::move(file)) { const Descriptor readable(file_); }
 
 const std::string& FileHash::get(const std::function<bool()>& stopped) const {

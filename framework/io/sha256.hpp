@@ -7,6 +7,7 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 namespace tofgraph::io {
 
@@ -14,6 +15,9 @@ namespace tofgraph::io {
 /// @param stopped asked every few milliseconds; where it says so the result is empty
 /// @throws std::runtime_error when the file cannot be read
 std::string sha256_of_file(const std::filesystem::path& file, const std::function<bool()>& stopped = {});
+
+/// SHA-256 of bytes in memory as hexadecimal digits.
+std::string sha256_of(std::string_view bytes);
 
 /// The hash of a file that may be long: made once, by the first who asks, while others wait. [any thread]
 class FileHash {

@@ -12,7 +12,7 @@
 
 #include "io/noise_calibration.hpp"
 #include "io/plausibility.hpp"
-#include "plugins/filters/calibrated_serial.hpp"
+#include "plugins/calibrated_serial.hpp"
 
 namespace tofgraph {
 
@@ -74,7 +74,9 @@ struct Decoder : Filter {
       "invalidate_inconsistent",
       {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
   Param<InputFile> calibration{
-      this, "calibration", {.text = "a calibration file of the kind noise; default: the camera's noise"}};
+      this,
+      "calibration",
+      {.choices = "noise", .text = "a calibration file of the kind noise; default: the camera's noise"}};
   Param<double> read_noise{
       this,
       "read_noise",
@@ -259,6 +261,7 @@ struct Decoder : Filter {
   bool from_camera_ = true;  // the exposures
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;
+  SerialCheck check_serial_{this};
 
   /// The camera's noise, or that of the calibration.
   physics::TapNoise calibrated_noise(const Setup& setup, const tofgraph_camera* camera) const {
@@ -272,7 +275,7 @@ struct Decoder : Filter {
     } catch (const std::exception& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }
-    check_serial_number(serial_of(setup), file.serial);
+    check_serial_("calibration", file.serial, serial_of(setup));
     return file.noise;
   }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/intrinsics_calibration.hpp"
+#include "plugins/calibrated_serial.hpp"
 #include "plugins/filters/rectification.hpp"
 
 namespace tofgraph {
@@ -26,7 +27,8 @@ struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, recomputed"}};
   InOut<void> every{this, "*", {.text = "images are resampled if rectify is true"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created or combined if images are rectified"}};
-  Param<InputFile> calibration{this, "calibration", {.text = "a calibration file of the kind intrinsics"}};
+  Param<InputFile> calibration{
+      this, "calibration", {.choices = "intrinsics", .text = "a calibration file of the kind intrinsics"}};
   Param<double> fx{this, "fx", {.unit = "px", .min = 1e-3, .text = "focal length in x"}};
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
   Param<double> cx{this, "cx", {.unit = "px", .text = "principal point in x, a pixel's centre at integers from 0"}};
@@ -44,7 +46,7 @@ struct Intrinsics final : Filter {
   void prepare(Setup& setup) {
     tofgraph_camera camera = setup.camera();
     const bool calibrated = !calibration->empty();
-    if (calibrated) use_calibration(camera);
+    if (calibrated) check_serial_("calibration", use_calibration(camera), serial_of(setup));
     if (!change(camera) && !calibrated && !*rectify) {
       throw ConfigError("fx",
                         "nothing is replaced: give a calibration file, rectify: true, or at least one of fx fy cx cy "
@@ -75,15 +77,18 @@ struct Intrinsics final : Filter {
   }
 
  private:
-  void use_calibration(tofgraph_camera& camera) const {
+  /// @returns the calibration's serial number; empty: not stated
+  std::string use_calibration(tofgraph_camera& camera) const {
+    std::string serial;
     try {
-      io::read_intrinsics_calibration(std::string(*calibration), camera);
+      serial = io::read_intrinsics_calibration(std::string(*calibration), camera);
     } catch (const config::ConfigurationError& error) {
       throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
     }
     for (const double focal : camera.focal_px) {
       if (!(focal > 0)) throw ConfigError("calibration", "'focal_length' must be positive, e.g. [318.2 px, 318.4 px]");
     }
+    return serial;
   }
 
   /// @returns whether anything was given
@@ -197,6 +202,7 @@ struct Intrinsics final : Filter {
     }
   }
 
+  SerialCheck check_serial_{this};
   Rectification rectification_;
   OtherLengths lengths_;
   std::vector<std::string> images_;

@@ -9,14 +9,21 @@
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/to_integer.hpp>
 
+#include <dlfcn.h>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <mutex>
 #include <optional>
 
+#include "io/profile.hpp"
+#include "io/sha256.hpp"
+#include "plugins/calibrated_serial.hpp"
 #include "plugins/model_reader.hpp"
 #include "simulation/correction.hpp"
+#include "simulation/correction_cache.hpp"
 
 #ifndef TOFGRAPH_MODEL_CORRECTION_ONCE
 #define TOFGRAPH_MODEL_CORRECTION_ONCE
@@ -47,7 +54,7 @@ HWY_EXPORT(LookUp);
 /// Looks for the distance that the camera without its effects would have measured, at the measured amplitude and the
 /// frame's settings: by the forward model itself, so that every effect can be undone, also those of other plugins.
 /// Effects of the geometry leave as a corrected camera. Tables are compiled with the first frame, and anew for settings
-/// that they do not cover.
+/// that they do not cover; they are kept in the program's cache for the next run.
 struct ModelCorrection final : Filter {
   InOut<float> distance{
       this,
@@ -65,6 +72,7 @@ struct ModelCorrection final : Filter {
       "model",
       {.text = "a model file, of diagnose, of calibrate or by hand, or what it would hold; default: the profile's",
        .in_place = true}};
+  SerialCheck check_serial_{this};
 
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), "distance");
@@ -88,11 +96,13 @@ struct ModelCorrection final : Filter {
     if (!simulation::is_for(made.model, *camera_))
       throw ConfigError("model",
                         "is for the camera '" + made.model.camera + "', the frames are from '" + camera.name + "'");
+    check_serial_("model", made.model.serial, serial_of(setup));
     try {
       correction_.emplace(camera, made.model.physical, made.effects);
     } catch (const std::exception& error) {
       throw ConfigError("model", error.what());
     }
+    cache_.emplace(cache_key(made, camera));
     check_needs(setup);
     lengths_.prepare(setup, {"distance", "sigma"});
     if (const io::Camera* corrected = correction_->corrected_camera()) setup.set_camera(corrected->view());
@@ -172,6 +182,28 @@ struct ModelCorrection final : Filter {
             metadata.time_since_power_on};
   }
 
+  /// Path, size and time of a library, which stand for its code.
+  static std::string library_text(const std::filesystem::path& file) {
+    std::error_code error;
+    return fmt::format("{} {} {}\n", file.string(), std::filesystem::file_size(file, error),
+                       std::filesystem::last_write_time(file, error).time_since_epoch().count());
+  }
+
+  /// Hash of all that the tables depend on beside a frame's settings.
+  static std::string cache_key(const ModelReader::Made& made, const tofgraph_camera& camera) {
+    Dl_info own{};
+    dladdr(reinterpret_cast<const void*>(&ModelCorrection::library_text), &own);
+    std::string text = library_text(own.dli_fname != nullptr ? own.dli_fname : "");
+    for (const simulation::ModelEffect& effect : made.model.effects) text += library_text(effect.descriptor->file.path);
+    text += simulation::described(made.model).dump() + "\n";
+    for (const std::string& file : simulation::files_of(made.model)) text += io::sha256_of_file(file) + "\n";
+    for (const simulation::EffectPtr& effect : made.effects)
+      for (const graph::UsedFile& file : effect->files()) text += io::sha256_of_file(file.path) + "\n";
+    const std::size_t bytes = std::size_t{camera.width} * camera.height * 3 * sizeof(float);
+    return io::sha256_of(text + io::profile_text(camera) +
+                         std::string(reinterpret_cast<const char*>(camera.rays), bytes));
+  }
+
   /// The last ones are kept: exposures of several integration times come in turns.
   std::shared_ptr<const simulation::CorrectionTables> tables_for(const simulation::FrameSettings& settings) const {
     const std::lock_guard lock(mutex_);
@@ -179,7 +211,9 @@ struct ModelCorrection final : Filter {
     if (known != tables_.end()) return *known;
     constexpr std::size_t kept = 16;
     if (tables_.size() == kept) tables_.erase(tables_.begin());
-    tables_.push_back(correction_->compile(settings));
+    auto tables = cache_->find(settings);
+    if (!tables) cache_->keep(tables = correction_->compile(settings));
+    tables_.push_back(std::move(tables));
     constexpr double noticeable = 1e-4;  // m
     if (tables_.back()->worst > noticeable && !warned_)
       warn("the model's effects differ from pixel to pixel in so many ways that the correction is up to " +
@@ -191,6 +225,7 @@ struct ModelCorrection final : Filter {
   OtherLengths lengths_;
   std::unique_ptr<const io::Camera> camera_;
   std::optional<simulation::Correction> correction_;
+  std::optional<simulation::CorrectionCache> cache_;
   mutable std::mutex mutex_;
   mutable std::vector<std::shared_ptr<const simulation::CorrectionTables>> tables_;  // oldest first
   mutable bool warned_ = false;

@@ -15,7 +15,7 @@
 #include <string>
 
 #include "io/offset_calibration.hpp"
-#include "plugins/filters/calibrated_serial.hpp"
+#include "plugins/calibrated_serial.hpp"
 #include "plugins/filters/offset_grid.hpp"
 #include "plugins/filters/offset_vector.hpp"
 #include "plugins/filters/surface_mean.hpp"
@@ -43,7 +43,9 @@ struct OffsetCorrection final : Filter {
       this, "amplitude", {.optional = true, .text = "tells the reflectivity, unless `target` is given"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<InputFile> calibration{
-      this, "calibration", {.required = true, .text = "a calibration file of the kind offset, see calibrate offset"}};
+      this,
+      "calibration",
+      {.required = true, .choices = "offset", .text = "a calibration file of the kind offset, see calibrate offset"}};
   Param<Choice> method{this,
                        "method",
                        {.default_value = "per_pixel",
@@ -69,11 +71,12 @@ struct OffsetCorrection final : Filter {
       this,
       "serial",
       {.text = "the camera's serial number, compared with the calibration's; default: the recording's"}};
+  SerialCheck check_serial_{this};
 
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
     read(camera);
-    check_serial_number(serial.given() ? std::string(*serial) : serial_of(setup), calibration_.serial);
+    check_serial_("calibration", calibration_.serial, serial.given() ? std::string(*serial) : serial_of(setup));
     if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
       throw std::runtime_error("needs the frames' integration time, which these frames do not tell");
     const std::optional<std::size_t> only = chosen_target();

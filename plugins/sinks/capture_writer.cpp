@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "io/captures/queued_capture.hpp"
+#include "plugins/calibrated_serial.hpp"
 
 namespace tofgraph {
 
@@ -43,6 +44,7 @@ struct CaptureWriter final : Sink {
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
     header_.comment = *comment;
+    header_.serial = serial_of(setup);
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
     // Whoever reads the capture takes the profile's where it has none of its own.
     const bool same = camera == nullptr || physics::same_exposures(exposures, physics::exposures_of(*camera));

@@ -4,6 +4,7 @@
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -53,8 +54,7 @@ struct CaptureReader final : Source {
     choose_exposures(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
-    if (const std::string& serial = reader_->header().serial; !serial.empty())
-      host->set_source(context, config::json_text(nlohmann::json{{"serial", serial}}).c_str());
+    describe_source();
     if (!reader_->finished())
       warn(fmt::format("{} is still being recorded or was cut off: {} complete", *file,
                        config::counted(reader_->frames(), "frame")));
@@ -123,6 +123,21 @@ struct CaptureReader final : Source {
     result.applied = channel.applied.c_str();
     result.from = channel.from.c_str();
     return result;
+  }
+
+  /// Serial number, time and temperatures of the recording, as far as they are known.
+  void describe_source() const {
+    nlohmann::json source = nlohmann::json::object();
+    if (const std::string& serial = reader_->header().serial; !serial.empty()) source["serial"] = serial;
+    if (const std::int64_t start = reader_->metadata(next_).timestamp_ns; start > 0)
+      source["recorded_at"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(start / 1'000'000'000));
+    double coldest = reader_->metadata(next_).temperature, warmest = coldest;
+    for (std::size_t frame = next_; frame <= last_; ++frame) {
+      coldest = std::fmin(coldest, reader_->metadata(frame).temperature);
+      warmest = std::fmax(warmest, reader_->metadata(frame).temperature);
+    }
+    if (coldest > 0) source["temperature"] = {coldest, warmest};  // K
+    if (!source.empty()) host->set_source(context, config::json_text(source).c_str());
   }
 
   void choose_frames() {

@@ -233,8 +233,8 @@ typedef struct tofgraph_parameter {
   const char *unit, *default_value; /* SI, "" for a pure number, "m|counts|1" for any of these; the default, written as
                                   in a pipeline: "3.91 mm" */
   double minimum, maximum;          /* SI; NaN: no bound */
-  const char *choices, *text; /* CHOICE: the words; NUMBER: words allowed instead of a number, e.g. "auto"; files: the
-                                 endings of companions beside the file */
+  const char *choices, *text; /* CHOICE: the words; NUMBER: words allowed beside numbers; files to write: endings of
+                                 companions; INPUT_FILE: kinds of calibrations that a camera's folder gives for it */
   double off, typical;        /* effects: the value that changes nothing, and a usual size; NaN: none */
 } tofgraph_parameter;
 

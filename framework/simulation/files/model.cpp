@@ -51,6 +51,7 @@ Model read_model(const Value& document, const graph::PluginRegistry& registry, D
   reader.take("name");
   reader.take("comment");
   model.camera = reader.word("camera", "");
+  model.serial = reader.word("serial", "");
   if (const Entry* camera = document.find("camera")) model.camera_at = camera->value.at;
   const std::string light = reader.word("light", "reference");
   if (light != "reference" && light != "physical") {

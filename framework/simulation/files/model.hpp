@@ -27,6 +27,7 @@ struct ModelEffect {
 struct Model {
   std::string camera;          ///< a profile's name or path, "" where the model is part of a scene
   config::Position camera_at;  ///< where it was written
+  std::string serial;          ///< of the device that it describes; empty: not stated
   bool physical = false;       ///< light: physical
   std::vector<ModelEffect> effects;
 };

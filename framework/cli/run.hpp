@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The request of `tofgraph run`.
+#pragma once
+
+#include "cli/commands.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace tofgraph::cli {
+
+struct RunArguments : PipelineArguments {
+  std::uint64_t frames = 0;  ///< at most; 0: all
+  unsigned threads = 0;      ///< 0: one per core
+  std::string stats;
+  std::string campaign, out;  ///< a campaign file and the folder of its results; empty: one run
+  bool force = false, validate = false;
+};
+
+/// Runs the pipeline on every condition of the campaign, one after the other in this process.
+/// @returns the exit code @throws config::ConfigurationError what is wrong before the first frame
+int run_campaign(const RunArguments& arguments, const Common& common);
+
+}  // namespace tofgraph::cli

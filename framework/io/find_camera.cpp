@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The camera that a document names: a profile, or the folder of a device.
+#include "io/camera_folder.hpp"
+#include "io/profile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tofgraph::io {
+namespace {
+
+bool is_profile_name(const std::string& name) {
+  const std::vector<std::string> names = profile_names();
+  return std::ranges::find(names, name) != names.end();
+}
+
+std::vector<std::string> known_cameras() {
+  std::vector<std::string> names = profile_names();
+  for (std::string& name : camera_folder_names()) names.push_back(std::move(name));
+  return names;
+}
+
+CameraPtr camera_of_folder(const std::filesystem::path& path, const config::Value& name,
+                           config::Diagnostics& diagnostics) {
+  try {
+    auto folder = std::make_shared<const CameraFolder>(read_camera_folder(path));
+    const std::size_t before = diagnostics.errors();
+    for (const std::string& problem : folder_problems(*folder)) diagnostics.error(name.at, problem);
+    if (diagnostics.errors() != before) return nullptr;
+    const CameraPtr camera = load_profile(folder->folder / folder_profile_name);
+    std::const_pointer_cast<Camera>(camera)->folder = std::move(folder);
+    return camera;
+  } catch (const config::ConfigurationError& failure) {
+    diagnostics.add(failure, name.at);
+    return nullptr;
+  }
+}
+
+}  // namespace
+
+io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics) {
+  const auto base = name.at.source ? name.at.source->base : std::filesystem::path{};
+  if (const auto folder = find_camera_folder(name.text, base); !folder.empty() && !is_profile_name(name.text))
+    return camera_of_folder(folder, name, diagnostics);
+  const auto file = find_profile(name.text, base);
+  std::error_code error;
+  if (file.empty() || !std::filesystem::exists(file, error)) {
+    const std::string what = file.empty() ? fmt::format("'{}'", name.text) : file.string();
+    diagnostics.error(name.at, fmt::format("there is no camera profile {}", what),
+                      config::suggestion(name.text, known_cameras(), "profiles") + " (or a path to a .yaml file)");
+    return nullptr;
+  }
+  try {
+    return load_profile(file);
+  } catch (const config::ConfigurationError& failure) {
+    diagnostics.add(failure, name.at);
+    return nullptr;
+  }
+}
+
+}  // namespace tofgraph::io
