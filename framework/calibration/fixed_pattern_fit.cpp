@@ -50,13 +50,11 @@ double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   return std::sqrt(std::max(squares - noise * misfit * misfit, 0.0) / count);
 }
 
-Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit,
-               ViewPose start = pattern::first_jitter) {
+void fit_to(const PatternData& data, const ViewUse& use, double slope_sd, PatternFit& fit) {
   Problem problem(data, use, slope_sd);
   problem.assemble();
-  problem.solve(fit, start);
+  problem.solve(fit);
   problem.back_substitute(fit);
-  return problem;
 }
 
 std::size_t distances_of(const PatternData& data, std::map<double, std::vector<std::size_t>>& levels) {
@@ -77,7 +75,10 @@ void hold_out(const PatternData& data, double slope_sd, PatternFit& result,
     ViewUse use(data.views.size(), 1);
     for (const std::size_t v : members) use[v] = 0;
     PatternFit fit;
-    const Problem problem = fitted(data, use, levels.size() > 3 ? slope_sd : 0, fit, result.jitter);
+    Problem problem(data, use, levels.size() > 3 ? slope_sd : 0);
+    problem.assemble();
+    problem.solve(fit, result.jitter);
+    problem.back_substitute(fit, false);  // of the uncertainty nothing is asked here
     for (const std::size_t v : members) {
       const auto [b, a, n] = problem.predict(v, fit);
       before[level].push_back(b);
@@ -117,11 +118,11 @@ PatternFit fit_pattern(const PatternData& data, const std::function<void(double 
   std::map<double, std::vector<std::size_t>> levels;
   double slope_sd = 0;
   if (distances_of(data, levels) >= 3) {
-    fitted(data, all, loose_slope, fit);
+    fit_to(data, all, loose_slope, fit);
     slope_sd = roughness_of_slopes(data, fit);
   }
   fit.has_slope = slope_sd > 0;
-  fitted(data, all, slope_sd, fit);
+  fit_to(data, all, slope_sd, fit);
   take_mean_out(fit);
   if (progress) progress(0.3);
   // Where the noise is not known, or something else is left beside it, the scatter says how uncertain all is.

@@ -98,21 +98,26 @@ class Problem {
   }
 
   /// The pixels' own unknowns, and what is left over the noise.
-  void back_substitute(PatternFit& fit) const {
+  /// @param all_of_sd whether standard deviations contain what the few common unknowns add, which takes most of the
+  /// time
+  void back_substitute(PatternFit& fit, bool all_of_sd = true) const {
     const std::size_t pixels = data_.rows * data_.columns;
     for (std::vector<double>* values : {&fit.map, &fit.slope}) values->assign(pixels, 0);
     for (std::vector<double>* values : {&fit.map_sd, &fit.slope_sd}) values->assign(pixels, unknown);
     double square = 0, freedom = 0, noise = 0, count = 0;
-    const Eigen::RowVectorXd mean = mean_gain();
+    const Eigen::RowVectorXd mean = all_of_sd ? mean_gain() : Eigen::RowVectorXd();
     for (std::size_t i = 0; i < pixels; ++i) {
       const Rows rows = rows_of(i);
       if (rows.view.size() < static_cast<std::size_t>(rows.own + 1)) continue;
       const Own own = own_of(rows);
-      const Matrix inverse = own.local.inverse();
-      const Vector x = inverse * (own.moment - own.cross * theta_);
-      Matrix gain = inverse * own.cross;
-      gain.row(0) -= mean;  // of the map without its mean, which nobody knows
-      const Matrix covariance = inverse + gain * covariance_ * gain.transpose();
+      const OwnMatrix inverse = own.local.inverse();
+      const OwnVector x = inverse * (own.moment - own.cross * theta_);
+      OwnMatrix covariance = inverse;
+      if (all_of_sd) {
+        OwnRows gain = inverse * own.cross;
+        gain.row(0) -= mean;  // of the map without its mean, which nobody knows
+        covariance += gain * covariance_ * gain.transpose();
+      }
       fit.map[i] = x[0];
       fit.map_sd[i] = std::sqrt(covariance(0, 0));
       if (slope_) {
@@ -168,12 +173,17 @@ class Problem {
  private:
   struct Sums {
     explicit Sums(Eigen::Index size) : gram(Matrix::Zero(size, size)), moment(Vector::Zero(size)) {}
-    Matrix gram;
+    Matrix gram;  ///< its lower half
     Vector moment;
   };
+  // Of one or two unknowns: what is small needs no memory from the heap, for each pixel anew.
+  using OwnMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 2, 2>;
+  using OwnRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2>;
+  using OwnVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2, 1>;
   struct Own {
-    Matrix local, cross;
-    Vector moment;
+    OwnMatrix local;
+    OwnRows cross;
+    OwnVector moment;
   };
 
   static Eigen::Matrix<double, per_view, 1> pose_of(const PatternView& view, std::size_t i) {
@@ -200,16 +210,16 @@ class Problem {
   }
 
   Own own_of(const Rows& rows) const {
-    Own own{Matrix::Zero(rows.own, rows.own), Matrix::Zero(rows.own, size_), Vector::Zero(rows.own)};
+    Own own{OwnMatrix::Zero(rows.own, rows.own), OwnRows::Zero(rows.own, size_), OwnVector::Zero(rows.own)};
     for (std::size_t r = 0; r < rows.view.size(); ++r) {
-      Vector mine(rows.own);
+      OwnVector mine(rows.own);
       mine[0] = 1;
       if (rows.own > 1) mine[1] = rows.arm[r];
-      const Vector weighted = rows.weight[r] * mine;
+      const OwnVector weighted = rows.weight[r] * mine;
       own.local += weighted * mine.transpose();
       own.moment += weighted * rows.residual[r];
-      own.cross.middleCols(per_view * rows.view[r], per_view) += weighted * rows.pose[r].transpose();
-      own.cross.rightCols(shapes) += weighted * rows.shape[r].transpose();
+      own.cross.middleCols<per_view>(per_view * rows.view[r]) += weighted * rows.pose[r].transpose();
+      own.cross.rightCols<shapes>() += weighted * rows.shape[r].transpose();
     }
     if (rows.own > 1) own.local(1, 1) += 1 / (slope_sd_ * slope_sd_);
     return own;
@@ -223,16 +233,16 @@ class Problem {
       const Eigen::Index at = per_view * rows.view[r];
       const double w = rows.weight[r], y = rows.residual[r];
       sums.gram.block<per_view, per_view>(at, at) += w * rows.pose[r] * rows.pose[r].transpose();
-      const Eigen::Matrix<double, per_view, shapes> mixed = w * rows.pose[r] * rows.shape[r].transpose();
-      sums.gram.block<per_view, shapes>(at, size_ - shapes) += mixed;
-      sums.gram.block<shapes, per_view>(size_ - shapes, at) += mixed.transpose();
+      sums.gram.block<shapes, per_view>(size_ - shapes, at) += w * rows.shape[r] * rows.pose[r].transpose();
       sums.gram.bottomRightCorner<shapes, shapes>() += w * rows.shape[r] * rows.shape[r].transpose();
       sums.moment.segment<per_view>(at) += w * y * rows.pose[r];
       sums.moment.tail<shapes>() += w * y * rows.shape[r];
     }
-    const Matrix half = own.local.llt().matrixL().solve(own.cross);
-    sums.gram.noalias() -= half.transpose() * half;
-    sums.moment -= own.cross.transpose() * own.local.llt().solve(own.moment);
+    const Eigen::LLT<OwnMatrix> factor(own.local);
+    const OwnRows half = factor.matrixL().solve(own.cross);
+    for (Eigen::Index k = 0; k < rows.own; ++k)
+      sums.gram.selfadjointView<Eigen::Lower>().rankUpdate(half.row(k).transpose(), -1);
+    sums.moment -= own.cross.transpose() * factor.solve(own.moment);
   }
 
   /// How the mean of the map goes with the few common ones.
