@@ -29,9 +29,11 @@ inline double plain_half_path(std::size_t column, std::size_t row, const PlainBo
   const double x = (static_cast<double>(column) - centre) * pitch, y = (static_cast<double>(row) - centre) * pitch;
   const double inside = std::sqrt(x * x + y * y + focal * focal);
   const double c = std::cos(board.roll), s = std::sin(board.roll);
-  double path = 0;
-  // The surface lies at z = distance + z + tilt_x Y - tilt_y X + shape(X, Y) in the room's axes X, Y: a fixed point.
-  for (int step = 0; step < 60; ++step) {
+  double path = 0, before = -1;
+  // The surface lies at z = distance + z + tilt_x Y - tilt_y X + shape(X, Y) in the room's axes X, Y: a fixed point. It
+  // is flat to a few per mille, so that some steps reach the last digit.
+  for (int step = 0; step < 60 && std::abs(path - before) > 1e-15; ++step) {
+    before = path;
     const double px = path * x / inside, py = path * y / inside;
     const double room_x = c * px - s * py, room_y = s * px + c * py;
     const double surface =

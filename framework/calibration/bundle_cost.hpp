@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The residuals of the bundle, for Ceres' automatic derivatives. The only header that needs Ceres.
+/// @file The residuals of the bundle and their derivatives, for Ceres. The only header that needs Ceres.
 #pragma once
 
 #include "calibration/bundle.hpp"
@@ -142,6 +142,15 @@ struct DistanceResidual {
   template <class T> bool predict(const T* lens, const T* warp, const T* range, const T* pose, T* predicted) const {
     T ray[3];
     if (!ray_of(lens, ray)) return false;
+    const T focal_length = (lens[lens::fx] * light->pitch[0] + lens[lens::fy] * light->pitch[1]) / 2.0;
+    T path;
+    if (!path_of(ray, focal_length, warp, pose, &path)) return false;
+    *predicted = path * (1.0 + range[1]) + range[0] + pose[6];
+    return true;
+  }
+
+  /// The true half path of a ray, whose third component is 1, by the board.
+  template <class T> bool path_of(const T* ray, const T& focal_length, const T* warp, const T* pose, T* path) const {
     const T back[3] = {-pose[3], -pose[4], -pose[5]};
     T direction[3], camera[3];
     to_board(rotation, pose, ray, direction);
@@ -156,9 +165,7 @@ struct DistanceResidual {
     }
     if (!(along > 0.0)) return false;
     const T point[3] = {along * ray[0], along * ray[1], along * ray[2]};
-    const T focal_length = (lens[lens::fx] * light->pitch[0] + lens[lens::fy] * light->pitch[1]) / 2.0;
-    const T path = half_path(*light, point, focal_length);
-    *predicted = path * (1.0 + range[1]) + range[0] + pose[6];
+    *path = half_path(*light, point, focal_length);
     return true;
   }
 
@@ -182,6 +189,28 @@ struct DistanceResidual {
     ray[2] = T(1.0);
     return true;
   }
+};
+
+/// The residual of a corner with derivatives in closed form: several times as fast as automatic ones, which carry all
+/// 23 unknowns through each operation.
+class CornerCost : public ceres::SizedCostFunction<2, lens::count, 3, 7> {
+ public:
+  explicit CornerCost(const CornerResidual& residual) : residual_(residual) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  CornerResidual residual_;
+};
+
+/// The residual of a distance. Its path depends on 12 numbers, which automatic derivatives are taken of: the ray, the
+/// focal length, the warp and the pose; those of the ray by the lens are in closed form.
+class DistanceCost : public ceres::SizedCostFunction<1, lens::count, 3, 2, 7> {
+ public:
+  explicit DistanceCost(const DistanceResidual& residual) : residual_(residual) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  DistanceResidual residual_;
 };
 
 /// A shift or a scale that is small: its prior.

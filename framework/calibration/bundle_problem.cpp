@@ -113,13 +113,17 @@ void BundleProblem::add_view(ceres::Problem& problem, std::size_t index, bool ro
   double* const pose = poses_[index].data();
   for (std::size_t i = 0; i < seen.corners.size(); ++i) {
     if (!views[index].used[i]) continue;
-    auto* cost = new ceres::AutoDiffCostFunction<cost::CornerResidual, 2, lens::count, 3, 7>(
-        new cost::CornerResidual(corner_residual(index, seen.corners[i], scatter.corners)));
+    const cost::CornerResidual residual = corner_residual(index, seen.corners[i], scatter.corners);
+    ceres::CostFunction* cost = nullptr;
+    if (residual.radius > 0)
+      cost = new ceres::AutoDiffCostFunction<cost::CornerResidual, 2, lens::count, 3, 7>(
+          new cost::CornerResidual(residual));
+    else
+      cost = new cost::CornerCost(residual);
     problem.AddResidualBlock(cost, robust ? new ceres::HuberLoss(3) : nullptr, lens.data(), warp.data(), pose);
   }
   for (std::size_t i = 0; with_distances && i < seen.distances.size(); ++i) {
-    auto* cost = new ceres::AutoDiffCostFunction<cost::DistanceResidual, 1, lens::count, 3, 2, 7>(
-        new cost::DistanceResidual(distance_residual(index, seen.distances[i], scatter.distances)));
+    auto* cost = new cost::DistanceCost(distance_residual(index, seen.distances[i], scatter.distances));
     problem.AddResidualBlock(cost, new ceres::HuberLoss(3), lens.data(), warp.data(), range.data(), pose);
   }
   const double shift = with_distances && !seen.distances.empty() ? scatter.range_shift : without_distances;

@@ -105,15 +105,15 @@ class Problem {
       const Rows rows = rows_of(i);
       if (rows.view.size() < static_cast<std::size_t>(rows.own + 1)) continue;
       const Own own = own_of(rows);
-      const Matrix inverse = own.local.inverse();
-      const Vector x = inverse * (own.moment - own.cross * theta_);
+      const OwnMatrix inverse = own.local.inverse();
+      const OwnVector x = inverse * (own.moment - own.cross * theta_);
       fit.map[i] = x[0];
       fit.map_sd[i] = fit.slope_sd[i] = 0;
       if (slope_) fit.slope[i] = x[1];
       if (with_sd) {
-        Matrix gain = inverse * own.cross;
+        OwnRows gain = inverse * own.cross;
         gain.row(0) -= mean;  // of the map without its mean
-        const Matrix covariance = inverse + gain * covariance_ * gain.transpose();
+        const OwnMatrix covariance = inverse + gain * covariance_ * gain.transpose();
         fit.map_sd[i] = std::sqrt(covariance(0, 0) + gauge_variance * std::pow(gain.row(0).dot(all_displaced), 2));
         fit.slope_sd[i] = slope_ ? std::sqrt(covariance(1, 1)) : unknown;
       }
@@ -168,12 +168,17 @@ class Problem {
  private:
   struct Sums {
     explicit Sums(Eigen::Index size) : gram(Matrix::Zero(size, size)), moment(Vector::Zero(size)) {}
-    Matrix gram;
+    Matrix gram;  ///< its lower half
     Vector moment;
   };
+  // Of one or two unknowns: what is small needs no memory from the heap, for each pixel anew.
+  using OwnMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 2, 2>;
+  using OwnRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2>;
+  using OwnVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2, 1>;
   struct Own {
-    Matrix local, cross;
-    Vector moment;
+    OwnMatrix local;
+    OwnRows cross;
+    OwnVector moment;
   };
 
   static Eigen::Matrix<double, per_view, 1> pose_of(const PatternView& view, std::size_t i) {
@@ -214,16 +219,16 @@ class Problem {
   }
 
   Own own_of(const Rows& rows) const {
-    Own own{Matrix::Zero(rows.own, rows.own), Matrix::Zero(rows.own, size_), Vector::Zero(rows.own)};
+    Own own{OwnMatrix::Zero(rows.own, rows.own), OwnRows::Zero(rows.own, size_), OwnVector::Zero(rows.own)};
     for (std::size_t r = 0; r < rows.view.size(); ++r) {
-      Vector mine(rows.own);
+      OwnVector mine(rows.own);
       mine[0] = 1;
       if (rows.own > 1) mine[1] = rows.arm[r];
-      const Vector weighted = rows.weight[r] * mine;
+      const OwnVector weighted = rows.weight[r] * mine;
       own.local += weighted * mine.transpose();
       own.moment += weighted * rows.residual[r];
-      own.cross.middleCols(per_view * rows.view[r], per_view) += weighted * rows.pose[r].transpose();
-      own.cross.rightCols(commons) += weighted * rows.common[r].transpose();
+      own.cross.middleCols<per_view>(per_view * rows.view[r]) += weighted * rows.pose[r].transpose();
+      own.cross.rightCols<commons>() += weighted * rows.common[r].transpose();
     }
     if (rows.own > 1) own.local(1, 1) += 1 / (slope_sd_ * slope_sd_);
     return own;
@@ -237,16 +242,16 @@ class Problem {
       const Eigen::Index at = per_view * rows.view[r];
       const double w = rows.weight[r], y = rows.residual[r];
       sums.gram.block<per_view, per_view>(at, at) += w * rows.pose[r] * rows.pose[r].transpose();
-      const Eigen::Matrix<double, per_view, commons> mixed = w * rows.pose[r] * rows.common[r].transpose();
-      sums.gram.block<per_view, commons>(at, size_ - commons) += mixed;
-      sums.gram.block<commons, per_view>(size_ - commons, at) += mixed.transpose();
+      sums.gram.block<commons, per_view>(size_ - commons, at) += w * rows.common[r] * rows.pose[r].transpose();
       sums.gram.bottomRightCorner<commons, commons>() += w * rows.common[r] * rows.common[r].transpose();
       sums.moment.segment<per_view>(at) += w * y * rows.pose[r];
       sums.moment.tail<commons>() += w * y * rows.common[r];
     }
-    const Matrix half = own.local.llt().matrixL().solve(own.cross);
-    sums.gram.noalias() -= half.transpose() * half;
-    sums.moment -= own.cross.transpose() * own.local.llt().solve(own.moment);
+    const Eigen::LLT<OwnMatrix> factor(own.local);
+    const OwnRows half = factor.matrixL().solve(own.cross);
+    for (Eigen::Index k = 0; k < rows.own; ++k)
+      sums.gram.selfadjointView<Eigen::Lower>().rankUpdate(half.row(k).transpose(), -1);
+    sums.moment -= own.cross.transpose() * factor.solve(own.moment);
   }
 
   /// How the mean of the map goes with the few common ones.

@@ -39,6 +39,9 @@ template <class T> void project(const T* p, const T* point, T* pixel) {
 /// d pixel / d (x, y) of project_plane, row by row.
 std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y);
 
+/// d pixel / d parameters of project_plane: of u, then of v.
+std::array<LensParameters, 2> lens_jacobian(const LensParameters& p, double x, double y);
+
 /// The inverse of project_plane by Newton's method. @returns false where it does not converge
 bool unproject(const LensParameters& p, double u, double v, double* xy);
 

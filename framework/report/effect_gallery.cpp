@@ -102,7 +102,10 @@ class Gallery {
     // Everything that effects may depend on happens: ambient light, half way through the warm-up.
     acquisition_.condition.ambient = "lamp";
     acquisition_.condition.time_since_power_on = 600;
-    for (double z = 0.5; z <= 7.01; z += 0.1) distances_.push_back(z);
+    for (double z = 0.5; z <= 7.01; z += 0.1) {
+      boards_.push_back({z, board_tracer(camera.focal_length, {z, 0, 0, 0.85}), {}});
+      boards_.back().plain = seen_by(ideal_, boards_.back().tracer, acquisition_, coarse_);
+    }
   }
 
   void add(Page& page, const graph::Plugin& descriptor) const {
@@ -124,6 +127,13 @@ class Gallery {
   }
 
  private:
+  /// A board of the curves, as the ideal camera sees it.
+  struct BoardAt {
+    double distance;
+    Tracer tracer;
+    std::vector<Seen> plain;
+  };
+
   std::vector<std::string> maps(const ForwardModel& model) const {
     const std::vector<Seen> seen = seen_by(model, scene_, acquisition_, image_);
     const auto draw = [&](const std::string& title, const std::string& unit, auto value) {
@@ -152,10 +162,8 @@ class Gallery {
   std::vector<std::string> series(const ForwardModel& model) const {
     std::array<Curve, 4> c;
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
-    for (const double z : distances_) {
-      const Tracer board = board_tracer(camera_.focal_length, {z, 0, 0, 0.85});
-      const auto with = seen_by(model, board, acquisition_, coarse_),
-                 without = seen_by(ideal_, board, acquisition_, coarse_);
+    for (const auto& [z, board, without] : boards_) {
+      const std::vector<Seen> with = seen_by(model, board, acquisition_, coarse_);
       std::array<double, 4> mean{};
       for (std::size_t i = 0; i < with.size(); ++i) {
         mean[0] += 1e3 * std::remainder(with[i].distance - without[i].distance, range);
@@ -186,7 +194,7 @@ class Gallery {
   Acquisition acquisition_;
   ForwardModel ideal_;
   std::vector<Seen> plain_;
-  std::vector<double> distances_;
+  std::vector<BoardAt> boards_;
 };
 
 }  // namespace

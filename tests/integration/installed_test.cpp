@@ -12,12 +12,24 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A moved prefix, $PREFIX; $OUTSIDE: sources of another's project. Nothing else tells where tofgraph is.
+/// A prefix that was installed once for all tests; the place that it was installed to is empty.
+struct Prefix {
+  TemporaryFolder folder;
+  Outcome installed = shell("cmake --install '" TOFGRAPH_BINARY_DIR "' --prefix first && mv first kept", folder.path());
+};
+
+/// A moved prefix, $PREFIX, of the test's own; $OUTSIDE: sources of another's project. Nothing else tells where
+/// tofgraph is.
 class Installed : public testing::Test {
  protected:
-  void SetUp() override {
-    const Outcome installed = run("cmake --install '" TOFGRAPH_BINARY_DIR "' --prefix first && mv first moved");
-    ASSERT_EQ(installed.exit_code, 0) << installed.err;
+  static void SetUpTestSuite() { ASSERT_EQ(prefix().installed.exit_code, 0) << prefix().installed.err; }
+  static const Prefix& prefix() {
+    static const Prefix made;
+    return made;
+  }
+  void SetUp() override {  // links take no time; files that a test adds are its own
+    const Outcome moved = run("cp -a --link '" + (prefix().folder.path() / "kept").string() + "' moved");
+    ASSERT_EQ(moved.exit_code, 0) << moved.err;
   }
   Outcome run(const std::string& command) const {
     return shell(

@@ -16,12 +16,14 @@ constexpr int subsamples = 5;  ///< of a pixel along each side
 /// The rays of all subsamples: the distortion undone by iteration.
 inline std::vector<Eigen::Vector2d> subpixel_rays(const TrueLens& lens, int size) {
   std::vector<Eigen::Vector2d> rays;
+  rays.reserve(static_cast<std::size_t>(size * subsamples * size * subsamples));
   for (int v = 0; v < size * subsamples; ++v) {
     for (int u = 0; u < size * subsamples; ++u) {
       const Eigen::Vector2d pixel((u + 0.5) / subsamples - 0.5, (v + 0.5) / subsamples - 0.5);
       Eigen::Vector2d p((pixel.x() - lens.cx) / lens.fx, (pixel.y() - lens.cy) / lens.fy);
-      for (int i = 0; i < 25; ++i) {
-        const Eigen::Vector2d miss = pixel - lens.image({p.x(), p.y(), 1});
+      Eigen::Vector2d miss(1, 1);  // px
+      for (int i = 0; i < 25 && miss.squaredNorm() > 1e-20; ++i) {
+        miss = pixel - lens.image({p.x(), p.y(), 1});
         p += Eigen::Vector2d(miss.x() / lens.fx, miss.y() / lens.fy);
       }
       rays.push_back(p);

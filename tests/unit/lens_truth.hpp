@@ -29,7 +29,7 @@ struct TrueLens {
       return {fx * x * stretch + cx, fy * y * stretch + cy};
     }
     const double r2 = r * r;
-    const double radial = 1 + k1 * r2 + k2 * r2 * r2 + k3 * std::pow(r2, 3) + k4 * std::pow(r2, 4);
+    const double radial = 1 + k1 * r2 + k2 * r2 * r2 + k3 * r2 * r2 * r2 + k4 * r2 * r2 * r2 * r2;
     const double u = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
     const double v = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
     return {fx * u + cx, fy * v + cy};
