@@ -40,18 +40,21 @@ void append_light(const Problem& problem, std::vector<Column>& columns) {
   }
 }
 
+/// What a change of a model's values and of the targets' light changes.
+std::vector<Column> columns_of(const Problem& lit, const State& model, const Column& rows) {
+  std::vector<Column> columns = own_columns(lit, model, rows);
+  append_light(lit, columns);
+  return columns;
+}
+
 /// How far the data of one model are from another, whose values may change as far as the campaign leaves them open.
-/// @param data that the one expects, and @param rows the other @param told of the other one's values; empty: they stay
-/// as they are
-Apart between(const Problem& lit, const Column& data, const State& other, const Column& rows,
-              const Eigen::MatrixXd& told) {
+/// @param data that the one expects, and @param rows the other @param values_of_other its values' columns
+/// @param told of these; empty: they stay as they are
+Apart between(const Problem& lit, const Column& data, const Variances& sd, const Column& rows,
+              const std::vector<Column>& values_of_other, const Eigen::MatrixXd& told) {
   std::vector<Column> columns = {difference(data, rows)};
-  if (told.size() > 0) {
-    std::ranges::move(own_columns(lit, other, rows), std::back_inserter(columns));
-    append_light(lit, columns);
-  }
+  if (told.size() > 0) std::ranges::copy(values_of_other, std::back_inserter(columns));
   const std::vector<Gram> grams = grams_of(lit, rows, columns);
-  const Variances& sd = other.variances;
   const Eigen::Index values = told.rows();
   Apart apart{{}, columns.front()};
   for (std::size_t i = 0; i < grams.size(); ++i) {
@@ -102,13 +105,29 @@ Eigen::MatrixXd told_of_values(const Problem& problem, const State& state) {
   }
 }
 
-Apart apart(const Problem& problem, const Question& question) {
-  Problem lit = problem;
-  lit.correction.clear();
-  brighten(lit, question.one);
-  const auto one = expected(lit, question.one), other = expected(lit, question.other);
-  Apart nearer = between(lit, one, question.other, other, question.told_of_other);
-  Apart back = between(lit, other, question.one, one, question.told_of_one);
+InLightOfOne in_light_of_one(const Problem& problem, const Question& question) {
+  InLightOfOne lit{problem, {}, {}};
+  lit.problem.correction.clear();
+  brighten(lit.problem, question.one);
+  lit.rows = expected(lit.problem, question.one);
+  if (question.told_of_one.size() > 0) lit.columns = columns_of(lit.problem, question.one, lit.rows);
+  return lit;
+}
+
+bool begin_alike(const Question& first, const Question& second) {
+  const auto same_term = [](const Term& one, const Term& other) {
+    return one.candidate == other.candidate && one.values == other.values && one.maps == other.maps;
+  };
+  return std::ranges::equal(first.one.terms, second.one.terms, same_term) && first.one.light == second.one.light &&
+         (first.told_of_one.size() > 0) == (second.told_of_one.size() > 0);
+}
+
+Apart apart(const InLightOfOne& lit, const Question& question) {
+  const auto other = expected(lit.problem, question.other);
+  std::vector<Column> columns;
+  if (question.told_of_other.size() > 0) columns = columns_of(lit.problem, question.other, other);
+  Apart nearer = between(lit.problem, lit.rows, question.other.variances, other, columns, question.told_of_other);
+  Apart back = between(lit.problem, other, question.one.variances, lit.rows, lit.columns, question.told_of_one);
   for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
     if (!(back.sigma[i] < nearer.sigma[i])) continue;
     nearer.sigma[i] = back.sigma[i];

@@ -17,8 +17,20 @@ struct Apart {
   Column left;  ///< of the difference, when the values have made up for what they can
 };
 
+/// Conditions in the light of the first model of a question: what is the same for all questions that begin with it.
+struct InLightOfOne {
+  Problem problem;              ///< without correction, brightened by the model
+  Column rows;                  ///< that the model expects
+  std::vector<Column> columns;  ///< of its values and of the targets' light; none where the campaign tells nothing
+};
+/// @throws simulation::EffectError
+InLightOfOne in_light_of_one(const Problem& problem, const Question& question);
+
+/// Whether two questions begin with the same model.
+bool begin_alike(const Question& first, const Question& second);
+
 /// Whichever of the two is right: of each condition the one that the other comes nearer to.
 /// @throws simulation::EffectError
-Apart apart(const Problem& problem, const Question& question);
+Apart apart(const InLightOfOne& lit, const Question& question);
 
 }  // namespace tofgraph::diagnosis

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 namespace tofgraph::diagnosis {
@@ -53,18 +54,42 @@ std::vector<io::Condition> some(const std::vector<io::Condition>& all, std::size
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
+/// The model that a question begins with, in some conditions: most of those that come one after the other begin with
+/// the same.
+class FirstModel {
+ public:
+  explicit FirstModel(const Problem& problem) : problem_(problem) {}
+  const Problem& problem() const { return problem_; }
+
+  /// @throws simulation::EffectError
+  const InLightOfOne& of(const Question& question) {
+    if (!lit_ || !begin_alike(*last_, question)) {
+      lit_.reset();
+      lit_.emplace(in_light_of_one(problem_, question));
+      last_ = &question;
+    }
+    return *lit_;
+  }
+
+ private:
+  const Problem& problem_;
+  const Question* last_ = nullptr;
+  std::optional<InLightOfOne> lit_;
+};
+
 /// Where an effect gives no number for some of the conditions, the others are asked one by one.
-void keep_best(const Problem& problem, const Question& question, NextCondition& best) {
+void keep_best(FirstModel& first_model, const Question& question, NextCondition& best) {
+  const Problem& problem = first_model.problem();
   const std::vector<io::Condition>& conditions = problem.design.conditions();
-  const auto ask = [&](const Problem& of, std::size_t first) {
-    const std::vector<double> sigma = differences_in_sigma(of, question);
+  const auto ask = [&](FirstModel& model, std::size_t first) {
+    const std::vector<double> sigma = apart(model.of(question), question).sigma;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(sigma) - sigma.begin());
     if (!(sigma[most] > best.sigma)) return;
     best.sigma = sigma[most];
     best.condition = conditions[first + most];
   };
   try {
-    ask(problem, 0);
+    ask(first_model, 0);
   } catch (const simulation::EffectError&) {
     for (std::size_t i = 0; i < conditions.size(); ++i) {
       const std::vector<std::size_t> only = {i};
@@ -74,7 +99,8 @@ void keep_best(const Problem& problem, const Question& question, NextCondition& 
         Problem one{alone, data, problem.targets, {problem.target[i]}, nuisances_of(alone)};
         if (const Residue* residue = problem.allowed.residue.get(); residue != nullptr)
           one.allowed.residue = std::make_shared<const Residue>(Residue(data), residue->sd());
-        ask(one, i);
+        FirstModel alone_there(one);
+        ask(alone_there, i);
       } catch (const simulation::EffectError&) {
         continue;
       }
@@ -85,7 +111,7 @@ void keep_best(const Problem& problem, const Question& question, NextCondition& 
 /// The observable that differs most in standard deviations of a superpixel, what conditions differ by included, when
 /// the values have made up for what they can.
 void describe(const Problem& problem, const Question& question, NextCondition& best) {
-  const Column left = apart(problem, question).left;
+  const Column left = apart(in_light_of_one(problem, question), question).left;
   const Variances& sd = question.one.variances;
   const std::size_t n = problem.design.superpixels();
   double largest = -1;
@@ -112,7 +138,7 @@ void describe(const Problem& problem, const Question& question, NextCondition& b
 }  // namespace
 
 std::vector<double> differences_in_sigma(const Problem& problem, const Question& question) {
-  return apart(problem, question).sigma;
+  return apart(in_light_of_one(problem, question), question).sigma;
 }
 
 bool tells(const NextCondition& next) {
@@ -130,9 +156,10 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   std::vector<NextCondition> result;
   std::vector<Question> questions;
   std::vector<double> measured;
+  FirstModel in_campaign(problem);
   for (const Question& q : all) {
     try {
-      measured.push_back(std::ranges::max(differences_in_sigma(problem, q)));
+      measured.push_back(std::ranges::max(apart(in_campaign.of(q), q).sigma));
       questions.push_back(q);
     } catch (const simulation::EffectError&) {
       continue;  // it cannot be computed for these boards: nothing can be said of it
@@ -153,7 +180,8 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   for (std::size_t first = 0; first < list.size(); first += conditions_at_a_time) {
     const std::size_t count = std::min(conditions_at_a_time, list.size() - first);
     const Unmeasured part(problem, some(list, first, count), noise, state);
-    for (std::size_t q = 0; q < questions.size(); ++q) keep_best(part.problem(), questions[q], best[q]);
+    FirstModel first_model(part.problem());
+    for (std::size_t q = 0; q < questions.size(); ++q) keep_best(first_model, questions[q], best[q]);
   }
   // Of an effect with several sizes the one that shows best.
   for (std::size_t q = 0; q < best.size(); ++q) {

@@ -42,7 +42,7 @@ Camera this_camera(const CampaignOptions& options) {
 }
 
 std::vector<io::Condition> conditions_for(const CampaignOptions& options) {
-  std::vector<io::Condition> conditions = conditions_of(options.design, options.experiments);
+  std::vector<io::Condition> conditions = conditions_of(options.design, options.experiments, options.every);
   append(conditions, options.more);
   return options.like ? between(std::move(conditions), options.seed) : conditions;
 }
@@ -153,7 +153,7 @@ class Writer {
 
   void write() {
     fs::create_directories(folder_ / "captures");
-    write_captures();
+    if (options_.frames > 0) write_captures();
     write_truth(folder_ / "truth.yaml", options_, physics_, conditions_, views_, clutter_);
     write_campaign_file();
   }

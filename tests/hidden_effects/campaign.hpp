@@ -25,6 +25,7 @@ enum class Output { taps, phases, distances };
 
 struct CampaignOptions {
   std::string design = "B";
+  std::size_t every = 1;                 ///< each so-many-th condition of the design alone; no other with `like`
   std::vector<std::string> experiments;  ///< appended to the design
   std::vector<io::Condition> more;       ///< these, too; what their targets reflect is known from the others
   Effects effects;
@@ -34,7 +35,7 @@ struct CampaignOptions {
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   Output output = Output::taps;
-  std::size_t frames = 4;                      ///< of each condition
+  std::size_t frames = 4;                      ///< of each condition; 0: no captures are written
   std::vector<double> steps = Camera{}.steps;  ///< rad, of the images of a frame; no others with `like`
   std::uint64_t seed = 1;
   std::optional<Rig> like;  ///< measured once more with these, at distances between those of the design

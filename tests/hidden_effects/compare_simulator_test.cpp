@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Two implementations of the same formulas, the plain camera and `tofgraph simulate`, must see the same: pixel by
-// pixel, without noise, for every effect at its typical size.
-#include "io/captures/capture.hpp"
+// Two implementations of the same formulas, the plain camera and the simulator, must see the same: pixel by pixel,
+// without noise, for every effect at its typical size.
+#include "simulation/simulation.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/program.hpp"
 
@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::hidden {
@@ -111,35 +112,50 @@ std::string model_text(const Physics& physics) {
   return text;
 }
 
-Seen simulated(const Physics& physics, const Case& condition, const TemporaryFolder& folder) {
-  tests::write_text(folder.path() / "model.yaml", model_text(physics));
+/// What all comparisons share: the maps of the camera, as numbers and as the file that models name, and the effects.
+struct Shared {
+  TemporaryFolder folder;
+  PixelMaps maps = draw_maps(Camera(), 3);
+  graph::PluginRegistry registry{graph::plugin_path({})};
+
+  Shared() {
+    std::ranges::transform(maps.fixed_pattern, maps.fixed_pattern_slope.begin(), [](double m) { return 0.3 * m; });
+    write_maps(folder.path() / "maps.h5", maps);
+  }
+};
+
+const Shared& shared() {
+  static const Shared all;
+  return all;
+}
+
+/// What `tofgraph simulate` would write into a capture.
+Seen simulated(const Physics& physics, const Case& condition) {
+  const std::filesystem::path folder = shared().folder.path();
+  tests::write_text(folder / "model.yaml", model_text(physics));
   tests::write_text(
-      folder.path() / "scene.yaml",
+      folder / "scene.yaml",
       fmt::format(
           "scene: 1\ncamera: camcube2\nframes: 1\noutput: [phases, taps]\nnoise: none\nintegration_time: {} "
           "s\n{}\nobjects:\n"
           "  - {{name: board, type: board, distance: {} m, tilt_x: {} rad, tilt_y: {} rad, reflectivity: {}}}\n",
           condition.view.integration_time, condition.keys, condition.view.distance, condition.view.tilt_x,
           condition.view.tilt_y, condition.view.reflectivity));
-  const tests::Outcome outcome =
-      tests::shell("\"$TOFGRAPH\" simulate scene.yaml --model model.yaml -o out.h5 --force --quiet", folder.path());
-  if (outcome.exit_code != 0) throw std::runtime_error(outcome.err);
-  const io::CaptureReader reader(folder.path() / "out.h5");
+  config::Diagnostics diagnostics;
+  const auto simulation = simulation::Simulation::read(folder / "scene.yaml", shared().registry,
+                                                       {.model = folder / "model.yaml"}, diagnostics);
+  if (simulation == nullptr) throw std::runtime_error(diagnostics.text());
+  const auto condition_frames = simulation->prepare(0);
+  const simulation::Frames& frames = condition_frames->frames;
+  const std::size_t pixels = physics.camera.pixels();
+  std::vector<float> phases(4 * pixels);
+  frames.phases(0, phases.data());
   std::array<Image, 4> c;
-  Image intensity(physics.camera.pixels(), 0.0);
-  for (std::size_t channel = 0; channel < reader.channels().size(); ++channel) {
-    if (reader.channels()[channel].name == "phases") {
-      std::vector<float> phases(4 * physics.camera.pixels());
-      reader.read(channel, 0, phases.data());
-      for (std::size_t i = 0; i < phases.size(); ++i)
-        c[i / physics.camera.pixels()].push_back(static_cast<double>(phases[i]));
-    }
-    if (reader.channels()[channel].name == "taps") {
-      std::vector<std::uint16_t> taps(8 * physics.camera.pixels());
-      reader.read(channel, 0, taps.data());
-      for (std::size_t i = 0; i < taps.size(); ++i) intensity[i % intensity.size()] += taps[i] / 8.0;
-    }
-  }
+  for (std::size_t i = 0; i < phases.size(); ++i) c[i / pixels].push_back(static_cast<double>(phases[i]));
+  std::vector<std::uint16_t> taps(8 * pixels);
+  frames.taps(0, taps.data());
+  Image intensity(pixels, 0.0);
+  for (std::size_t i = 0; i < taps.size(); ++i) intensity[i % pixels] += taps[i] / 8.0;
   return decoded(physics.camera, c, intensity);
 }
 
@@ -163,14 +179,9 @@ struct Difference {
 };
 
 Difference compare(Physics physics, const std::vector<Case>& cases, const std::string& label) {
-  const TemporaryFolder folder;
-  physics.maps = draw_maps(physics.camera, 3);
-  for (std::size_t i = 0; i < physics.camera.pixels(); ++i)
-    physics.maps.fixed_pattern_slope[i] = 0.3 * physics.maps.fixed_pattern[i];
-  write_maps(folder.path() / "maps.h5", physics.maps);
+  physics.maps = shared().maps;
   Difference difference;
-  for (const Case& one : cases)
-    difference.take(physics.camera, plain(physics, one.view), simulated(physics, one, folder));
+  for (const Case& one : cases) difference.take(physics.camera, plain(physics, one.view), simulated(physics, one));
   fmt::print("| {:<40} | {:>9.4f} | {:>9.4f} | {:>9.4f} | {:>9.4f} | {:>9.4f} |\n", label, difference.distance,
              difference.amplitude, difference.intensity, difference.null1, difference.null2);
   std::fflush(stdout);

@@ -231,8 +231,11 @@ void append(std::vector<io::Condition>& conditions, const std::vector<io::Condit
   name_conditions(conditions);
 }
 
-std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added) {
-  Conditions all = named(designs(), design, "design").make();
+std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added,
+                                         std::size_t every) {
+  const Conditions whole = named(designs(), design, "design").make();
+  Conditions all;
+  for (std::size_t i = 0; i < whole.size(); i += every) all.push_back(whole[i]);
   for (const std::string& name : added)
     for (const io::Condition& condition : named(experiments(), name, "experiment").make()) all.push_back(condition);
   name_conditions(all);

@@ -29,7 +29,9 @@ void name_conditions(std::vector<io::Condition>& conditions);
 void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more);
 
 /// The conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
+/// @param every each so-many-th condition of the design alone
 /// @throws std::invalid_argument for a name that is not there
-std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added);
+std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added,
+                                         std::size_t every = 1);
 
 }  // namespace tofgraph::hidden

@@ -25,12 +25,13 @@ using Phases = std::vector<std::int32_t>;
 constexpr std::size_t pixels = 204UL * 204;
 constexpr std::uint64_t seed = 5;
 
+/// @param frames of each condition; 0: what is written about the captures alone
 fs::path made(const fs::path& folder, const Clutter& clutter, NoiseKind noise = NoiseKind::none,
-              std::vector<std::string> experiments = {}) {
+              std::vector<std::string> experiments = {}, std::size_t frames = 1) {
   CampaignOptions options;
   options.experiments = std::move(experiments);
   options.design = "small";
-  options.frames = 1;
+  options.frames = frames;
   options.output = Output::phases;
   options.seed = seed;
   options.noise = noise;
@@ -76,12 +77,27 @@ std::vector<View> views_of(const std::vector<io::Condition>& conditions) {
 
 config::Value truth_of(const fs::path& folder) { return config::load_document(folder / "truth.yaml"); }
 
-TEST(HiddenClutter, CamerasStayOnWithinASession) {
-  const TemporaryFolder folder;
+/// The campaign without any clutter is the same for all tests.
+class HiddenClutter : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    common_ = std::make_unique<TemporaryFolder>();
+    plain = made(common_->path() / "plain", {});
+  }
+  static void TearDownTestSuite() { common_.reset(); }
+
+  static inline fs::path plain;
+  TemporaryFolder folder;
+
+ private:
+  static inline std::unique_ptr<TemporaryFolder> common_;
+};
+
+TEST_F(HiddenClutter, CamerasStayOnWithinASession) {
   std::map<std::string, double> last;
   std::size_t cold = 0;
   for (const io::Condition& condition :
-       conditions_in(made(folder.path() / "c", {.sessions = 3}, NoiseKind::none, {"warm_up"}))) {
+       conditions_in(made(folder.path() / "c", {.sessions = 3}, NoiseKind::none, {"warm_up"}, 0))) {
     cold += condition.time_since_power_on < 3600 ? 1U : 0U;
     EXPECT_GE(condition.time_since_power_on, last[condition.session]) << condition.id;
     last[condition.session] = condition.time_since_power_on;
@@ -90,9 +106,8 @@ TEST(HiddenClutter, CamerasStayOnWithinASession) {
   EXPECT_EQ(cold, 9U);
 }
 
-TEST(HiddenClutter, SessionsTurnAndBrightenAllTheirConditions) {
-  const TemporaryFolder folder;
-  const fs::path plain = made(folder.path() / "plain", {}), other = made(folder.path() / "other", {.sessions = 3});
+TEST_F(HiddenClutter, SessionsTurnAndBrightenAllTheirConditions) {
+  const fs::path other = made(folder.path() / "other", {.sessions = 3});
   const config::Value truth = truth_of(other);
   const config::Value& sessions = truth.find("sessions")->value;
   const config::Value& conditions = truth.find("conditions")->value;
@@ -115,9 +130,8 @@ TEST(HiddenClutter, SessionsTurnAndBrightenAllTheirConditions) {
   for (const std::size_t count : seen) EXPECT_EQ(count, conditions.items.size() / 3);
 }
 
-TEST(HiddenClutter, OneConditionIsMisplaced) {
-  const TemporaryFolder folder;
-  const fs::path plain = made(folder.path() / "plain", {}), other = made(folder.path() / "other", {.misplaced = 20e-3});
+TEST_F(HiddenClutter, OneConditionIsMisplaced) {
+  const fs::path other = made(folder.path() / "other", {.misplaced = 20e-3});
   const config::Value truth = truth_of(other);
   const config::Value& misplaced = truth.find("misplaced")->value;
   EXPECT_EQ(number(misplaced, "by"), 20e-3);
@@ -142,10 +156,9 @@ TEST(HiddenClutter, OneConditionIsMisplaced) {
   EXPECT_EQ(differing, 1U);
 }
 
-TEST(HiddenClutter, ResidueTurnsThePhaseSmoothly) {
-  const TemporaryFolder folder;
+TEST_F(HiddenClutter, ResidueTurnsThePhaseSmoothly) {
   const Clutter clutter{.residue = 3e-3};
-  const fs::path plain = made(folder.path() / "plain", {}), other = made(folder.path() / "other", clutter);
+  const fs::path other = made(folder.path() / "other", clutter);
   const std::vector<io::Condition> conditions = conditions_in(plain);
   std::vector<View> views = views_of(conditions);
   add_clutter(clutter, seed, seed, conditions, views);
@@ -185,8 +198,7 @@ double phase_of_board(double z, int column, int row) {
   return std::arg(light);
 }
 
-TEST(HiddenClutter, WarpedBoardIsSeenWhereItStandsOut) {
-  const TemporaryFolder folder;
+TEST_F(HiddenClutter, WarpedBoardIsSeenWhereItStandsOut) {
   const Clutter clutter{.warp = 1e-3};
   const fs::path other = made(folder.path() / "other", clutter);
   const std::vector<io::Condition> conditions = conditions_in(other);
@@ -227,11 +239,10 @@ TEST(HiddenClutter, WarpedBoardIsSeenWhereItStandsOut) {
 }
 
 /// Drift, outliers and clutter are drawn one beside the other.
-TEST(HiddenClutter, LeavesTheOtherDrawsAlone) {
-  const TemporaryFolder folder;
+TEST_F(HiddenClutter, LeavesTheOtherDrawsAlone) {
   const Clutter all{.warp = 1e-3, .sessions = 4, .residue = 0.3e-3, .misplaced = 20e-3};
-  const config::Value drift = truth_of(made(folder.path() / "drift", {}, NoiseKind::drift));
-  const config::Value both = truth_of(made(folder.path() / "both", all, NoiseKind::drift));
+  const config::Value drift = truth_of(made(folder.path() / "drift", {}, NoiseKind::drift, {}, 0));
+  const config::Value both = truth_of(made(folder.path() / "both", all, NoiseKind::drift, {}, 0));
   const config::Value& sessions = both.find("sessions")->value;
   const std::string misplaced = both.find("misplaced")->value.find("id")->value.text;
   const auto& alone = drift.find("conditions")->value.items;

@@ -49,7 +49,7 @@ TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
 
 /// With the map held, which has taken what the lens does to the light, a lens promises next to nothing beside it.
 TEST(HiddenPairs, AMapMakesRoomForAnEffectBesideIt) {
-  const nlohmann::json report = report_of({"pixel_response", "lens_distortion"}, 16001, "", "small").json;
+  const nlohmann::json report = report_of({"pixel_response", "lens_distortion"}, 16001, "", {.design = "small"}).json;
   EXPECT_EQ(names_in(report), (Names{"lens_distortion", "pixel_response"})) << report.at("summary");
 }
 

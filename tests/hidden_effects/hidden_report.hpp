@@ -20,12 +20,11 @@ struct HiddenReport {
   std::string model;  ///< the text of model.yaml
 };
 
-/// Hides effects at their typical sizes, and searches. @param options of `tofgraph diagnose`
+/// Hides effects at their typical sizes, and searches. @param options of `tofgraph diagnose` @param campaign its design
+/// and what else is not as usual
 inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
-                              const std::string& options = "", const std::string& design = "B") {
+                              const std::string& options = "", CampaignOptions campaign = {}) {
   const tests::TemporaryFolder folder;
-  CampaignOptions campaign;
-  campaign.design = design;
   campaign.seed = seed;
   campaign.folder = folder.path() / "campaign";
   for (const std::string& effect : effects) campaign.effects.add_text(effect, 1, seed);

@@ -75,9 +75,8 @@ inline float noise_of(const Camera& camera, double amplitude) {
   return static_cast<float>(camera.metres_per_radian() * std::sqrt(2 * tap) / (std::sqrt(2.0) * amplitude));
 }
 
-/// The four samples' phase and amplitude, written here once more. @param random null: no noise
-inline Decoded photograph(const Physics& physics, const View& view, std::mt19937_64* random = nullptr) {
-  const Taps taps = expected_taps(physics, view);
+/// The four samples' phase and amplitude, written here once more. @param taps their means @param random null: no noise
+inline Decoded photograph(const Physics& physics, const Taps& taps, std::mt19937_64* random = nullptr) {
   Readout readout(physics, random != nullptr ? NoiseKind::gaussian : NoiseKind::none);
   std::mt19937_64 unused;
   std::mt19937_64& noise = random != nullptr ? *random : unused;
@@ -91,6 +90,11 @@ inline Decoded photograph(const Physics& physics, const View& view, std::mt19937
     result.amplitude.push_back(static_cast<float>(std::hypot(c[3] - c[1], c[0] - c[2]) / 2));
   }
   return result;
+}
+
+/// Without noise.
+inline Decoded photograph(const Physics& physics, const View& view) {
+  return photograph(physics, expected_taps(physics, view));
 }
 
 /// An image as NumPy writes it.

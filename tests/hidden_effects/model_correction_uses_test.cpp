@@ -54,18 +54,19 @@ TEST_F(ModelCorrection, KeepsTheNoise) {
     stage.camera("camcube2");
     View view = boards()[1];
     view.distance = 1.0;
+    const Taps with_effect = expected_taps(with, view), without_it = expected_taps(without, view);
     std::mt19937_64 random(5), other(6);
     Statistics before, after;
     double sigma = 0;
     constexpr int frames = 24;
     for (int frame = 0; frame < frames; ++frame) {
-      const Decoded seen = photograph(with, view, &random);
+      const Decoded seen = photograph(with, with_effect, &random);
       Floats known(seen.amplitude.size());
       for (std::size_t i = 0; i < known.size(); ++i) known[i] = noise_of(with.camera, seen.amplitude[i]);
       stage.put<float>("sigma", {204, 204}, known, {.of = "distance"});
       after.add(corrected(stage, seen, view));
       for (const float value : stage.get<float>("sigma")) sigma += value * value / 41616.0 / frames;
-      before.add(photograph(without, view, &other).distance);
+      before.add(photograph(without, without_it, &other).distance);
     }
     EXPECT_NEAR(after.sd() / before.sd(), 1, 0.03) << effect;
     EXPECT_NEAR(std::sqrt(sigma) / after.sd(), 1, 0.03) << effect;
