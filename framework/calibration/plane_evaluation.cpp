@@ -90,7 +90,8 @@ class LengthChannel {
 class PlaneReader {
  public:
   explicit PlaneReader(const io::Campaign& campaign)
-      : camera_(campaign.camera->view()),
+      : profile_(*campaign.camera),
+        camera_(profile_.view()),
         range_(physics::unambiguous_range(camera_.modulation_frequency)),
         models_(camera_, io::OffsetVariant::geometric, campaign.conditions) {}
 
@@ -165,7 +166,7 @@ class PlaneReader {
   /// Distances, or what taps and phases decode to, through the geometry of the camera.
   void from_samples(const std::vector<std::size_t>& window, ReadPlane& read) const {
     const io::Condition& condition = read.result.condition;
-    const MeanImages images = mean_of(io::Recording(condition.capture), condition, window, camera_);
+    const MeanImages images = mean_of(io::Recording(condition.capture), condition, window, profile_);
     const BoardModel& model = models_.of(condition);
     const std::vector<double> modelled = model.modelled(condition, images.pixels);
     read.result.channel = "raw";
@@ -184,6 +185,7 @@ class PlaneReader {
     }
   }
 
+  const io::Camera& profile_;
   const tofgraph_camera& camera_;
   double range_;
   BoardModels models_;
