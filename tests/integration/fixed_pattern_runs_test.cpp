@@ -25,7 +25,7 @@ constexpr std::size_t side = 51, pixels = side * side;
 constexpr double focal = 12.8e-3, pitch = 160e-6, centre = 25, lamp = 50e-3, mm = 1e-3;
 constexpr double metres_per_radian = 299792458.0 / (4 * std::numbers::pi * 20e6);
 
-struct Run {
+struct PatternRun {
   std::size_t frames = 10, distances = 5;
   bool rolls = true;
   double wiggling = 0;  ///< m
@@ -61,7 +61,7 @@ class FixedPatternRuns : public testing::Test {
     std::string refusal;
   };
 
-  Outcome calibrate(const Run& run, bool force = false) {
+  Outcome calibrate(const PatternRun& run, bool force = false) {
     std::mt19937_64 random(run.seed);
     std::normal_distribution<double> unit(0, 1);
     std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
@@ -140,7 +140,7 @@ class FixedPatternRuns : public testing::Test {
   }
 
   /// Right, or refused.
-  void expect_right(const Run& run) {
+  void expect_right(const PatternRun& run) {
     const Outcome outcome = calibrate(run);
     const std::string name =
         fmt::format("seed {}: {} frames, {} distances, {}, wiggling {:.0f} mm", run.seed, run.frames, run.distances,
@@ -157,7 +157,7 @@ class FixedPatternRuns : public testing::Test {
 };
 
 /// Number k of the 60.
-Run numbered(std::size_t k) {
+PatternRun numbered(std::size_t k) {
   constexpr std::size_t distances[] = {3, 4, 5, 6, 8};
   constexpr std::size_t frames[] = {5, 9, 14, 20, 25, 30, 12};
   constexpr double sizes[] = {0, 4 * mm, 8 * mm};
@@ -180,7 +180,7 @@ TEST_F(FixedPatternRuns, DISABLED_AllSixtyRuns) {
 }
 
 TEST_F(FixedPatternRuns, WithoutAPatternNothingIsWritten) {
-  const Run none{.frames = 5, .distances = 4, .rolls = true, .pattern = 0};
+  const PatternRun none{.frames = 5, .distances = 4, .rolls = true, .pattern = 0};
   const Outcome refused = calibrate(none);
   EXPECT_NE(refused.refusal.find("does not improve conditions that were held out"), std::string::npos)
       << refused.refusal;

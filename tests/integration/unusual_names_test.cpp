@@ -91,7 +91,7 @@ TEST_F(UnusualNames, NamesOfOtherEncodingsLeaveValidJson) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_FALSE(says(outcome, "json.exception")) << outcome.err;
     for (const std::string& made : {name + ".provenance.json", name + ".json"})
-      EXPECT_NO_THROW(static_cast<void>(nlohmann::json::parse(read_text(file(made))))) << made;
+      EXPECT_TRUE(nlohmann::json::accept(read_text(file(made)))) << made;
     EXPECT_EQ(command("info '" + name + ".h5' --json").exit_code, 0);
   }
   EXPECT_NE(read_text(file(latin + ".provenance.json")).find("lat\\\\xE4in.h5"), std::string::npos);
