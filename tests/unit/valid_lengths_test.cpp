@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Lengths of zero, below zero, infinite or too far: every stage treats them exactly as NaN.
 #include <tofgraph/harness.hpp>
+// The header is written for plugins, which are built under a name.
+#define TOFGRAPH_PLUGIN_NAME "valid_lengths_test"
+#define TOFGRAPH_PLUGIN_VERSION "1"
 #include <tofgraph/lengths.hpp>
 
 #include <gtest/gtest.h>
