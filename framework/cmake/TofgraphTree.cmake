@@ -6,11 +6,37 @@ set(tofgraph_headers <algorithm> <array> <cmath> <cstdint> <filesystem> <functio
                      <optional> <set> <span> <string> <string_view> <utility> <vector> <fmt/format.h> <fmt/ranges.h>
                      <nlohmann/json.hpp>)
 
-# tofgraph_compile_together(TARGET): compiles the files of a target ten at a time. -DTOFGRAPH_UNITY=OFF compiles each
-# alone: for clang-tidy, which looks at files one by one, and for who changes one file again and again.
+# tofgraph_compile_together(TARGET): compiles the files of a target ten at a time. Not by UNITY_BUILD, whose files name
+# others by absolute paths, so that a compiler cache would know nothing of them in another clone.
+# -DTOFGRAPH_UNITY=OFF compiles each file alone: for clang-tidy, and for who changes one file again and again.
 option(TOFGRAPH_UNITY "Compile the files of a library some at a time" ON)
 function(tofgraph_compile_together target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TOFGRAPH_UNITY} UNITY_BUILD_BATCH_SIZE 10)
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(folder ${target} SOURCE_DIR)
+  list(TRANSFORM sources REPLACE "^([^/].*)" "${folder}/\\1")
+  set_property(TARGET ${target} PROPERTY TOFGRAPH_SOURCES ${sources})
+  if(NOT TOFGRAPH_UNITY)
+    return()
+  endif()
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  set(units "")
+  set(text "")
+  set(count 0)
+  foreach(source IN LISTS sources)
+    cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+    string(APPEND text "#include \"${source}\"\n")
+    math(EXPR count "${count} + 1")
+    math(EXPR in_unit "${count} % 10")
+    list(LENGTH sources total)
+    if(in_unit EQUAL 0 OR count EQUAL total)
+      list(LENGTH units number)
+      set(unit ${CMAKE_CURRENT_BINARY_DIR}/${target}_${number}.cpp)
+      file(CONFIGURE OUTPUT ${unit} CONTENT "${text}" @ONLY)
+      list(APPEND units ${unit})
+      set(text "")
+    endif()
+  endforeach()
+  set_property(TARGET ${target} PROPERTY SOURCES ${units})
 endfunction()
 
 # The libraries that a source file needs, read from its #include lines, so that a new plugin is one file.
