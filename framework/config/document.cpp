@@ -150,7 +150,15 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
   return parse(source, source->text, std::nullopt);
 }
 
-Value parse_value(const std::string& text, const Position& at) { return parse(at.source, text, at); }
+Value parse_value(const std::string& text, const Position& at) {
+  // Bytes that YAML would take for the mark of UTF-16: a file name of another encoding.
+  if (!text.starts_with('\xFE') && !text.starts_with('\xFF')) return parse(at.source, text, at);
+  Value value;
+  value.kind = Value::Kind::scalar;
+  value.text = text;
+  value.at = at;
+  return value;
+}
 
 Value without_quotes(const Value& value) {
   if (value.kind != Value::Kind::scalar || !value.text.starts_with('[') || !value.text.ends_with(']')) return value;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
+#include <hdf5.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -116,6 +117,23 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
   expect_refusal("{file: " + file("bytes.png") + ", dataset: map}", "only .h5 files have");
   expect_refusal(file("map.bmp"), "there is no file");
   expect_refusal("{dataset: map}", "'file'");
+}
+
+TEST_F(ImageParameter, OfAMapThatAnnouncesMoreThanItHoldsIsRefused) {
+  const auto write = [&](const std::string& name, hsize_t side) {
+    const hsize_t extent[2] = {side, side}, chunk[2] = {100, 100};  // of which nothing is stored
+    const hid_t h5 = H5Fcreate(file(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(2, extent, nullptr), creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(creation, 2, chunk);
+    H5Dclose(H5Dcreate2(h5, "map", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, creation, H5P_DEFAULT));
+    H5Pclose(creation);
+    H5Sclose(space);
+    H5Fclose(h5);
+  };
+  write("bomb.h5", 20000);
+  write("hollow.h5", 204);
+  expect_refusal(file("bomb.h5"), "'map' announces 20000 x 20000 pixels");
+  expect_refusal(file("hollow.h5"), "'map' is not stored whole");
 }
 
 TEST_F(ImageParameter, AFolderMustBeThere) {

@@ -65,7 +65,7 @@ TEST(LargeCoordinates, AsciiCloudsHoldNineDigits) {
   const std::vector<float> far = {512345.66F, 5412345.5F, 123.456787F};
   for (const std::string sink : {"pcd", "ply"}) {
     Harness stage(sink + "_writer encoding=ascii path='" + (folder.path() / ("a." + sink)).string() + "'");
-    stage.put<float>("points", {1, 1, 3}, far);
+    stage.put<float>("points", {1, 1, 3}, far, {.unit = "m", .applied = "point_cloud transform T_world_camera"});
     stage.run();
     const std::string text = tests::read_text(folder.path() / ("a_000000." + sink));
     const std::size_t data = text.find(sink == "pcd" ? "DATA ascii\n" : "end_header\n") + 11;
