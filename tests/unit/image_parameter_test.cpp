@@ -130,6 +130,24 @@ TEST_F(ImageParameter, OfAMapThatAnnouncesMoreThanItHoldsIsRefused) {
     H5Sclose(space);
     H5Fclose(h5);
   };
+  const std::vector<double> zeros(pixels, 0);
+  const auto write_whole = [&](const std::string& name) {  // in compressed chunks that take less than the values
+    write(name, 204);
+    const hid_t h5 = H5Fopen(file(name).c_str(), H5F_ACC_RDWR, H5P_DEFAULT), creation = H5Pcreate(H5P_DATASET_CREATE);
+    const hsize_t extent[2] = {rows, columns}, chunk[2] = {100, 102};
+    H5Ldelete(h5, "map", H5P_DEFAULT);
+    H5Pset_chunk(creation, 2, chunk);
+    H5Pset_deflate(creation, 9);
+    const hid_t space = H5Screate_simple(2, extent, nullptr);
+    const hid_t data = H5Dcreate2(h5, "map", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, zeros.data());
+    H5Dclose(data);
+    H5Sclose(space);
+    H5Pclose(creation);
+    H5Fclose(h5);
+  };
+  write_whole("whole.h5");
+  EXPECT_EQ(refusal(file("whole.h5")), "");
   write("bomb.h5", 20000);
   write("hollow.h5", 204);
   expect_refusal(file("bomb.h5"), "'map' announces 20000 x 20000 pixels");

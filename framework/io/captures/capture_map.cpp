@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 namespace tofgraph::io {
 namespace {
 
@@ -34,6 +36,18 @@ std::vector<std::string> names_at_root(hid_t file) {
   return names;
 }
 
+/// Whether every chunk of a dataset was written, or all of its bytes where it has no chunks.
+bool is_stored_whole(hid_t data, hid_t space, const std::array<hsize_t, 2>& extent) {
+  const h5::Handle creation(H5Dget_create_plist(data), H5Pclose), type(H5Dget_type(data), H5Tclose);
+  if (H5Pget_layout(creation) != H5D_CHUNKED)
+    return H5Dget_storage_size(data) >= extent[0] * extent[1] * H5Tget_size(type);
+  std::array<hsize_t, 2> chunk{};
+  hsize_t stored = 0;
+  if (H5Pget_chunk(creation, 2, chunk.data()) != 2 || H5Dget_num_chunks(data, space, &stored) < 0) return false;
+  const auto along = [&](std::size_t axis) { return (extent[axis] + chunk[axis] - 1) / chunk[axis]; };
+  return stored == along(0) * along(1);
+}
+
 ImageData load(const std::string& file, const std::string& wanted) {
   const h5::Lock lock;
   const h5::Handle opened(h5::check(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), file), H5Fclose);
@@ -55,10 +69,9 @@ ImageData load(const std::string& file, const std::string& wanted) {
                                          dataset, extent[0], extent[1], max_image_pixels));
   if (const std::string missing = h5::missing_filter(data); !missing.empty())
     throw std::runtime_error(fmt::format("{}: '{}' {}", file, dataset, missing));
-  H5D_space_status_t stored{};
-  h5::check(H5Dget_space_status(data, &stored), file);
-  if (stored != H5D_SPACE_STATUS_ALLOCATED)
-    throw std::runtime_error(fmt::format("{}: '{}' is not stored whole: parts of it are missing", file, dataset));
+  if (!is_stored_whole(data, space, {extent[0], extent[1]}))
+    throw std::runtime_error(
+        fmt::format("{}: '{}' is not stored whole: parts of it were never written", file, dataset));
   ImageData image;
   image.rows = extent[0];
   image.columns = extent[1];
