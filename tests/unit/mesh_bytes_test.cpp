@@ -239,7 +239,7 @@ TEST_F(MeshBytes, NonsenseIsRefusedWithoutAnAbort) {
   EXPECT_THAT(refusal("a.obj", obj(points, {{0, 1, 7}})), testing::HasSubstr("the corner 8, but there are 3"));
   EXPECT_THAT(refusal("a.obj", "v 0 0 1\nf -1 -2 -3\n"), testing::HasSubstr("line 2: a face has the corner '-2'"));
   EXPECT_THAT(refusal("a.obj", "v 0 zero 1\n"), testing::HasSubstr("line 1: 'zero' is not a coordinate"));
-  EXPECT_THAT(refusal("a.obj", "v 0 0 1\nv 2 2 1\nv 2 0 1\nv 0 2 1\nf 1 2 3 4\n"),
+  EXPECT_THAT(refusal("a.obj", "v 0 0 1\nv 3 2 1\nv 3 0 1\nv 0 1 1\nf 1 2 3 4\n"),
               testing::HasSubstr("crosses itself"));
   const std::string whole = binary_ply(points, {{0, 1, 2}}, false);
   for (std::size_t length = 0; length < whole.size(); ++length)

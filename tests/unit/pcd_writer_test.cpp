@@ -70,7 +70,7 @@ struct Scene {
       flags.push_back(static_cast<std::uint16_t>(i * 5041));
     }
     points[0] = std::numeric_limits<float>::denorm_min();
-    points[4] = std::numeric_limits<float>::max();
+    points[4] = 999999.94F;  // as large as a coordinate in the optical frame may be
     points[7] = -0.0F;
     for (std::size_t k = 0; k < 3; ++k) points[3 * invalid + k] = std::numeric_limits<float>::quiet_NaN();
     sigma[invalid] = std::numeric_limits<float>::quiet_NaN();

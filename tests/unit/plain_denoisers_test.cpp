@@ -18,6 +18,7 @@ const Harness::Meaning of_depth{.unit = "m", .of = "depth", .applied = "", .from
 TEST(Median, IsTheMiddleOfTheSortedValidPixels) {
   Image depth(size, size);
   test::add_noise(depth, 1, 5);
+  for (float& value : depth.values) value += 6;  // lengths are positive
   test::drop_pixels(depth, 0.3, 6);
   Harness stage("median window=5");
   stage.put<float>("depth", {size, size}, depth.values);
@@ -130,6 +131,7 @@ std::vector<float> kalman(const std::string& line, const std::vector<float>& mea
 TEST(TemporalKalman, IsTheMeanOfWhatStandsStill) {
   Image values(1, 100);
   test::add_noise(values, 0.005, 4);
+  for (float& value : values.values) value += 0.5F;  // lengths are positive
   std::vector<float> sigma;
   const auto filtered = kalman("temporal_kalman measurement_noise='5 mm' process_noise='0 mm'", values.values, &sigma);
   double sum = 0;
