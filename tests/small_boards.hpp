@@ -63,7 +63,9 @@ inline void record_small(const std::filesystem::path& path, const SmallBoard& bo
   capture.dataset("distance", {n, small_rows, small_columns}, distances, {1, small_rows, small_columns});
   capture.dataset("amplitude", {n, small_rows, small_columns}, amplitudes, {1, small_rows, small_columns});
   const std::int64_t start = board.recorded_at_ns.empty() ? 1'000'000'000 : std::stoll(board.recorded_at_ns);
-  capture.dataset("timestamp_ns", {n}, std::vector<std::int64_t>(board.frames, start));
+  std::vector<std::int64_t> stamps;
+  for (std::size_t i = 0; i < board.frames; ++i) stamps.push_back(start + 50'000'000 * static_cast<std::int64_t>(i));
+  capture.dataset("timestamp_ns", {n}, stamps);
   capture.dataset("integration_time_s", {n}, std::vector<double>(board.frames, 1e-3));
   capture.dataset("modulation_frequency_hz", {n}, std::vector<double>(board.frames, 20e6));
   capture.dataset("temperature_c", {n}, std::vector<float>(board.frames, static_cast<float>(board.temperature_c)));

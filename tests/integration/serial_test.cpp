@@ -4,8 +4,7 @@
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
-#include "tests/plain_boards.hpp"
-#include "tests/program.hpp"
+#include "tests/small_boards.hpp"
 
 using namespace tofgraph::tests;
 using testing::HasSubstr;
@@ -13,37 +12,38 @@ using testing::HasSubstr;
 namespace {
 
 const std::string lens =
-    "calibration: 1\nkind: intrinsics\ncamera: camcube2\nserial: L7-099\ninputs: []\nsettings: {}\nvalues:\n"
-    "  focal_length: {value: [320 px, 320 px]}\n  principal_point: {value: [101.5 px, 101.5 px]}\n"
+    "calibration: 1\nkind: intrinsics\ncamera: small\nserial: L7-099\ninputs: []\nsettings: {}\nvalues:\n"
+    "  focal_length: {value: [32 px, 32 px]}\n  principal_point: {value: [7.5 px, 5.5 px]}\n"
     "  distortion: {value: [0, 0, 0, 0, 0]}\n";
 
 class Serial : public testing::Test {
  protected:
   void SetUp() override {
+    write_text(path("small.yaml"), small_profile);
     write_text(path("lens.yaml"), lens);
     write_text(path("model.yaml"),
-               "model: 1\ncamera: camcube2\nserial: L7-099\neffects: [{effect: zero_offset, offset: 10 mm}]\n");
+               "model: 1\ncamera: small.yaml\nserial: L7-099\neffects: [{effect: zero_offset, offset: 10 mm}]\n");
     record("own.h5", "L7-042");
   }
   void record(const std::string& name, const std::string& serial) {
-    std::vector<float> distance(plain_pixels);
-    for (std::size_t i = 0; i < plain_pixels; ++i)
-      distance[i] = static_cast<float>(plain_half_path(i % plain_side, i / plain_side, {}));
-    write_distances(path(name), {distance, distance}, std::vector<float>(plain_pixels, 1000.0F), 1e-3, serial);
+    record_small(path(name), {.frames = 4, .serial = serial});
   }
   std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
   Outcome tofgraph(const std::string& arguments) const { return shell("$TOFGRAPH " + arguments, folder_.path()); }
+  Outcome run(const std::string& stages, const std::string& options = "") const {
+    return tofgraph("run \"" + stages + "\" --camera ./small.yaml " + options);
+  }
 
   TemporaryFolder folder_;
 };
 
 TEST_F(Serial, ALensOrAModelOfAnotherDeviceIsRefusedUnlessInsistedOn) {
   for (const char* stage : {"intrinsics calibration=lens.yaml", "model_correction model=model.yaml"}) {
-    const std::string line = "\"capture_reader file=own.h5 ! " + std::string(stage) + " ! optimized_bistatic ! null\"";
-    const Outcome refused = tofgraph("run " + line);
+    const std::string stages = "capture_reader file=own.h5 ! " + std::string(stage) + " ! optimized_bistatic ! null";
+    const Outcome refused = run(stages);
     EXPECT_EQ(refused.exit_code, 2) << stage;
     EXPECT_THAT(refused.err, HasSubstr("is of the camera with the serial L7-099, the frames are of L7-042"));
-    const Outcome used = tofgraph("run " + line + " --other-serial");
+    const Outcome used = run(stages, "--other-serial");
     EXPECT_EQ(used.exit_code, 0) << used.err;
     EXPECT_THAT(used.err, HasSubstr("L7-099, the frames are of L7-042: it is used nevertheless"));
   }
@@ -51,34 +51,30 @@ TEST_F(Serial, ALensOrAModelOfAnotherDeviceIsRefusedUnlessInsistedOn) {
 
 TEST_F(Serial, ADeviceThatIsNotKnownIsNotRefused) {
   record("unknown.h5", "");
-  const Outcome outcome =
-      tofgraph("run \"capture_reader file=unknown.h5 ! intrinsics calibration=lens.yaml ! optimized_bistatic ! null\"");
+  const Outcome outcome = run("capture_reader file=unknown.h5 ! intrinsics calibration=lens.yaml ! null");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
 TEST_F(Serial, IsKeptByARecordingOfAPipeline) {
-  ASSERT_EQ(tofgraph("run \"capture_reader file=own.h5 ! optimized_bistatic ! capture_writer path=out.h5\"").exit_code,
-            0);
+  ASSERT_EQ(run("capture_reader file=own.h5 ! optimized_bistatic ! capture_writer path=out.h5").exit_code, 0);
   EXPECT_THAT(tofgraph("info out.h5").out, HasSubstr("serial: L7-042"));
 }
 
 TEST_F(Serial, OfTheModelIsComparedWithTheCapturesByDiagnose) {
-  write_text(path("campaign.yaml"),
-             "campaign: 1\ncamera: camcube2\nconditions:\n"
-             "  - {id: a, capture: own.h5, board: {distance: 1 m}, frames: [0, 0]}\n"
-             "  - {id: b, capture: own.h5, board: {distance: 1 m}, frames: [1, 1]}\n");
+  std::string campaign = "campaign: 1\ncamera: ./small.yaml\nconditions:\n";
+  for (const char* frame : {"0", "1", "2", "3"})
+    campaign += "  - {id: c" + std::string(frame) + ", capture: own.h5, board: {distance: 1 m}, frames: [" + frame +
+                ", " + frame + "]}\n";
+  write_text(path("campaign.yaml"), campaign);
   const Outcome refused = tofgraph("diagnose --model model.yaml --data campaign.yaml -o gap");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("the model is of the camera with the serial L7-099, the captures are of L7-042"));
 
   record("other.h5", "L7-099");
-  write_text(path("campaign.yaml"),
-             "campaign: 1\ncamera: camcube2\nconditions:\n"
-             "  - {id: a, capture: own.h5, board: {distance: 1 m}}\n"
-             "  - {id: b, capture: other.h5, board: {distance: 1 m}}\n");
+  write_text(path("campaign.yaml"), campaign + "  - {id: other, capture: other.h5, board: {distance: 1 m}}\n");
   const Outcome mixed = tofgraph("diagnose --model model.yaml --data campaign.yaml -o gap --other-serial");
   EXPECT_EQ(mixed.exit_code, 2);
-  EXPECT_THAT(mixed.err, HasSubstr("campaign.yaml:5:"));
+  EXPECT_THAT(mixed.err, HasSubstr("campaign.yaml:8:"));
   EXPECT_THAT(mixed.err, HasSubstr("the serial L7-099, those before of L7-042"));
 }
 

@@ -115,16 +115,14 @@ class CalibrationCheck {
                                                      model.camera, camera_.view().name));
     make_effects(model, camera_.view(), diagnostics);  // maps of another size
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    const config::Value document = config::with_absolute_paths(config::load_document(file));
+    const config::Value document = config::load_document(file);
+    const config::Entry* list = document.find("effects");
+    const config::Value effects = list != nullptr ? config::with_absolute_paths(list->value) : config::Value{};
     std::set<std::string> files;
-    collect_files(document, files);
+    collect_files(effects, files);
     std::map<std::string, std::string> names;
     for (const std::string& named : files) names[named] = fs::path(named).filename().string();
-    const config::Entry* effects = document.find("effects");
-    add(file, kind,
-        model_text(document, effects != nullptr ? effects->value.items : std::vector<config::Value>{},
-                   camera_.view().name, names),
-        entry, copies);
+    add(file, kind, model_text(document, effects.items, camera_.view().name, names), entry, copies);
     for (const std::string& named : files) add(named, kind, "", entry, copies);
   }
 
