@@ -33,7 +33,7 @@ std::vector<double> against_neighbours(const NoiseData& data, const NoiseConditi
     if (condition.pixels.is_good(i) && data.listed[i] == 0) good[i] = values[i];
   tbb::parallel_for(std::size_t{0}, values.size(), [&](std::size_t i) {
     if (condition.pixels.use[i] == PixelUse::outside) return;
-    const double around = neighbour_median(good, data.columns, i);
+    const double around = neighbour_quantile(good, data.columns, i);
     if (around > 0 && !std::isnan(values[i])) result[i] = std::log(std::max(values[i] / around, least));
   });
   return result;
