@@ -138,11 +138,10 @@ void check_exposures(const io::CaptureReader& capture) {
 
 PixelMeans means_of(const io::Recording& recording, const io::Condition& condition,
                     const std::vector<std::size_t>& wanted, const io::Camera& camera) {
-  const auto [first, last] = frames_of(recording, condition, camera.view());
   using Kind = io::Recording::Kind;
   const Kind kind = recording.kind();
-  if (kind == Kind::images)
-    throw std::runtime_error("has no distances: amplitude or intensity alone serve to calibrate intrinsics");
+  if (kind == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
+  const auto [first, last] = frames_of(recording, condition, camera.view());
   std::vector<std::size_t> window = wanted;
   std::erase_if(window, [&](std::size_t pixel) { return camera.is_bad(pixel); });
   Sums sums(window, camera.view());

@@ -33,7 +33,7 @@ std::vector<double> against_neighbours(const NoiseData& data, const NoiseConditi
     if (condition.pixels.is_good(i) && data.listed[i] == 0) good[i] = values[i];
   tbb::parallel_for(std::size_t{0}, values.size(), [&](std::size_t i) {
     if (condition.pixels.use[i] == PixelUse::outside) return;
-    const double around = neighbour_median(good, data.columns, i);
+    const double around = neighbour_quantile(good, data.columns, i);
     if (around > 0 && !std::isnan(values[i])) result[i] = std::log(std::max(values[i] / around, least));
   });
   return result;
@@ -192,10 +192,9 @@ void mark_frozen(const NoiseData& data, NoiseFit& fit) {
     }
     const std::size_t images = std::min<std::size_t>(data.conditions.front().pixels.images, 64);
     const std::uint64_t own = images == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << images) - 1;
-    if (data.source == NoiseSource::taps && (frozen & own) != 0 && log_probability < log_chance)
-      fit.bad[i] |= bad_stuck;
-    // A pixel that is stuck has these as well: they are not reasons of their own.
-    if ((fit.bad[i] & bad_stuck) != 0) fit.bad[i] &= static_cast<std::uint8_t>(~(bad_hot | bad_modulation));
+    if (data.source != NoiseSource::taps || (frozen & own) == 0 || log_probability >= log_chance) continue;
+    // Its level and its missing modulation follow from that: they are not reasons of their own.
+    fit.bad[i] = static_cast<std::uint8_t>((fit.bad[i] | bad_stuck) & ~(bad_hot | bad_modulation));
   }
 }
 

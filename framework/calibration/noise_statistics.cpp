@@ -167,7 +167,7 @@ NoiseSource source_of(Kind kind) {
   if (kind == Kind::phases) return NoiseSource::phases;
   if (kind == Kind::decoded) return NoiseSource::decoded;
   throw std::runtime_error(kind == Kind::images
-                               ? "has no distances: the noise shows in taps, phases, or distances with amplitudes"
+                               ? "has neither taps nor phases nor distance"
                                : "has distances without amplitudes: the noise follows the light, so both are needed");
 }
 

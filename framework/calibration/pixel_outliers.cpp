@@ -13,24 +13,26 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr double amplitude_factor = 4;   ///< a good pixel of a flat target never differs by as much
+constexpr double upper_quartile = 0.75;  ///< most bad pixels are too dark: up to two thirds of the neighbours may be
 constexpr double noise_factor = 2;       ///< less hardly changes a mean
 constexpr double min_difference = 0.01;  ///< m, likewise
 
-/// The median of the neighbours of each pixel of the window. @param keep neighbours that count
-std::vector<double> window_medians(const FlatTarget& target, std::span<const double> values,
-                                   const std::vector<std::uint8_t>& keep) {
+/// A quantile of the neighbours of each pixel of the window. @param keep neighbours that count
+std::vector<double> window_quantiles(const FlatTarget& target, std::span<const double> values,
+                                     const std::vector<std::uint8_t>& keep, double share = 0.5) {
   const std::size_t last = target.pixels.empty() ? 0 : *std::ranges::max_element(target.pixels);
   std::vector<double> image((last / target.columns + 1) * target.columns, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < values.size(); ++i)
     if (keep[i] != 0) image[target.pixels[i]] = values[i];
-  std::vector<double> medians;
-  for (const std::size_t pixel : target.pixels) medians.push_back(neighbour_median(image, target.columns, pixel));
-  return medians;
+  std::vector<double> quantiles;
+  for (const std::size_t pixel : target.pixels)
+    quantiles.push_back(neighbour_quantile(image, target.columns, pixel, share));
+  return quantiles;
 }
 
 /// Differences of the residuals to their neighbours', the shorter way round; NaN for pixels that are rejected already.
 std::vector<double> residual_differences(const FlatTarget& target, const std::vector<std::uint8_t>& keep) {
-  std::vector<double> differences = window_medians(target, target.residual, keep);
+  std::vector<double> differences = window_quantiles(target, target.residual, keep);
   for (std::size_t i = 0; i < differences.size(); ++i)
     differences[i] = keep[i] != 0 ? std::remainder(target.residual[i] - differences[i], target.range)
                                   : std::numeric_limits<double>::quiet_NaN();
@@ -51,7 +53,7 @@ double robust_sd(std::span<const double> differences) {
   return physics::sd_of_deviations * physics::median(sizes);
 }
 
-double neighbour_median(std::span<const double> image, std::size_t columns, std::size_t pixel) {
+double neighbour_quantile(std::span<const double> image, std::size_t columns, std::size_t pixel, double share) {
   constexpr std::size_t reach = 2, min_neighbours = 4;
   const std::size_t u = pixel % columns, v = pixel / columns, rows = image.size() / columns;
   std::array<double, (2 * reach + 1) * (2 * reach + 1)> around{};
@@ -63,7 +65,9 @@ double neighbour_median(std::span<const double> image, std::size_t columns, std:
     }
   }
   if (count < min_neighbours) return std::numeric_limits<double>::quiet_NaN();
-  return physics::median(std::span(around).first(count));
+  const auto place = around.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(count));
+  std::nth_element(around.begin(), place, around.begin() + static_cast<std::ptrdiff_t>(count));
+  return *place;
 }
 
 std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, UnusablePixels& counts) {
@@ -76,7 +80,7 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
   std::vector<double> brightness(n, 1);  // of the neighbours over that of the window, at most 1
   if (!target.amplitude.empty()) {
     const double middle = physics::median(std::vector(target.amplitude.begin(), target.amplitude.end()));
-    const std::vector<double> local = window_medians(target, target.amplitude, keep);
+    const std::vector<double> local = window_quantiles(target, target.amplitude, keep, upper_quartile);
     for (std::size_t i = 0; i < n; ++i) {
       const double ratio = target.amplitude[i] / local[i];
       if (ratio * amplitude_factor < 1 || ratio > amplitude_factor) reject(i, counts.amplitude);
@@ -84,7 +88,7 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
     }
   }
   if (!target.variance.empty()) {
-    const std::vector<double> local = window_medians(target, target.variance, keep);
+    const std::vector<double> local = window_quantiles(target, target.variance, keep);
     const double limit = std::max(noise_factor * noise_factor, variance_ratio_at(target.freedom, outlier_deviate));
     for (std::size_t i = 0; i < n; ++i)
       if (local[i] > 0 && target.variance[i] > limit * local[i]) reject(i, counts.noisy);

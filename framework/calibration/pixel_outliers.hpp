@@ -19,9 +19,9 @@ double variance_ratio_at(double freedom, double deviate);
 /// side.
 inline constexpr double outlier_deviate = 6;
 
-/// Median of the neighbours up to two pixels away; NaN where fewer than four of them are numbers.
-/// @param image rows x columns
-double neighbour_median(std::span<const double> image, std::size_t columns, std::size_t pixel);
+/// Quantile of the neighbours up to two pixels away; NaN where fewer than four of them are numbers.
+/// @param image rows x columns @param share 0.5: the median, of an even number the upper one of the middle two
+double neighbour_quantile(std::span<const double> image, std::size_t columns, std::size_t pixel, double share = 0.5);
 
 /// Standard deviation of differences about 0 by the median of their sizes; NaN where none is a number.
 double robust_sd(std::span<const double> differences);
@@ -37,10 +37,11 @@ struct FlatTarget {
   std::size_t columns = 0;            ///< of the sensor
 };
 
-/// Judges each pixel by the medians of its neighbours, up to two pixels away; a pixel with fewer than four neighbours
-/// is kept. Rejected are pixels whose amplitude differs by a factor of 4 or more; whose standard deviation is more than
-/// twice the neighbours', and more than chance allows; whose residual differs by 10 mm or more, and by more than 6
-/// robust standard deviations of such differences, which are larger where the amplitude is smaller.
+/// Judges each pixel by its neighbours, up to two pixels away; a pixel with fewer than four neighbours is kept.
+/// Rejected are pixels whose amplitude differs by a factor of 4 or more from the upper quartile of the neighbours';
+/// then by the medians of the neighbours that are left, pixels whose standard deviation is more than twice the
+/// neighbours', and more than chance allows; whose residual differs by 10 mm or more, and by more than 6 robust
+/// standard deviations of such differences, which are larger where the amplitude is smaller.
 /// @param counts is increased by what is rejected, by reason
 /// @returns for each pixel 1: keep, 0: rejected
 std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, UnusablePixels& counts);

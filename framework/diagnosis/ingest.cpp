@@ -37,7 +37,7 @@ FrameSums sums_of(const io::Recording& recording, const io::Condition& condition
   const auto& header = recording.reader().header();
   const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
                     last = condition.frames ? (*condition.frames)[1] : frames - 1;
-  if (recording.kind() == Kind::images) throw std::runtime_error("has no distances, but amplitude or intensity alone");
+  if (recording.kind() == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
   if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
   FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
                  Demodulation(physics::exposures_of(camera)));

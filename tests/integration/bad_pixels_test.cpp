@@ -66,7 +66,8 @@ TEST_F(BadPixels, EveryKindIsFoundAndNoGoodPixelIsLost) {
           << "pixel " << i << " of kind " << static_cast<int>(camera.kind(i)) << " has " << bad[i];
   }
   EXPECT_LE(lost, 2) << "0.1 % of the good ones";
-  EXPECT_NE(outcome.out.find("105 of 2304 pixels are bad: 35 dead"), std::string::npos) << outcome.out;
+  EXPECT_NE((outcome.out + outcome.err).find("105 of 2304 pixels are bad: 35 dead"), std::string::npos)
+      << outcome.out << outcome.err;
   EXPECT_NE((outcome.out + outcome.err).find("bad_pixels: {file: n.maps.h5, dataset: bad}"), std::string::npos);
   // The bad pixels do not spoil the fit.
   io::CalibrationReader file(folder.path() / "n.yaml", "noise", "dirty");
@@ -194,7 +195,8 @@ TEST_F(BadPixels, AMapInTheProfileIsUsedByCalibrationsAndPipelines) {
   use(camera, "bad_pixels: {file: n.maps.h5, dataset: bad}\n");
   const Outcome again = run("calibrate noise noise.yaml -o again.yaml");
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_NE(again.out.find("35 of 2304 pixels are bad: 35 dead, 35 listed before"), std::string::npos) << again.out;
+  EXPECT_NE((again.out + again.err).find("35 of 2304 pixels are bad: 35 dead, 35 listed before"), std::string::npos)
+      << again.out << again.err;
   // A raw frame gets its flags at the source: the decoder keeps them.
   write_text(folder.path() / "p.yaml",
              "pipeline: 1\ncamera: dirty.yaml\nnodes:\n  - {stage: capture_reader, file: noise0.h5}\n"
@@ -228,7 +230,7 @@ TEST_F(BadPixels, AMapThatDoesNotFitIsAnErrorWithItsPlace) {
   use(camera, "bad_pixels: {file: n.maps.h5, dataset: bad}\n");
   const Outcome size = run("check dirty.yaml");
   EXPECT_EQ(size.exit_code, 2);
-  EXPECT_NE(size.err.find("dirty.yaml:18:13: error: 'bad_pixels': the map in"), std::string::npos) << size.err;
+  EXPECT_NE(size.err.find("dirty.yaml:17:13: error: 'bad_pixels': the map in"), std::string::npos) << size.err;
   EXPECT_NE(size.err.find("is 64 x 64 px, the camera 'dirty' has 48 x 48"), std::string::npos) << size.err;
   use(camera, "bad_pixels: {file: none.h5, dataset: bad}\n");
   const Outcome missing = run("check dirty.yaml");

@@ -86,7 +86,7 @@ TEST_F(LightOnlyCaptures, OtherCommandsReadThemOrSayWhatIsMissing) {
   }
   const Outcome offset = run("calibrate offset views.yaml -o x.yaml");
   EXPECT_NE(offset.err.find("views.yaml:5:5: error: the capture"), std::string::npos) << offset.err;
-  EXPECT_NE(offset.err.find("has no distances: amplitude or intensity alone"), std::string::npos) << offset.err;
+  EXPECT_NE(offset.err.find("has neither taps nor phases nor distance"), std::string::npos) << offset.err;
 }
 
 }  // namespace
