@@ -108,14 +108,14 @@ Score search_boards(int size, int count) {
 }
 
 TEST(Corners, BoardsAreFoundInNoisyImagesOfACamCube) {
-  const Score score = search_boards(204, 60);
-  EXPECT_GE(score.found, 57);
+  const Score score = search_boards(204, 30);
+  EXPECT_GE(score.found, 29);
   EXPECT_EQ(score.wrong, 0);
   EXPECT_NEAR(std::sqrt(score.chi / score.corners / 2), 1, 0.25);
 }
 
 TEST(Corners, BoardsAreFoundInImagesOf100Pixels) {
-  const Score score = search_boards(100, 45);
+  const Score score = search_boards(100, 24);
   std::printf("squares of 4 px at least: %d of %d found\n", score.large_found, score.large);
   EXPECT_GE(score.large_found, 0.9 * score.large);
   EXPECT_EQ(score.wrong, 0);
