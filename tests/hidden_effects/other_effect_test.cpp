@@ -22,6 +22,8 @@ class OtherEffect : public testing::Test {
   void hide(const std::string& effect = "") {
     CampaignOptions options;
     options.design = "small";
+    options.every = 2;
+    options.frames = 2;
     options.seed = 412;
     options.folder = folder_.path() / "campaign";
     options.patterns.push_back({"angular_ripple", size});
