@@ -22,6 +22,7 @@ class Mistyped : public testing::Test {
     folder_ = std::make_unique<tests::TemporaryFolder>();
     CampaignOptions options;
     options.design = "small";
+    options.every = 2;
     options.frames = 2;
     options.seed = 61500;
     options.effects.add_text("crosstalk", 1, options.seed);

@@ -25,6 +25,8 @@ TEST_P(OtherExposures, AreSearched) {
   const tests::TemporaryFolder folder;
   CampaignOptions options;
   options.design = "small";
+  options.every = 2;
+  options.frames = 2;
   options.seed = 733;
   options.folder = folder.path() / "campaign";
   options.output = GetParam().output;
