@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Hidden/CappedLens.*
+// Rooms: diagnosis simulation plugins
 // Light that leaks inside the camera and light from something fixed in front of it look alike before any board. A
 // capped lens tells them apart: reports propose it, and the search uses it.
 #include <gtest/gtest.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: OtherEffect.IsNamedWhere*
+// Rooms: diagnosis simulation plugins
 // The search knows effects by their declaration alone: one that tofgraph does not have is unknown without its plugin
 // and named with it, with its value, and whatever else is hidden is named beside it.
 #include <gtest/gtest.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: */InAnotherOrder:*/Five:*/Eight
+// Rooms: diagnosis simulation plugins
 // Cameras whose frames are not the four steps of 90 degrees: what is hidden is named with its value.
 #include <gtest/gtest.h>
 
