@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Hidden/CappedLens.*
+// Rooms: diagnosis simulation plugins
 // Light that leaks inside the camera and light from something fixed in front of it look alike before any board. A
 // capped lens tells them apart: reports propose it, and the search uses it.
 #include <gtest/gtest.h>
@@ -18,43 +20,56 @@ struct Case {
 };
 void PrintTo(const Case& one, std::ostream* out) { *out << one.effect << " in " << static_cast<int>(one.output); }
 
+/// Conditions of a campaign by their number in the design, [first, last), as an option takes them.
+std::string conditions(const std::filesystem::path& campaign, const std::string& first, const std::string& last) {
+  std::string ids;
+  for (const auto& file : std::filesystem::directory_iterator(campaign / "captures")) {
+    const std::string id = file.path().stem().string();
+    if (id >= first && id < last) ids += (ids.empty() ? "" : ",") + id;
+  }
+  return ids;
+}
+
 class CappedLens : public testing::TestWithParam<Case> {
  protected:
-  nlohmann::json search(std::vector<std::string> experiments) const {
-    const tests::TemporaryFolder folder;
+  void SetUp() override {
     CampaignOptions options;
     options.design = "small";
-    const bool open = experiments.empty() && *GetParam().effect != 0;
-    options.experiments = std::move(experiments);
+    options.every = 2;
+    options.experiments = {"capped"};
+    options.frames = 2;
     options.seed = 8806;
     options.output = GetParam().output;
-    options.folder = folder.path() / "campaign";
+    options.folder = folder_.path() / "campaign";
     const std::string effect = GetParam().effect;
     if (effect == "crosstalk") options.effects.add(effect, {{"real", 1200}, {"imaginary", 700}});
     if (effect == "static_reflection") options.effects.add(effect, {{"strength", 1400}, {"distance", 0.3}});
     make_campaign(options);
-    const tests::Outcome outcome = tests::shell(
-        "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found --resample "
-        "2",
-        folder.path());
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    if (open) {
-      const tests::Outcome next =
-          tests::shell("\"$TOFGRAPH\" simulate found/next_condition.yaml -o next.h5", folder.path());
-      EXPECT_EQ(next.exit_code, 0) << next.err;
-    }
-    return nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json"));
   }
+
+  nlohmann::json search(const std::string& out, const std::string& options) const {
+    const tests::Outcome outcome =
+        tests::shell("\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o " +
+                         out + " " + options,
+                     folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(tests::read_text(folder_.path() / out / "report.json"));
+  }
+
+  tests::TemporaryFolder folder_;
 };
 
 TEST_P(CappedLens, TellsWhatIsInsideTheCamera) {
   const std::string effect = GetParam().effect;
   if (!effect.empty()) {
-    const nlohmann::json open = search({});
+    const nlohmann::json open = search("open", "--skip " + conditions(folder_.path() / "campaign", "018", "022"));
     EXPECT_EQ(open.at("verdict"), "tie") << open.at("summary");
     EXPECT_EQ(open.at("next").at(0).at("condition").at("lens"), "capped");
+    const tests::Outcome next =
+        tests::shell("\"$TOFGRAPH\" simulate open/next_condition.yaml -o next.h5", folder_.path());
+    EXPECT_EQ(next.exit_code, 0) << next.err;
   }
-  const nlohmann::json capped = search({"capped"});
+  const nlohmann::json capped = search("capped", effect.empty() ? "" : "--resample 2");
   if (effect.empty()) {
     EXPECT_EQ(capped.at("verdict"), "nothing_found") << capped.at("summary");
     return;
@@ -66,26 +81,24 @@ TEST_P(CappedLens, TellsWhatIsInsideTheCamera) {
   std::size_t without_gap = 0;
   for (const auto& condition : capped.at("conditions")) without_gap += condition.at("held_out_gap_before").is_null();
   EXPECT_EQ(without_gap, 4U) << "they show no board";
+  EXPECT_EQ(capped.at("resampled").size(), 3U);
   for (const auto& again : capped.at("resampled")) EXPECT_TRUE(again.at("gap_after").is_number()) << again;
-  EXPECT_EQ(capped.at("conditions").size(), 40U) << "none is left out";
+  EXPECT_EQ(capped.at("conditions").size(), 22U) << "none is left out";
 }
 
 TEST(CappedLensCampaign, AloneTellsNothingOfBoards) {
   const tests::TemporaryFolder folder;
   CampaignOptions options;
   options.design = "small";
+  options.every = 2;
   options.experiments = {"capped"};
+  options.frames = 1;
   options.seed = 8807;
   options.folder = folder.path() / "campaign";
   make_campaign(options);
-  std::string boards;
-  for (const auto& file : std::filesystem::directory_iterator(options.folder / "captures")) {
-    const std::string id = file.path().stem().string();
-    if (id >= "002" && id < "036") boards += (boards.empty() ? "" : ",") + id;
-  }
   const tests::Outcome outcome = tests::shell(
       "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found --skip " +
-          boards,
+          conditions(options.folder, "002", "018"),
       folder.path());
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("2 conditions can be used, and a search needs 3"), std::string::npos) << outcome.err;

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: PlainCamera.SeesWhatTheSimulatorSees:PlainCamera.SeesTheSameInOtherSettings
+// Rooms: simulation plugins
 // Two implementations of the same formulas, the plain camera and the simulator, must see the same: pixel by pixel,
 // without noise, for every effect at its typical size.
 #include "simulation/simulation.hpp"

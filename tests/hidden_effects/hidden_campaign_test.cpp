@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HiddenCampaign.IsTheSame*:HiddenCampaign.DistancesAre*:HiddenCampaign.BoardsStand*
+// Rooms: io
 // Campaigns with something hidden: files that the program accepts, drawn settings of the right size, nothing told.
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"

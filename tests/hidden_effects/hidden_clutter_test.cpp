@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HiddenClutter.Sessions*:HiddenClutter.Residue*:HiddenClutter.Warped*:HiddenClutter.Leaves*
+// Rooms: io
 // What is wrong with a campaign beside the camera: a capture differs from the one without it by exactly that.
 #include "config/document.hpp"
 #include "io/campaign.hpp"

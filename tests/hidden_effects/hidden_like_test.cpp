@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HiddenLike.CameraAndEffects*:HiddenLike.MistakesAreNamed
+// Rooms: io
 // Another campaign of the same camera: what belongs to the camera and its boards is the same, the rest is drawn anew.
 #include "config/document.hpp"
 #include "io/campaign.hpp"

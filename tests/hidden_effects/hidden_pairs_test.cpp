@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HiddenPairs.*
+// Rooms: diagnosis simulation plugins
 // Two effects at once, where something simpler or richer looks like them at first.
 #include <gtest/gtest.h>
 

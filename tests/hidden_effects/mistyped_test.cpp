@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Mistyped.EveryMistakeIsNamed
+// Rooms: diagnosis simulation
 // What the check before the gap search names, on campaigns of the plain camera with something hidden in them.
 #include "diagnosis/plausibility.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
@@ -22,6 +24,7 @@ class Mistyped : public testing::Test {
     folder_ = std::make_unique<tests::TemporaryFolder>();
     CampaignOptions options;
     options.design = "small";
+    options.every = 2;
     options.frames = 2;
     options.seed = 61500;
     options.effects.add_text("crosstalk", 1, options.seed);

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Boards.UndoesAllOfThemTogether:ModelCorrection.UndoesAnEffect*
+// Rooms: simulation plugins
 // What the plain camera's effects do to its distances, undone by model_correction: each, all together, unknown ones.
 #include "tests/hidden_effects/model_correction_fixture.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: ModelCorrection.ANewRecording*:ModelCorrection.KeepsTheNoise:ModelCorrection.TakesStrayLight*
+// Rooms: diagnosis simulation plugins
 // model_correction in use: with what a search found, with noise, lenses, stray light; what it refuses.
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/model_correction_fixture.hpp"
@@ -14,6 +16,8 @@ namespace {
 /// targets that the campaign did not have, through the model that was found.
 TEST_F(ModelCorrection, ANewRecordingIsCorrectedWithWhatTheSearchFound) {
   CampaignOptions campaign;
+  campaign.every = 2;
+  campaign.frames = 2;
   campaign.effects.add("wiggling", {{"amplitude", 6e-3}, {"phase", 0.7}});
   campaign.effects.add("crosstalk", {{"real", 1200}, {"imaginary", -900}});
   campaign.seed = 21;

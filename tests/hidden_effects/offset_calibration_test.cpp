@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: OffsetCalibration.Published*:OffsetCalibration.Boxes*:OffsetCalibration.OffsetsOf*
+// Rooms: calibration plugins
 // Offsets that the plain camera has, calibrated from its recordings and taken out of others. Nothing here knows the
 // formulas of the calibration.
 #include <gtest/gtest.h>

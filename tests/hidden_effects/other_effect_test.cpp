@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: OtherEffect.IsNamedWhere*
+// Rooms: diagnosis simulation plugins
 // The search knows effects by their declaration alone: one that tofgraph does not have is unknown without its plugin
 // and named with it, with its value, and whatever else is hidden is named beside it.
 #include <gtest/gtest.h>
@@ -22,6 +24,8 @@ class OtherEffect : public testing::Test {
   void hide(const std::string& effect = "") {
     CampaignOptions options;
     options.design = "small";
+    options.every = 2;
+    options.frames = 2;
     options.seed = 412;
     options.folder = folder_.path() / "campaign";
     options.patterns.push_back({"angular_ripple", size});

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: */InAnotherOrder:*/Five:*/Eight
+// Rooms: diagnosis simulation plugins
 // Cameras whose frames are not the four steps of 90 degrees: what is hidden is named with its value.
 #include <gtest/gtest.h>
 
@@ -25,6 +27,8 @@ TEST_P(OtherExposures, AreSearched) {
   const tests::TemporaryFolder folder;
   CampaignOptions options;
   options.design = "small";
+  options.every = 2;
+  options.frames = 2;
   options.seed = 733;
   options.folder = folder.path() / "campaign";
   options.output = GetParam().output;

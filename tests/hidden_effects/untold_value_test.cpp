@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: UntoldValue.OthersThat*
+// Rooms: diagnosis simulation plugins
 // A camera that warms up, where every condition was measured an hour after power-on: the effect fits, and its time
 // constant is anything. Others that explain as much are named in its place, tied with it; where there are none it is
 // not named, and the report says what is missing. Either way a camera that was just switched on comes first.

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: DiagnoseTable.AnEffect*:DiagnoseTable.PixelsOutside*
+// Rooms: diagnosis
 // `tofgraph diagnose` on tables of means: one number a condition, in which all that no effect explains looks like
 // scatter.
 #include "tests/program.hpp"

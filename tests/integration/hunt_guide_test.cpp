@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HuntGuide.*
+// Rooms: diagnosis cli simulation plugins
 // Every command of docs/find_the_hidden_effect.md, and what the page says comes out.
 #include "tests/guide.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: *PutAside.WhereverItStands*
+// Rooms: diagnosis simulation
 // Conditions that are put aside: whichever they are, and wherever they stand in the file, the search goes on with the
 // others.
 #include <gmock/gmock.h>

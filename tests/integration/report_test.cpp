@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Report.TheTables*:Report.TheProtocol*
+// Rooms: report calibration
 // The command `report`: tables 5.1 to 5.3 of the reference, and parts of an error that are known.
 #include "tests/program.hpp"
 

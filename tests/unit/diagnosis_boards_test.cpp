@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: BentBoards.AreNoEffect*:OneBentBoard.*
+// Rooms: diagnosis simulation
 // Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
 #include "diagnosis/boards.hpp"
 #include "tests/unit/clutter.hpp"

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: OutOfSample.WhatIsPutAside*:OutOfSample.FoldsThatAreKnown*
+// Rooms: diagnosis simulation
 // Proof out of sample: what is put aside is not seen by anything that chooses or fits.
 #include "diagnosis/crossfit.hpp"
 #include "tests/unit/rail.hpp"

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: LastingResidue.KeepsNoEffect*:LastingResidue.IsNone*:Clutter.ABoardThatStands*
+// Rooms: diagnosis simulation
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
 #include "diagnosis/places.hpp"
