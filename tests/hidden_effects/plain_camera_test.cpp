@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: PlainCamera.PhaseSteps*:PlainCamera.TurnsOf*
+// Rooms: diagnosis simulation
 // The plain camera against published numbers and closed forms (equations.md, effects.md section 2).
 #include "tests/hidden_effects/plain_camera.hpp"
 

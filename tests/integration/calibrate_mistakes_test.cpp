@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Mistakes.BoardsThat*
+// Rooms: config calibration
 // Mistakes in a campaign that calibrate names: a rail of two targets before a camera of 24 x 24 px that is written out
 // here, with wiggling and an offset; one thing is written wrongly in each test.
 #include <hdf5.h>

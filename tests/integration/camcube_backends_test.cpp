@@ -1,5 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Alone: cameras keep their own time
+// Slow: CameraBackends.FaultsOf*:CameraBackends.FramesThat*:CameraBackends.GiveThe*:CameraBackends.NoTime*
+// Slow: CameraBackends.RecordingsKeep*:CameraBackends.TakeAnother*:CameraBackends.TheVendorsLibraryIsRefused*
+// Rooms: devices
 // All ways to a camera give the same frames; the vendor's way against a library of our own in its place.
 #include "tests/camera_in_software.hpp"
 #include "tests/unit/raw_capture.hpp"

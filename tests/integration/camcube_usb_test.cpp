@@ -1,5 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Alone: cameras keep their own time
+// Slow: Each/UsbCameraFault.EndsTheRunInOrder/*:Each/UsbCameraFault.LeavesAGapInTheCounterWhereTheRunGoesOn/*
+// Slow: UsbCamera.DoesNot*:UsbCamera.GivesEvery*:UsbCamera.GivesPoints*:UsbCamera.IsAsked*:UsbCamera.IsChosen*
+// Slow: UsbCamera.TakesAnother*:UsbCamera.ThatCannot*
+// Rooms: devices
 // The program with the real libusb before a camera in software: what it reads, and what it says when the camera fails.
 #include "tests/camera_in_software.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Files.SimulateSays*:Terminal.ABarEnds*:Terminal.ABarIs*:Terminal.ABarNever*:Terminal.WhatThe*
+// Rooms: graph cli
 // The command line itself: its help, its guesses, what it says on a terminal and what it says of files.
 #include "cli/progress.hpp"
 #include "graph/plugin.hpp"

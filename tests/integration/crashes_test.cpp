@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: EndlessCall.IsNamed*:SlowCall.InPrepare*:SlowLoading.IsTold*
+// Rooms: graph
 // Plugins that crash, that do not come back, that are slow or noisy: the program says which one it is.
 #include "tests/program.hpp"
 

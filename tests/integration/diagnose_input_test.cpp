@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: DiagnoseInput.ABoard*:DiagnoseInput.AMistyped*:DiagnoseInput.DistancesWith*:DiagnoseInput.TheReport*
+// Slow: DiagnoseInput.WhatCannot*:FiveTwentyAndThirtyFivePercent/PixelsOutsideTheLens.AreLeftOut/*
+// Rooms: diagnosis
 // What `tofgraph diagnose` makes of the data that a laboratory gives it: mistakes in the campaign, boards with a size,
 // pixels outside the lens model, recordings without samples.
 #include "tests/program.hpp"

@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Diagnose.ACapture*:Diagnose.ExtendsThe*:Diagnose.FaultyEffect*:Diagnose.OneDistance*:Diagnose.SaysWhat*
+// Slow: Diagnose.ShrinksThe*
+// Rooms: diagnosis
 // `tofgraph diagnose` as a user runs it: what it refuses and how it says so, what it goes on with and notes.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Exposures.HavePreviews*
+// Rooms: graph cli
 // Exposures from the profile to the capture and back, and every way to write them wrong, as a user sees it.
 #include <hdf5.h>
 

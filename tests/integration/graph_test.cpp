@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Graph.AnInterrupt*:Statistics.DoNot*
+// Rooms: graph
 // What a graph means: order, fan-out, joins, drops, errors, interrupts; with small stages whose results are known.
 #include "tests/program.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: ModelCorrectionNode.GivesThe*:ModelCorrectionNode.KnowsThe*
+// Rooms: plugins
 // model_correction as users write it: a model in place, a model of the profile, what explain says.
 #include "tests/program.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Pipelines.EveryOne*
+// Rooms: plugins
 // The pipelines that come with the project, run as they are; what they make is compared with numbers from elsewhere.
 #include "tests/program.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: PluginCache.DamagedEntries*
+// Rooms: graph cli
 // Plugins that are wrong on purpose: each is refused by name and reason, none takes the program down.
 #include "tests/program.hpp"
 

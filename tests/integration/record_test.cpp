@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Alone: cameras keep their own time
+// Slow: Record.AKilled*:Record.WhatIs*:Record.WritesThe*
+// Rooms: recording
 // `tofgraph record`, `repair` and `info` as a user runs them, before a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>

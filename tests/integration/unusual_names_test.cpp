@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: UnusualNames.BracesAnd*:UnusualNames.TruthIs*
+// Rooms: graph cli
 // Folders, files, cameras and words that are unusual but legal; and filters and keys that cannot be read, named.
 #include <hdf5.h>
 #include <nlohmann/json.hpp>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Validate.EveryEffect*
+// Rooms: graph
 // `run --validate`: what a stage does to a frame that it may not, and that the shipped pipelines do no such thing.
 #include "tests/program.hpp"
 

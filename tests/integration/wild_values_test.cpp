@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: WildValues.ZerosAnd*
+// Rooms: graph cli
 // Captures as other programs write them: zeros for missing lengths, other units, clocks that run back.
 #include <nlohmann/json.hpp>
 

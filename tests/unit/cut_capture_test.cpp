@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: CutCapture.EveryWhole*
+// Rooms: io
 // Captures that are shorter than they were: repair keeps the frames whose chunks are whole.
 #include <gtest/gtest.h>
 #include <hdf5.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: DenoisedSigma.IsNever*
+// Rooms: plugins
 // The sigma that denoisers state against the spread of what they return, by Monte Carlo: tall boards whose columns are
 // thousands of repetitions of the same surroundings.
 #include <gtest/gtest.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: GivenValues.ACalibrated*:GivenValues.AWrong*:GivenValues.AnotherContrast*
+// Rooms: diagnosis
 // Values of the given model that the data do not determine stay; a contrast that is not the profile's is no effect.
 #include "diagnosis/contrast.hpp"
 #include "diagnosis/held_values.hpp"

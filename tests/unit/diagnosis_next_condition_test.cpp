@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Next.TheCondition*:Next.WhatThe*
+// Rooms: diagnosis
 // What to measure next, against brute force: every condition of the list with a covariance of its own, written out.
 #include "diagnosis/next_condition.hpp"
 #include "tests/unit/rail.hpp"

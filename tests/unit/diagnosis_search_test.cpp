@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Rail.ACamera*:Rail.AnEffect*:Rail.FewConditions*:Rail.RefinementsAre*:Rail.TheSame*:Rail.TwoEffects*
+// Rooms: diagnosis
 // What the search names and what it does not, on campaigns of which the truth is known: observations drawn from the
 // forward model with noise, jitter and light of this test's own. The search by another camera: tests/hidden_effects.
 #include "diagnosis/search.hpp"

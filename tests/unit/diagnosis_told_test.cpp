@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Rail.IntervalsAllow*
+// Rooms: diagnosis
 // What values say: regions of several sizes, and intervals beside what is too small to be seen.
 #include "diagnosis/told.hpp"
 

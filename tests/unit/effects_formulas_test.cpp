@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: AnyExposures.AllEffects*:AnyExposures.EveryEffect*
+// Rooms: simulation
 // All effects with any exposures, against a camera written out once more.
 #include <gtest/gtest.h>
 

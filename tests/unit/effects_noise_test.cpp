@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Noise.OfAll*:TemporalNoise.MultipliesThe*
+// Rooms: io simulation
 // The noise of frames: of any exposures, and by the effect that changes it.
 #include <gtest/gtest.h>
 

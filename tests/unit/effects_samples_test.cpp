@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Effects.OffChanges*
+// Rooms: simulation
 // Effects on samples and taps against closed forms and waveforms that are correlated numerically.
 #include <gtest/gtest.h>
 #include <hdf5.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Decoder.IsAs*
+// Rooms: graph cli
 // The decoder against the arctangent in double, and each reason for a flag.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: MeshBytes.NonsenseIs*:MeshBytes.PlyIs*
+// Rooms: simulation
 // Meshes in every encoding of their formats, and concave faces by their area.
 #include <gmock/gmock.h>
 

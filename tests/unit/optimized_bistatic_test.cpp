@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: OptimizedBistatic.BisectionIs*:OptimizedBistatic.InvertsFour*
+// Rooms: plugins
 // The optimized bistatic model against a bisection in double, written here once more from the equation.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: PmdRawReader.HashesA*
+// Rooms: graph cli
 // Dumps are written here byte by byte, from the layout alone.
 #include "tests/program.hpp"
 

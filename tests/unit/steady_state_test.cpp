@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: SteadyState.SimulatorDecoder*:SteadyState.TheDecoder*
+// Rooms: graph
 // What a running graph asks of the C library's memory: every call in the process is counted, the libraries' included.
 #include <tofgraph/pipeline.hpp>
 

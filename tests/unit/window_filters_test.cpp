@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: WindowFilters.NonLocal*
+// Rooms: plugins
 // The filters with weights exp(-d^2 / h^2) over a window: against their equations in double precision, on every
 // instruction set of this machine.
 #include <tofgraph/harness.hpp>
