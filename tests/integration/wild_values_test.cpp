@@ -28,19 +28,18 @@ using WildValues = SmallCamera;
 
 TEST_F(WildValues, ZerosAndTheLikeGiveWhatNanGives) {
   with_holes("range", nan).write(file("nan.h5"));
-  for (const float hole : {0.0F, -1.0F, 1e30F, std::numeric_limits<float>::infinity()}) {
-    with_holes("range", hole).write(file("hole.h5"));
-    for (const std::string stages :
-         {"average frames=5 ! statistics", "bilateral strength='20 mm' window=3 ! statistics", "statistics",
-          "point_cloud ! statistics channel=range"}) {
-      const Outcome right = run("capture_reader file=nan.h5 ! " + stages),
-                    actual = run("capture_reader file=hole.h5 ! " + stages);
+  for (const std::string stages : {"average frames=5 ! statistics", "bilateral strength='20 mm' window=3 ! statistics",
+                                   "point_cloud ! statistics channel=range"}) {
+    const Outcome right = run("capture_reader file=nan.h5 ! " + stages);
+    EXPECT_FALSE(says(right, "values of range")) << right.err;
+    for (const float hole : {0.0F, -1.0F, 1e30F}) {
+      std::filesystem::remove(file("hole.h5"));
+      with_holes("range", hole).write(file("hole.h5"));
+      const Outcome actual = run("capture_reader file=hole.h5 ! " + stages);
       EXPECT_EQ(actual.exit_code, 0) << actual.err;
       EXPECT_EQ(actual.out, right.out) << hole << ", " << stages;
       EXPECT_TRUE(says(actual, "80 of 240 values of range in 5 frames are ")) << actual.err;
-      EXPECT_FALSE(says(right, "values of range")) << right.err;
     }
-    std::filesystem::remove(file("hole.h5"));
   }
 }
 
