@@ -63,6 +63,8 @@ BENCHMARK(opencv_bilateral)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, yaroslavsky, "yaroslavsky strength='20 mm'", false, 204)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, bilateral, "bilateral strength='20 mm'", false, 204)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, bilateral_sigma, "bilateral strength='20 mm'", true, 204)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stage, non_local_means_sigma, "non_local_means strength='20 mm'", true, 204)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, bilateral_4_megapixels, "bilateral strength='20 mm'", false, 2048)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stage, non_local_means, "non_local_means strength='20 mm'", false, 204)

@@ -75,7 +75,7 @@ struct Shares {
     const double closeness = by.robust ? std::pow(sigma / by.h(r, c), 2) / 4 : 0, less = 1 / (1 + closeness);
     const double seen = 1 + (valid - 1) * less;
     middle = 1 / seen;
-    pull = middle + closeness / 4 * (1 - middle);
+    pull = middle + closeness / 5 * (1 - middle);
     squares = (sum - 1) * std::pow(less / seen, 2);
   }
 };
