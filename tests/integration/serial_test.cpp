@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
+#include "tests/plain_boards.hpp"
 #include "tests/small_boards.hpp"
 
 using namespace tofgraph::tests;
@@ -60,19 +61,30 @@ TEST_F(Serial, IsKeptByARecordingOfAPipeline) {
   EXPECT_THAT(tofgraph("info out.h5").out, HasSubstr("serial: L7-042"));
 }
 
+/// Captures of a nominal CamCube before a board, four frames: the search needs more pixels than the small camera has.
+void record_camcube(const std::filesystem::path& file, const std::string& serial) {
+  std::vector<float> distance(plain_pixels);
+  for (std::size_t i = 0; i < plain_pixels; ++i)
+    distance[i] = static_cast<float>(plain_half_path(i % plain_side, i / plain_side, {}));
+  write_distances(file, {distance, distance, distance, distance}, std::vector<float>(plain_pixels, 1000.0F), 1e-3,
+                  serial);
+}
+
 TEST_F(Serial, OfTheModelIsComparedWithTheCapturesByDiagnose) {
-  std::string campaign = "campaign: 1\ncamera: ./small.yaml\nconditions:\n";
-  for (const char* frame : {"0", "1", "2", "3"})
-    campaign += "  - {id: c" + std::string(frame) + ", capture: own.h5, board: {distance: 1 m}, frames: [" + frame +
-                ", " + frame + "]}\n";
+  write_text(path("camcube.yaml"), "model: 1\ncamera: camcube2\nserial: L7-099\neffects: []\n");
+  record_camcube(path("camcube.h5"), "L7-042");
+  std::string campaign = "campaign: 1\ncamera: camcube2\nconditions:\n";
+  for (const std::string frame : {"0", "1", "2", "3"})
+    campaign += "  - {id: c" + frame + ", capture: camcube.h5, board: {distance: 1 m}, frames: [" + frame + ", " +
+                frame + "]}\n";
   write_text(path("campaign.yaml"), campaign);
-  const Outcome refused = tofgraph("diagnose --model model.yaml --data campaign.yaml -o gap");
+  const Outcome refused = tofgraph("diagnose --model camcube.yaml --data campaign.yaml -o gap");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("the model is of the camera with the serial L7-099, the captures are of L7-042"));
 
-  record("other.h5", "L7-099");
+  record_camcube(path("other.h5"), "L7-099");
   write_text(path("campaign.yaml"), campaign + "  - {id: other, capture: other.h5, board: {distance: 1 m}}\n");
-  const Outcome mixed = tofgraph("diagnose --model model.yaml --data campaign.yaml -o gap --other-serial");
+  const Outcome mixed = tofgraph("diagnose --model camcube.yaml --data campaign.yaml -o gap --other-serial");
   EXPECT_EQ(mixed.exit_code, 2);
   EXPECT_THAT(mixed.err, HasSubstr("campaign.yaml:8:"));
   EXPECT_THAT(mixed.err, HasSubstr("the serial L7-099, those before of L7-042"));
