@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Noise.ReadAndShot*:Noise.TheMask*
+// Rooms: calibration
 // The calibration noise against taps that are drawn here: electrons by Poisson's law, read noise by Gauss'.
 #include <hdf5.h>
 

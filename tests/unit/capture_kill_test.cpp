@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: CaptureFile.AKillAtAnyWriteLosesNoFrameThatWasAppended
+// Rooms: io
 // A recorder that is killed at each single write, the last ones included: what it had flushed is there.
 #include <gtest/gtest.h>
 #include <hdf5.h>

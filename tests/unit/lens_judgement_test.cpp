@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: LensStructure.ALensOfTheModelIsNotAccused:ProjectionUncertainty.*:LensJudgement.HalvesAgree*
+// Rooms: calibration
 // What is said of a fitted lens, against many calibrations of the same scene: its uncertainty, its judgement on the
 // model.
 #include <gtest/gtest.h>
