@@ -22,6 +22,10 @@ struct Read {
   std::string mistake, left_out;
 };
 
+bool is_foreign(const CameraSeen& seen, const io::Campaign& campaign) {
+  return !seen.camera.empty() && seen.camera != campaign.camera->view().name;
+}
+
 Read read(const io::Campaign& campaign, const io::Condition& condition) {
   Read result;
   if (condition.is_capped()) {
@@ -30,6 +34,8 @@ Read read(const io::Campaign& campaign, const io::Condition& condition) {
   }
   try {
     result.images = images_of(condition, *campaign.camera, result.seen);
+    // A capture of another camera is a mistake whatever it shows: it is not searched, which takes most of the time.
+    if (is_foreign(result.seen, campaign)) return result;
     result.search = find_board(result.images.image, *campaign.pattern);
   } catch (const std::runtime_error& error) {
     result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
@@ -141,7 +147,7 @@ void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, s
 void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& seen, config::Diagnostics& diagnostics) {
   const std::string name = campaign.camera->view().name;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (seen[i].camera.empty() || seen[i].camera == name) continue;
+    if (!is_foreign(seen[i], campaign)) continue;
     diagnostics.error(place_of(campaign.conditions[i]),
                       fmt::format("the capture is of the camera '{}', the campaign's is '{}'", seen[i].camera, name),
                       fmt::format("`camera: {}` would fit; a calibration is of one camera: make a campaign for each",

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: FixedPattern.FiveDistances*:FixedPattern.ItsGrowth*:FixedPattern.Wiggling*
+// Rooms: calibration
 // The calibration fixed-pattern against patterns that a camera written out in tests/plain_boards.hpp has.
 #include <hdf5.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Noise.ReadAnd*:Noise.TheMask*
-// Rooms: io calibration
+// Slow: Noise.ReadAndShot*:Noise.TheMask*
+// Rooms: calibration
 // The calibration noise against taps that are drawn here: electrons by Poisson's law, read noise by Gauss'.
 #include <hdf5.h>
 
@@ -24,33 +24,49 @@ constexpr std::size_t frames = 16;
 
 class Noise : public testing::Test {
  protected:
-  /// A tap's counts: what electrons and the converter make of a mean level.
-  std::uint16_t tap(double level, double more = 1) {
-    std::poisson_distribution<int> electrons(level * electrons_per_count);
-    std::normal_distribution<double> read(0, read_noise);
-    const double counts = level + more * (electrons(random_) / electrons_per_count - level + read(random_));
-    return static_cast<std::uint16_t>(std::clamp(std::lround(counts), 0L, 65535L));
-  }
+  /// A tap's counts: what electrons and the converter make of a mean level. Set up once for each level, which takes as
+  /// long as some draws.
+  class Tap {
+   public:
+    explicit Tap(double level) : level_(level), electrons_(level * electrons_per_count) {}
+    std::uint16_t operator()(std::mt19937_64& random, std::normal_distribution<double>& read, double more = 1) {
+      const double counts = level_ + more * (electrons_(random) / electrons_per_count - level_ + read(random));
+      return static_cast<std::uint16_t>(std::clamp(std::lround(counts), 0L, 65535L));
+    }
+
+   private:
+    double level_;
+    std::poisson_distribution<int> electrons_;
+  };
 
   /// Taps of a scene of one distance, brighter to the right: contrast 0.5, ambient light beside it.
   void record(const std::string& name, double amplitude, double distance, const std::string& serial = {},
               double more_in_two_pixels = 1) {
     std::vector<std::uint16_t> taps;
     taps.reserve(frames * 8 * plain_pixels);
+    std::normal_distribution<double> read(0, read_noise);
+    std::vector<std::vector<Tap>> images;  // of each exposure's tap: its columns, and the dark pixel behind them
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double phase = 2 * std::numbers::pi * distance / range + static_cast<double>(k) * std::numbers::pi / 2;
+      for (const int sign : {1, -1}) {
+        const auto level = [&](std::size_t column) {
+          const double a = amplitude * (0.7 + 0.6 * static_cast<double>(column) / plain_side);
+          return a + 60 + sign * a / 2 * std::cos(phase);
+        };
+        std::vector<Tap>& columns = images.emplace_back();
+        for (std::size_t column = 0; column < plain_side; ++column) columns.emplace_back(level(column));
+        columns.emplace_back(level(dark % plain_side) / 2);
+      }
+    }
     for (std::size_t f = 0; f < frames; ++f) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        const double phase = 2 * std::numbers::pi * distance / range + static_cast<double>(k) * std::numbers::pi / 2;
-        for (const int sign : {1, -1}) {
-          for (std::size_t i = 0; i < plain_pixels; ++i) {
-            const double a = amplitude * (0.7 + 0.6 * static_cast<double>(i % plain_side) / plain_side);
-            const double level = a + 60 + sign * a / 2 * std::cos(phase);
-            if (i == stuck)
-              taps.push_back(777);
-            else if (i == dark)
-              taps.push_back(tap(level / 2));
-            else
-              taps.push_back(tap(level, i == noisy ? more_in_two_pixels : 1));
-          }
+      for (std::vector<Tap>& columns : images) {
+        for (std::size_t i = 0; i < plain_pixels; ++i) {
+          if (i == stuck)
+            taps.push_back(777);
+          else if (i == dark)
+            taps.push_back(columns.back()(random_, read));
+          else
+            taps.push_back(columns[i % plain_side](random_, read, i == noisy ? more_in_two_pixels : 1));
         }
       }
     }

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Calibrate.EveryCommand*:Calibrate.OutputsAppear*:Calibrate.SaturatedTimes*:Calibrate.TimesFar*
-// Slow: IntegrationTime.ARange*
-// Rooms: io calibration
+// Slow: Calibrate.EveryCommandOfTheGuideWorks
+// Rooms: calibration cli
 // The command `calibrate`, and every command of docs/calibrate_offset.md.
 #include "io/calibration.hpp"
 #include "tests/guide.hpp"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: WarmUp.EightHours*:WarmUp.TheModel*:WarmUp.TooShort*:WarmUp.UncertaintiesAllow*
-// Rooms: io calibration
+// Slow: WarmUp.Uncertainties*
+// Rooms: calibration
 // The calibration warm-up against drifts that are drawn here, and the means of table 3.1 of the reference.
 #include <hdf5.h>
 

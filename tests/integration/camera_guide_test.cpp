@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
-// Rooms: calibration
+// Rooms: calibration simulation report plugins cli
 // Every command of docs/calibrate_a_camera.md, and what the page says came out.
 #include "tests/guide.hpp"
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Installed.EveryHeader*:Installed.HeadersCompile*:Installed.CMake*:Installed.ThePage*:Compilers/*
+// Rooms: sdk graph cli
 // What is installed serves plugin authors and embedders without the source tree, wherever the prefix is moved.
 #include "tests/program.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Gallery.ShowsEvery*:Simulate.TheTruth*
-// Rooms: io simulation
+// Slow: Simulate.TheTruth*
+// Rooms: simulation io
 // `tofgraph simulate`: what it writes, what it refuses, that its frames repeat.
 #include <gtest/gtest.h>
 

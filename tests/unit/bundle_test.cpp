@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: *
+// Rooms: calibration
 // The lens from corners: against the Cramer-Rao bound, its own intervals, and with distances of the board.
 #include <gtest/gtest.h>
 

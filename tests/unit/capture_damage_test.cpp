@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: CaptureDamage.TurnedBits*:Trial.EndsA*
-// Rooms: config io
+// Slow: CaptureDamage.TurnedBits*:Trial.EndsALoop*
+// Rooms: io config
 // What happens to files in real life: recorders that are killed, files cut short, bits that flip.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

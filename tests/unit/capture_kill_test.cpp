@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: CaptureFile.AKillAtAnyWriteLoses*
+// Slow: CaptureFile.AKillAtAnyWriteLosesNoFrameThatWasAppended
 // Rooms: io
 // A recorder that is killed at each single write, the last ones included: what it had flushed is there.
 #include <gtest/gtest.h>

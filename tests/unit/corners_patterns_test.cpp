@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Patterns.AnotherSizeIsNotTakenForTheBoard:Patterns.NothingIsFoundInNoise
+// Rooms: calibration
 // Patterns with an identity, circles, and what must not be taken for the pattern.
 #include <gtest/gtest.h>
 

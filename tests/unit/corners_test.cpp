@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Corners.BoardsAreFound*
+// Rooms: calibration
 // Boards in noisy images of few pixels: found, never a wrong one, and as exact as is said.
 #include <gtest/gtest.h>
 

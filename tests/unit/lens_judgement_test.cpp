@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: LensJudgement.HalvesAgree*:LensStructure.ALens*:ProjectionUncertainty.IsThe*
+// Slow: LensStructure.ALensOfTheModelIsNotAccused:ProjectionUncertainty.*:LensJudgement.HalvesAgree*
 // Rooms: calibration
 // What is said of a fitted lens, against many calibrations of the same scene: its uncertainty, its judgement on the
 // model.

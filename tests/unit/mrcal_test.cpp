@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: *
+// Rooms: calibration
 // The same corners to mrcal (Debian: mrcal), and views that neither has seen. Skipped where mrcal is not installed.
 #include <gtest/gtest.h>
 

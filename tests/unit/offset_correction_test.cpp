@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: OffsetCorrection.EveryPublished*:OffsetCorrection.MeansOf*
-// Rooms: plugins
+// Slow: OffsetCorrection.EveryPublishedBoardComesToItsPlace
+// Rooms: calibration io plugins
 // The stage offset_correction with the calibration of the published boards. Distances are made here, from the paths of
 // light as the reference writes them: none of the shared formulas.
 #include <gtest/gtest.h>
