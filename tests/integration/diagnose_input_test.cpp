@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: DiagnoseInput.ABoard*:DiagnoseInput.AMistyped*:DiagnoseInput.DistancesWith*:DiagnoseInput.TheReport*
-// Slow: DiagnoseInput.WhatCannot*:FiveTwentyAndThirtyFivePercent/PixelsOutsideTheLens.AreLeftOut/*
-// Rooms: diagnosis
+// Slow: */PixelsOutsideTheLens.*:DiagnoseInput.ABoardWithASize*
+// Rooms: diagnosis cli simulation
 // What `tofgraph diagnose` makes of the data that a laboratory gives it: mistakes in the campaign, boards with a size,
 // pixels outside the lens model, recordings without samples.
 #include "tests/program.hpp"
@@ -85,7 +84,7 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
   expect_said(diagnose("--skip nothing"), "--skip: error: there is no condition 'nothing'\n");
   const std::size_t at = refused.err.rfind("--skip ") + 7;
-  const Outcome skipped = diagnose("--skip " + refused.err.substr(at, refused.err.find('\n', at) - at));
+  const Outcome skipped = diagnose("--max-effects 0 --skip " + refused.err.substr(at, refused.err.find('\n', at) - at));
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_TRUE(notes("--skip says so"));
   EXPECT_EQ(report()["data"]["conditions"], 7);
@@ -97,7 +96,8 @@ TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
   write("the model.yaml", read_text(folder_.path() / "model.yaml"));
   const std::string last = "0007_3.8m";
   const Outcome outcome = shell(
-      "$TOFGRAPH diagnose --model 'the model.yaml' --data data/campaign.yaml --out found --skip " + last + " --force",
+      "$TOFGRAPH diagnose --model 'the model.yaml' --data data/campaign.yaml --out found --max-effects 0 --skip " +
+          last + " --force",
       folder_.path());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("warning: target 'gray' has one condition only"), std::string::npos) << outcome.err;
@@ -106,7 +106,9 @@ TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
   const std::size_t at = page.find("tofgraph diagnose --model");
   ASSERT_NE(at, std::string::npos);
   const std::string command = page.substr(at, page.find('<', at) - at);
-  EXPECT_EQ(command, "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --skip " + last);
+  EXPECT_EQ(
+      command,
+      "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --max-effects 0 --skip " + last);
 }
 
 /// A file that may have 2 KiB at most stands for a full disk: the report has more, the model has less.
@@ -115,8 +117,8 @@ TEST_F(DiagnoseInput, WhatCannotBeWrittenLeavesTheResultBefore) {
   write("found/maps.h5", "maps of a search before");
   write("found/model.yaml", "a model that names them");
   const Outcome outcome = shell(
-      "trap '' XFSZ; ulimit -f 4; $TOFGRAPH diagnose --quiet --force --model model.yaml --data data/campaign.yaml "
-      "--out found",
+      "trap '' XFSZ; ulimit -f 4; $TOFGRAPH diagnose --quiet --force --max-effects 0 --model model.yaml "
+      "--data data/campaign.yaml --out found",
       folder_.path());
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_NE(outcome.err.find("cannot be written"), std::string::npos) << outcome.err;

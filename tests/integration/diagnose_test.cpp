@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Diagnose.ACapture*:Diagnose.ExtendsThe*:Diagnose.FaultyEffect*:Diagnose.OneDistance*:Diagnose.SaysWhat*
-// Slow: Diagnose.ShrinksThe*
-// Rooms: diagnosis
+// Slow: DiagnoseWiggling.Extends*:DiagnoseWiggling.Faulty*:Diagnose.ShrinksTheGap*
+// Rooms: diagnosis cli simulation plugins
 // `tofgraph diagnose` as a user runs it: what it refuses and how it says so, what it goes on with and notes.
 #include <gtest/gtest.h>
 
@@ -13,6 +12,7 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <sstream>
 
 using tofgraph::tests::Outcome;
@@ -60,11 +60,24 @@ bool notes(const nlohmann::json& report, const std::string& text) {
 
 const std::string rail = "0.7 m, 1.1 m, 1.6 m, 2 m, 2.3 m, 2.9 m, 3.3 m, 3.8 m";
 
-TEST(Diagnose, ExtendsTheModelSoThatSimulateTakesIt) {
-  const TemporaryFolder folder;
-  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
-  const Outcome first = diagnose(folder);
-  ASSERT_EQ(first.exit_code, 0) << first.err;
+/// A camera that wiggles, searched once for several tests.
+class DiagnoseWiggling : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    simulate(*folder_, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
+    const Outcome first = diagnose(*folder_, "--seed 4");
+    ASSERT_EQ(first.exit_code, 0) << first.err;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  const TemporaryFolder& folder = *folder_;
+
+ private:
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+};
+
+TEST_F(DiagnoseWiggling, ExtendsTheModelSoThatSimulateTakesIt) {
   const auto found = report(folder);
   ASSERT_EQ(found.at("effects").size(), 1u) << found.dump(1);
   EXPECT_EQ(found["effects"][0]["name"], "wiggling");
@@ -78,16 +91,13 @@ TEST(Diagnose, ExtendsTheModelSoThatSimulateTakesIt) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(report(folder, "rest").at("verdict"), "nothing_found");
   // The same seed gives the same report.
-  ASSERT_EQ(diagnose(folder, "", "repeated").exit_code, 0);
+  ASSERT_EQ(diagnose(folder, "--seed 4", "repeated").exit_code, 0);
   EXPECT_EQ(read_text(folder.path() / "found/report.json"), read_text(folder.path() / "repeated/report.json"));
 }
 
 /// What to measure next is a scene that simulate takes; the report has no address of anything else and says what it is
 /// of.
-TEST(Diagnose, SaysWhatToMeasureNextAndWhatItIsOf) {
-  const TemporaryFolder folder;
-  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
-  ASSERT_EQ(diagnose(folder, "--seed 4").exit_code, 0);
+TEST_F(DiagnoseWiggling, SaysWhatToMeasureNextAndWhatItIsOf) {
   const auto said = report(folder);
   ASSERT_FALSE(said.at("next").empty()) << "a rail of one target and one integration time leaves much open";
   const auto& next = said["next"][0];
@@ -138,7 +148,7 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
       << refused.err;
   EXPECT_TRUE(says(refused, "--skip-missing goes on without it\n")) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "found/report.json"));
-  const Outcome skipped = diagnose(folder, "--skip-missing");
+  const Outcome skipped = diagnose(folder, "--skip-missing --max-effects 0");
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_TRUE(notes(report(folder), missing.filename().string())) << report(folder).at("notes");
   // The same where there is no file at all.
@@ -147,12 +157,12 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   EXPECT_EQ(absent.exit_code, 2);
   EXPECT_TRUE(says(absent, "'capture': there is no file data/captures/" + missing.filename().string() + "\n"))
       << absent.err;
-  const Outcome without = diagnose(folder, "--skip-missing", "without");
+  const Outcome without = diagnose(folder, "--skip-missing --max-effects 0", "without");
   ASSERT_EQ(without.exit_code, 0) << without.err;
   EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
   const std::string id = missing.stem().string();
   EXPECT_TRUE(says(absent, "--skip " + id + " goes on without it")) << absent.err;
-  EXPECT_EQ(diagnose(folder, "--skip " + id, "one").exit_code, 0);
+  EXPECT_EQ(diagnose(folder, "--max-effects 0 --skip " + id, "one").exit_code, 0);
 }
 
 TEST(Diagnose, TwoConditionsAreTooFew) {
@@ -175,12 +185,10 @@ TEST(Diagnose, OneDistanceAndOneFrameAreNoted) {
   EXPECT_EQ(report(folder).at("verdict"), "nothing_found");
 }
 
-TEST(Diagnose, FaultyEffectPluginsAreNamedAndLeftOut) {
-  const TemporaryFolder folder;
-  simulate(folder, rail, "{effect: wiggling, amplitude: 6 mm, phase: 0.5 rad}", 3);
-  const Outcome found = diagnose(folder, "--plugin-path " TOFGRAPH_BINARY_DIR "/tests/broken_effects");
+TEST_F(DiagnoseWiggling, FaultyEffectPluginsAreNamedAndLeftOut) {
+  const Outcome found = diagnose(folder, "--plugin-path " TOFGRAPH_BINARY_DIR "/tests/broken_effects", "beside_faulty");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const auto said = report(folder);
+  const auto said = report(folder, "beside_faulty");
   EXPECT_TRUE(notes(said, "The effect gives_up was left out: ")) << said.at("notes");
   EXPECT_TRUE(notes(said, "there is no table for this camera")) << said.at("notes");
   EXPECT_TRUE(notes(said, "The effect gives_nan was left out: ")) << said.at("notes");
