@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: PixelMaps.AreAs*:PixelMaps.OfTwo*
+// Rooms: io diagnosis simulation
 // A pattern of the pixels that the search finds is known in every pixel as well as the noise of the frames allows.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Quick/QuickScore.IsRight/*
+// Rooms: diagnosis simulation
 // The quick part of the score: campaigns of the plain camera, searched by `tofgraph diagnose` as a user runs it.
 #include <gtest/gtest.h>
 

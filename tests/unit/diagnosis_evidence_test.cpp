@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Rail.BarsAre*
+// Rooms: diagnosis
 // What the gap report shows, against closed forms and brute force.
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/evidence.hpp"
