@@ -14,8 +14,8 @@ namespace {
 /// Views straight ahead of a board, which the corners place at `scale` times its true distance; the camera measures
 /// with an offset and wiggling.
 std::string said(double scale, std::initializer_list<double> distances, double offset = 0.028) {
-  Observations observations{.light =
-                                LightPaths{.sources = {{{0.05, 0, 0}, 1}, {{-0.05, 0, 0}, 1}}, .pitch = {4e-5, 4e-5}}};
+  Observations observations{
+      .light = LightPaths{.sources = {{{0.05, 0, 0}, 0.5}, {{-0.05, 0, 0}, 0.5}}, .pitch = {4e-5, 4e-5}}};
   LensSolution corners;
   corners.lens[lens::fx] = corners.lens[lens::fy] = 320;
   corners.lens[lens::cx] = corners.lens[lens::cy] = 101.5;
