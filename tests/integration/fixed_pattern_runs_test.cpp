@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: FixedPatternRuns.ASubsetIsRight:FixedPatternRuns.WithoutAPatternNothingIsWritten
+// Rooms: calibration
 // Slow: FixedPatternRuns.ASubset*:FixedPatternRuns.WithoutA*
 // Rooms: calibration
 // The calibration fixed-pattern over 5 to 30 frames, 3 to 8 distances, with and without rolls and three sizes of

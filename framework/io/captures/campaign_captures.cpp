@@ -274,7 +274,7 @@ std::vector<config::Diagnostic> unlikely_integration_times(std::span<const Condi
     const auto i = static_cast<std::size_t>(first);
     warn(conditions[i],
          fmt::format(
-             "the campaign's integration times are {:.3g} times those of the captures: '{}' has {}, its capture {}",
+             "the campaign's integration times are {:.4g} times those of the captures: '{}' has {}, its capture {}",
              ratio, conditions[i].id, format_quantity(written[i], "s"), format_quantity(recorded[i], "s")),
          "is the unit right? 1 ms = 1000 us");
     return warnings;
