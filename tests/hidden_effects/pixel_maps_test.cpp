@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: PixelMaps.AreAs*:PixelMaps.OfTwo*
-// Rooms: io diagnosis simulation
+// Slow: PixelMaps.*
+// Rooms: diagnosis simulation plugins
 // A pattern of the pixels that the search finds is known in every pixel as well as the noise of the frames allows.
 #include <gtest/gtest.h>
 
@@ -70,6 +70,7 @@ class PixelMaps : public testing::Test {
   void make_small(std::initializer_list<const char*> effects) {
     CampaignOptions options;
     options.design = "small";
+    options.every = 2;
     options.seed = seed;
     for (const char* effect : effects) options.effects.add_text(effect, 1, options.seed);
     options.folder = folder_.path() / "made";

@@ -56,6 +56,8 @@ double gap_again(const std::filesystem::path& campaign, std::uint64_t seed, cons
 
 Score run(const Case& what, const Bench& bench) {
   CampaignOptions options = campaign_of(what);
+  options.every = bench.every;
+  options.frames = bench.frames;
   options.folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
   std::filesystem::remove_all(options.folder);
   make_campaign(options);

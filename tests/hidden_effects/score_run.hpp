@@ -13,7 +13,8 @@ namespace tofgraph::hidden {
 struct Bench {
   std::string program = TOFGRAPH_PROGRAM;
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
-  bool keep = false;   ///< the campaign and the report
+  std::size_t every = 1, frames = 4;  ///< each so-many-th condition of a design, with so many frames
+  bool keep = false;                  ///< the campaign and the report
   bool again = false;  ///< whether the model that was found has to predict another campaign of the same camera
 };
 
