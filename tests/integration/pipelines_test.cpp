@@ -313,9 +313,8 @@ TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {
-  const std::set<std::string> needs_data = {"capture_to_cloud.yaml"};
   for (const auto& entry : fs::directory_iterator(pipelines)) {
-    if (entry.path().extension() != ".yaml" || needs_data.contains(entry.path().filename())) continue;
+    if (entry.path().extension() != ".yaml" || entry.path().stem() == "capture_to_cloud") continue;  // needs data
     const Outcome outcome = shell("\"$TOFGRAPH\" check " + entry.path().filename().string(), folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   }
