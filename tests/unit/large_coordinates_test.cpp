@@ -64,7 +64,8 @@ TEST(LargeCoordinates, AsciiCloudsHoldNineDigits) {
   const tests::TemporaryFolder folder;
   const std::vector<float> far = {512345.66F, 5412345.5F, 123.456787F};
   for (const std::string sink : {"pcd", "ply"}) {
-    Harness stage(sink + "_writer encoding=ascii path='" + (folder.path() / ("a." + sink)).string() + "'");
+    const std::string pose = sink == "pcd" ? " viewpoint=[0, 0, 0, 1, 0, 0, 0]" : "";
+    Harness stage(sink + "_writer encoding=ascii path='" + (folder.path() / ("a." + sink)).string() + "'" + pose);
     stage.put<float>("points", {1, 1, 3}, far, {.unit = "m", .applied = "point_cloud transform T_world_camera"});
     stage.run();
     const std::string text = tests::read_text(folder.path() / ("a_000000." + sink));
