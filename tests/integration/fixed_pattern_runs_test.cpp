@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: FixedPatternRuns.ASubsetIsRight:FixedPatternRuns.WithoutAPatternNothingIsWritten
 // Rooms: calibration
-// Slow: FixedPatternRuns.ASubset*:FixedPatternRuns.WithoutA*
-// Rooms: calibration
 // The calibration fixed-pattern over 5 to 30 frames, 3 to 8 distances, with and without rolls and three sizes of
 // wiggling, of a camera of 51 x 51 px that is written out here. All 60 runs:
 //   build/tests/fixed_pattern_runs_test --gtest_also_run_disabled_tests --gtest_filter='*AllSixtyRuns'
