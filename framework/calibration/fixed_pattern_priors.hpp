@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 
 namespace tofgraph::calibration::pattern {
 
@@ -35,5 +37,29 @@ struct Harmonic {
   double order, amplitude;
 };
 inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
+/// Bounds of the factor of these amplitudes, which is estimated like the jitter: where the distances show no such
+/// error, the map is not less certain because of it.
+inline constexpr double min_wave_scale = 1e-3, max_wave_scale = 2;
+
+/// Returns the amplitude in m of a wave, of which each harmonic has two.
+inline double wave_amplitude(std::ptrdiff_t wave, double metres_per_radian) {
+  return harmonics[static_cast<std::size_t>(wave / 2)].amplitude * metres_per_radian;
+}
+
+/// Sums over the unknowns that share a standard deviation: of their squares, of their variances, and how many they are.
+struct SharedSums {
+  double square = 0, variance = 0, count = 0;
+};
+
+/// One step of the estimate of a standard deviation (MacKay, Neural Computation 4, 1992), within its bounds.
+/// @param gradient raised to that of the log of the marginal likelihood by the logarithm of the standard deviation,
+/// over the number of unknowns, unless it points beyond a bound
+inline double improved_sd(double sd, const std::array<double, 2>& bounds, const SharedSums& sums, double& gradient) {
+  if (!(sums.count > 0)) return sd;
+  const double known = sums.count - sums.variance / (sd * sd);
+  const double slope = ((sums.square + sums.variance) / (sd * sd) - sums.count) / sums.count;
+  if (!(slope > 0 ? sd >= bounds[1] : sd <= bounds[0])) gradient = std::max(gradient, std::abs(slope));
+  return std::clamp(known > 1e-9 * sums.count ? std::sqrt(sums.square / known) : sd, bounds[0], bounds[1]);
+}
 
 }  // namespace tofgraph::calibration::pattern

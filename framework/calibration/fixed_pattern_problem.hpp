@@ -7,7 +7,7 @@
 /// the bounds of fixed_pattern_priors.hpp.
 #pragma once
 
-#include "calibration/fixed_pattern_priors.hpp"
+#include "calibration/fixed_pattern_rows.hpp"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -19,23 +19,6 @@
 #include <utility>
 
 namespace tofgraph::calibration::pattern {
-
-using Matrix = Eigen::MatrixXd;
-using Vector = Eigen::VectorXd;
-
-inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size(), waves = 2 * harmonics.size(),
-                              commons = shapes + waves;
-
-/// What a pixel says: its rows of the problem.
-struct Rows {
-  Eigen::Index own = 2;                       ///< unknowns of the pixel: map, slope
-  std::vector<Eigen::Index> view;             ///< of each row
-  std::vector<double> weight, residual, arm;  ///< 1/m^2, m, D - 2 m in m
-  std::vector<Eigen::Matrix<double, per_view, 1>> pose;
-  std::vector<Eigen::Matrix<double, commons, 1>> common;  ///< the board's shape, then the waves
-};
-
-using ViewUse = std::vector<char>;  ///< which views are fitted
 
 class Problem {
  public:
@@ -72,10 +55,11 @@ class Problem {
     constexpr double settled = 4e-3;  // relative to the number of poses
     for (int round = 0; round < rounds; ++round) {
       solve_with(jitter);
-      const auto [next, gradient] = improved(jitter);
-      fit.gradient = gradient;
-      if (gradient < settled) break;
-      jitter = next;
+      const Improved next = improved(jitter);
+      fit.gradient = next.gradient;
+      if (next.gradient < settled) break;
+      jitter = next.jitter;
+      wave_scale_ = next.wave_scale;
     }
     fit.settled = fit.gradient < settled;
     fit.jitter = jitter_ = jitter;
@@ -270,7 +254,7 @@ class Problem {
 
   double prior(Eigen::Index k, const ViewPose& jitter) const {
     if (const Eigen::Index wave = k - (size_ - waves); wave >= 0)
-      return harmonics[static_cast<std::size_t>(wave / 2)].amplitude * data_.metres_per_radian;
+      return wave_scale_ * wave_amplitude(wave, data_.metres_per_radian);
     if (k >= size_ - commons) return loose_shape;
     const double sd[] = {k == per_view * first_ ? gauge : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
                          jitter.bend};
@@ -298,11 +282,16 @@ class Problem {
     theta_ = factor.solve(moment_);
   }
 
-  /// The jitter that the present poses make likely, within its bounds, and the gradient of the log of the marginal
-  /// likelihood by the logarithms of the jitter, over the number of poses; a bound that it points beyond has none.
-  std::pair<ViewPose, double> improved(const ViewPose& jitter) const {
-    ViewPose next = jitter;
-    double largest = 0;
+  struct Improved {
+    ViewPose jitter;
+    double wave_scale = 1;
+    double gradient = 0;  ///< largest of the log of the marginal likelihood, over the number of unknowns
+  };
+
+  /// The jitter and the scale of the waves that the present estimates make likely, within their bounds, and the
+  /// gradient by their logarithms; a bound that it points beyond has none.
+  Improved improved(const ViewPose& jitter) const {
+    Improved next{jitter, wave_scale_, 0};
     const auto update = [&](double ViewPose::*member, std::initializer_list<Eigen::Index> places, double held) {
       double square = 0, variance = 0, count = -held;
       for (std::size_t v = 0; v < use_.size(); ++v) {
@@ -314,20 +303,22 @@ class Problem {
           count += 1;
         }
       }
-      if (!(count > 0)) return;
-      const double prior = jitter.*member * jitter.*member, known = count - variance / prior;
-      const double gradient = ((square + variance) / prior - count) / count;
-      next.*member = known > 1e-9 * count ? std::sqrt(square / known) : jitter.*member;
-      next.*member = std::clamp(next.*member, min_jitter.*member, max_jitter.*member);
-      const bool held_by_bound =
-          gradient > 0 ? jitter.*member >= max_jitter.*member : jitter.*member <= min_jitter.*member;
-      if (!held_by_bound) largest = std::max(largest, std::abs(gradient));
+      next.jitter.*member = improved_sd(jitter.*member, {min_jitter.*member, max_jitter.*member},
+                                        {square, variance, count}, next.gradient);
     };
     update(&ViewPose::z, {1}, 1);  // their mean is held
     update(&ViewPose::tilt_x, {2, 3}, 0);
-    next.tilt_y = next.tilt_x;
+    next.jitter.tilt_y = next.jitter.tilt_x;
     update(&ViewPose::bend, {4}, 0);
-    return {next, largest};
+    double square = 0, variance = 0;
+    for (Eigen::Index wave = 0; wave < waves; ++wave) {
+      const Eigen::Index k = size_ - waves + wave;
+      square += std::pow(theta_[k] / wave_amplitude(wave, data_.metres_per_radian), 2);
+      variance += covariance_(k, k) / std::pow(wave_amplitude(wave, data_.metres_per_radian), 2);
+    }
+    next.wave_scale =
+        improved_sd(wave_scale_, {min_wave_scale, max_wave_scale}, {square, variance, double{waves}}, next.gradient);
+    return next;
   }
 
   double explained(const Rows& rows, std::size_t r) const {
@@ -344,6 +335,7 @@ class Problem {
   Matrix gram_, covariance_;
   Vector moment_, theta_;
   ViewPose jitter_;
+  double wave_scale_ = 1;
 };
 
 }  // namespace tofgraph::calibration::pattern
