@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: CampaignRun.EveryCondition*:CampaignRun.ResultsAre*
-// Rooms: graph cli
+// Slow: CampaignRun.EveryCondition*:CampaignRun.ResultsAreNot*
+// Rooms: cli calibration simulation plugins
 // A pipeline over a campaign, and its depths against the known planes.
 #include <gmock/gmock.h>
 #include <hdf5.h>
