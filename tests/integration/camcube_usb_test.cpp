@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: UsbCamera.GivesEveryFrame*
+// Rooms: devices
 // The program with the real libusb before a camera in software: what it reads, and what it says when the camera fails.
 #include "tests/camera_in_software.hpp"
 

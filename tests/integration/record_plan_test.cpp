@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: RecordPlan.IsRecorded*:RecordPlan.GoesOn*:RecordPlan.Sees*:RecordPlan.Refuses*:RecordCampaign.ABoardThatNobodyMoved*
+// Rooms: recording io devices
 // `tofgraph record --plan`: a person, in the form of a script, sets up the board before a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Record.AKilledRecorder*:Record.WritesTheFrames*:Record.WhatIsStillRecorded*
+// Rooms: recording io devices
 // `tofgraph record`, `repair` and `info` as a user runs them, before a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>
