@@ -3,7 +3,7 @@
 // Slow: RecordCampaign.ABoard*:RecordCampaign.IsGone*:RecordCampaign.IsNot*:RecordCampaign.NoConditions*
 // Slow: RecordCampaign.WhatIs*:RecordPlan.ASimulated*:RecordPlan.GoesOn*:RecordPlan.IsRecorded*
 // Slow: RecordPlan.RefusesCaptures*:RecordPlan.SeesWhen*
-// Rooms: io recording
+// Rooms: recording io devices
 // `tofgraph record --plan`: a person, in the form of a script, sets up the board before a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>

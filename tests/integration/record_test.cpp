@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Alone: cameras keep their own time
 // Slow: Record.AKilled*:Record.WhatIs*:Record.WritesThe*
-// Rooms: recording
+// Rooms: recording io devices
 // `tofgraph record`, `repair` and `info` as a user runs them, before a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>
