@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/selection.hpp"
 
-#include "diagnosis/map_gauge.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -71,8 +69,7 @@ void Selection::settle() {
   if (terms().empty()) return;
   say("settling on values");
   correct(problem_, best_.fit.state, true);
-  const State positive = with_positive_sizes(problem_, best_.fit.state);
-  take(fit_with_maps(problem_, with_means_in_constant(problem_, positive), weight_));
+  take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
 }
 
 Fit Selection::settled(const State& state) const {
