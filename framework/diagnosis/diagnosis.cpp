@@ -126,15 +126,11 @@ class Run {
       d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
                                                            d_->search.dropped, d_->audit));
     judge();
-    SearchOptions further = search_options;  // of other data: the given model stays as it is by now
-    further.hold_given = nullptr;
-    further.fold_done = nullptr;
-    further.deadline = further.verification = {};
     if (options_.resample > 0 && !d_->search.time_expired)
-      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, further);
+      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, search_options);
     if (options_.confidence > 0 && !d_->search.time_expired)
       d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
-                                  options_.confidence, further);
+                                  options_.confidence, search_options);
     return std::move(d_);
   }
 
