@@ -5,7 +5,6 @@
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/notes.hpp"
-#include "diagnosis/pattern_ties.hpp"
 #include "diagnosis/plausibility.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/serial.hpp"
@@ -287,11 +286,7 @@ class Run {
       d_->effects.push_back(std::move(effect));
     }
     d_->contrast = contrast_of(*problem_, after.state, d_->search.lack_of_fit);
-    d_->notes_on_found = notes_on_found(*problem_, d_->search);
-    if (has_maps(after.state))
-      std::ranges::move(notes_on_pattern_ties(*problem_, after, d_->candidates),
-                        std::back_inserter(d_->notes_on_found));
-    note(d_->notes_on_found);
+    note(d_->notes_on_found = notes_on_found(*problem_, d_->search));
     d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search);
     if (d_->contrast && d_->contrast->profile_is_off())
       d_->notes_on_nuisances.push_back(note_on_contrast(*d_->contrast));

@@ -253,12 +253,6 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
   return best;
 }
 
-Fit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate, std::span<const double> weight) {
-  const std::vector<double> nothing(problem.design.superpixels(), 0);
-  state.terms.push_back(term_of(problem, candidate, {{candidate.maps().front(), nothing}}, 0));
-  return fit_with_maps(problem, with_maps_of(problem, std::move(state), weight), weight);
-}
-
 Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
                     std::uint64_t seed) {
   const Response answer = response(problem, without.fit.state, *term.candidate, parameters_of(*term.maps));
