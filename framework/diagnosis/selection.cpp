@@ -40,10 +40,6 @@ void Selection::begin() {
   take(fit(problem_, start, weight_));
   original_ = best_;
   original_.brightening = problem_.brightening;
-  problem_.deadline = options_.deadline;
-}
-
-void Selection::linearise() {
   if (options_.max_effects > 0) alternatives_ = alternatives_of(problem_, best_.fit.state, candidates_, refused_);
 }
 
@@ -51,18 +47,6 @@ void Selection::take(Fit fit) {
   without_.clear();
   best_.columns = own_columns(problem_, fit.state, expected(problem_, fit.state));
   best_.fit = std::move(fit);
-}
-
-void Selection::return_to_given() {
-  State given{model_, best_.fit.state.light, best_.fit.state.variances};
-  if (!model_.empty()) correct(problem_, given);
-  Fit fit = fit_nuisances(problem_, std::move(given), weight_);
-  const auto rows = expected(problem_, fit.state);
-  const std::vector<Column> columns = own_columns(problem_, fit.state, rows);
-  const Solution there = least_squares(problem_, rows, columns, problem_.unknowns(columns.size()), fit.state.variances);
-  fit.covariance = there.covariance;
-  fit.dimension = there.dimension;
-  take(std::move(fit));
 }
 
 void Selection::settle() {
