@@ -68,7 +68,8 @@ const Kind& kind_of(const std::string& name) {
 
 Result calibrate(const Kind& kind, const Request& request) {
   Result result = kind.calibrate(request);
-  if (!result.held_out || !(result.held_out->after >= result.held_out->before)) return result;
+  if (!result.held_out || !(result.held_out->after >= (1 + result.held_out->tolerance) * result.held_out->before))
+    return result;
   const HeldOutErrors& errors = *result.held_out;
   const auto number = [&](double value) {
     return fmt::format("{:.2f}{}{}", value / errors.scale, errors.unit.empty() ? "" : " ", errors.unit);

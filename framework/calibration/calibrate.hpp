@@ -34,8 +34,9 @@ struct HeldOutErrors {
   std::string left_out;          ///< "each distance"
   double before = 0, after = 0;  ///< m, or without a unit; NaN: not known
   std::string unit = "mm";
-  double scale = 1e-3;  ///< of the unit, in SI
-  std::string causes;   ///< likely ones of after >= before
+  double scale = 1e-3;   ///< of the unit, in SI
+  std::string causes;    ///< likely ones of after >= before
+  double tolerance = 0;  ///< share of `before` by which `after` may exceed it
 };
 
 struct Result {

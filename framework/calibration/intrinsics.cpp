@@ -304,7 +304,9 @@ std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
                        .scale = 1,
                        .causes =
                            "a profile whose lens is right already, too few or too similar views, a pattern of "
-                           "another size than stated"};
+                           "another size than stated",
+                       // The measurement of a lens that the profile has already is worth having: its uncertainties.
+                       .tolerance = 0.05};
 }
 
 }  // namespace
