@@ -17,7 +17,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr int draws = 500;
+constexpr int validation_draws = 500;
 
 /// Calls f(condition, superpixel, row) where the observable is known.
 template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
@@ -200,7 +200,7 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
   const Solution whole = solved(weight);
   std::mt19937_64 generator(seed);
   std::vector<std::vector<double>> drawn(own);
-  for (int d = 0; d < draws; ++d) {
+  for (int d = 0; d < validation_draws; ++d) {
     std::ranges::fill(weight, 0.0);
     for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
     const Solution one = solved(weight);
@@ -219,8 +219,9 @@ std::vector<Interval> intervals(const Problem& problem, const Fit& fit, std::uin
       // Where unseen refinements would move a value, the interval is about both.
       const double moved = own < columns.size() ? whole.values(j) : 0;
       const double wider = std::sqrt(std::max(lack_of_fit, 1.0));
-      const double below = wider * std::min(drawn[c][draws / 40], -likely) + std::min(moved, 0.0),
-                   above = wider * std::max(drawn[c][draws - 1 - draws / 40], likely) + std::max(moved, 0.0);
+      const double below = wider * std::min(drawn[c][validation_draws / 40], -likely) + std::min(moved, 0.0),
+                   above = wider * std::max(drawn[c][validation_draws - 1 - validation_draws / 40], likely) +
+                           std::max(moved, 0.0);
       const double unit = term.candidate->free()[k].typical;
       const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
       result.push_back({term.values[k] + low, term.values[k] + high});
