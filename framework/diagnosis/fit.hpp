@@ -74,9 +74,10 @@ struct Problem {
     if (!brightening.empty()) return brightening[condition][row];
     return is_of(amplitude, row) || is_of(intensity, row) ? 1 : 0;
   }
-  /// Change for a contrast that is lower by a factor e: as much amplitude comes with more intensity.
+  /// Change for a contrast that is lower by a factor e: as much amplitude comes with more intensity, of the light from
+  /// the board and of that from inside the camera alike.
   double contrast_response(std::size_t condition, std::size_t row) const {
-    return is_of(intensity, row) ? light_response(condition, row) : 0;
+    return design.shows_board(condition) && is_of(intensity, row) ? 1 : 0;
   }
   /// Change for one unit of an unknown that conditions share. @param direction uniform, light or contrast
   double shared_response(Eigen::Index direction, std::size_t condition, std::size_t row) const {
