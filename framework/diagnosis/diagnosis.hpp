@@ -31,7 +31,7 @@ struct DiagnosisOptions {
   std::vector<std::string> without;  ///< effects that are no candidates
   std::vector<std::string> skip;     ///< ids of conditions that are left out
   bool skip_missing = false;
-  bool other_serial = false;  ///< a model of another device is used, with a warning
+  bool other_serial = false;   ///< a model of another device is used, with a warning
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   std::size_t resample = 0;    ///< random halves on which effects are chosen again; 0: not at all
   SearchOptions search;

@@ -24,17 +24,18 @@ namespace tofgraph {
 /// Ports, parameters and all arithmetic that is done once a pixel. The result of pixel x is
 /// sum_y w(x, y) u(y) / sum_y w(x, y) over the valid pixels y of its window, itself included with weight 1.
 ///
-/// sigma becomes the standard deviation of the mean for noise that is independent from pixel to pixel. The weights follow
-/// the noise, above all that of x itself, so it is larger than sqrt(sum w^2 sigma^2) / sum w. To first order, for the
-/// weights exp(-d^2 / h^2) of single pixels, with W = sum w, V the weighted variance of the window's lengths and
-/// a = 2 V / h^2:
+/// sigma becomes the standard deviation of the mean for noise that is independent from pixel to pixel. The weights
+/// follow the noise, above all that of x itself, so it is larger than sqrt(sum w^2 sigma^2) / sum w. To first order,
+/// for the weights exp(-d^2 / h^2) of single pixels, with W = sum w, V the weighted variance of the window's lengths
+/// and a = 2 V / h^2:
 ///
 ///   sigma_x^2 (1 / W + a)^2 + (1 + 2 a^2) / (1 + a)^2 sum_{y != x} (w sigma_y / W)^2 - a^2 min(sigma_x^2, S),
 ///
 /// S = sum (w sigma / W)^2. The last term is of second order. For weights of patches see spread_vector.hpp. By Monte
-/// Carlo it is within 10 % of the spread on flat boards, on slopes of up to one sigma per pixel and where two amplitudes
-/// meet, for h of 0.7 to 5 sigma; at edges at least 0.8 of the spread. The shift of the mean at a slope or an edge (its
-/// bias) is not part of it. Where a sigma is unknown (NaN at a valid pixel), so are those of its neighbours afterwards.
+/// Carlo it is within 10 % of the spread on flat boards, on slopes of up to one sigma per pixel and where two
+/// amplitudes meet, for h of 0.7 to 5 sigma; at edges at least 0.8 of the spread. The shift of the mean at a slope or
+/// an edge (its bias) is not part of it. Where a sigma is unknown (NaN at a valid pixel), so are those of its
+/// neighbours afterwards.
 struct WindowFilter : LengthFilter {
   Param<double> strength{this,
                          "strength",

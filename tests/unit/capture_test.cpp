@@ -179,7 +179,8 @@ TEST_F(CaptureFile, NoFramesAndNoMeasurement) {
   }
   expect_words(why(), {"has no group /frames"});
   { RawCapture(path).head(3, 2); }
-  expect_words(why(), {"/frames holds nothing: at least one of taps, phases, distance, range, depth, amplitude, intensity is expected"});
+  expect_words(why(), {"/frames holds nothing: at least one of taps, phases, distance, range, depth, amplitude, "
+                       "intensity is expected"});
   { RawCapture(path).head(3, 2).dataset("sigma", {1, 2, 3}, ramp(6)); }
   expect_words(why(), {"/frames holds sigma: at least one"});
   { RawCapture(path).head(3, 2).dataset<float>("range", {0, 2, 3}, {}, {1, 2, 3}).metadata(0); }
