@@ -302,11 +302,8 @@ std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
                        .after = result.held_out.rms,
                        .unit = "px",
                        .scale = 1,
-                       .causes =
-                           "a profile whose lens is right already, too few or too similar views, a pattern of "
-                           "another size than stated",
-                       // The measurement of a lens that the profile has already is worth having: its uncertainties.
-                       .tolerance = 0.05};
+                       .causes = "too few or too similar views, a pattern of another size than stated",
+                       .tolerance = 0.05};  // a lens that the profile has already is worth its uncertainties
 }
 
 }  // namespace
