@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow:
-// CalibrateLens.ThePages*:CalibrateLens.AWrongSize*:CalibrateLens.CapturesOfAnother*:CalibrateLens.TheSameView*:CalibrateLens.BoardsParallel*:CalibrateLens.TheStage*
+// Slow: CalibrateLens.ThePages*:CalibrateLens.AWrongSize*:CalibrateLens.CapturesOfAnother*
+// Slow: CalibrateLens.TheSameView*:CalibrateLens.BoardsParallel*:CalibrateLens.TheStage*
 // Rooms: calibration
 // tofgraph calibrate intrinsics from end to end, with simulated views, and what can be wrong with them.
 #include "io/calibration.hpp"
