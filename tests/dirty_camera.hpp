@@ -18,7 +18,7 @@ namespace tofgraph::tests {
 
 enum class PixelKind { good, dead, stuck, frozen_tap, noisy, hot, full, unmodulated };
 
-/// One recording: a board that fills the view, square to the axis.
+/// A recording of a board that fills the view, square to the axis.
 struct BoardShot {
   double distance = 1, time = 1e-3;  ///< m, s
   std::size_t frames = 10;

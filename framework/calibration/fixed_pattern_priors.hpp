@@ -51,7 +51,7 @@ struct SharedSums {
   double square = 0, variance = 0, count = 0;
 };
 
-/// One step of the estimate of a standard deviation (MacKay, Neural Computation 4, 1992), within its bounds.
+/// Returns the next estimate of a standard deviation (MacKay, Neural Computation 4, 1992), within its bounds.
 /// @param gradient raised to that of the log of the marginal likelihood by the logarithm of the standard deviation,
 /// over the number of unknowns, unless it points beyond a bound
 inline double improved_sd(double sd, const std::array<double, 2>& bounds, const SharedSums& sums, double& gradient) {

@@ -155,7 +155,7 @@ class Problem {
     Matrix gram;  ///< its lower half
     Vector moment;
   };
-  // Of one or two unknowns: what is small needs no memory from the heap, for each pixel anew.
+  // Matrices of one or two unknowns, with fixed storage: no allocation for each pixel.
   using OwnMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 2, 2>;
   using OwnRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2>;
   using OwnVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2, 1>;

@@ -17,7 +17,7 @@ using Vector = Eigen::VectorXd;
 inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size(), waves = 2 * harmonics.size(),
                               commons = shapes + waves;
 
-/// What a pixel says: its rows of the problem.
+/// Rows of the problem that belong to one pixel.
 struct Rows {
   Eigen::Index own = 2;                       ///< unknowns of the pixel: map, slope
   std::vector<Eigen::Index> view;             ///< of each row

@@ -26,7 +26,7 @@ struct InLightOfOne {
 /// @throws simulation::EffectError
 InLightOfOne in_light_of_one(const Problem& problem, const Question& question);
 
-/// Whether two questions begin with the same model.
+/// Returns true when two questions begin with the same model.
 bool begin_alike(const Question& first, const Question& second);
 
 /// Whichever of the two is right: of each condition the one that the other comes nearer to.

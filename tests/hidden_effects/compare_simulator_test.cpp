@@ -114,7 +114,7 @@ std::string model_text(const Physics& physics) {
   return text;
 }
 
-/// What all comparisons share: the maps of the camera, as numbers and as the file that models name, and the effects.
+/// Maps of the camera, as numbers and as the file that models name, and the effects, shared by all comparisons.
 struct Shared {
   TemporaryFolder folder;
   PixelMaps maps = draw_maps(Camera(), 3);
@@ -131,7 +131,7 @@ const Shared& shared() {
   return all;
 }
 
-/// What `tofgraph simulate` would write into a capture.
+/// Frames that `tofgraph simulate` would write into a capture.
 Seen simulated(const Physics& physics, const Case& condition) {
   const std::filesystem::path folder = shared().folder.path();
   tests::write_text(folder / "model.yaml", model_text(physics));

@@ -19,7 +19,7 @@ void expect_little_is_left(const char* what, Harness& stage, const Decoded& seen
   show(what, view.distance, effect, left);
 }
 
-/// What the camera without any effect sees of the boards, for all tests.
+/// Images of the boards by the camera without any effect, shared by all tests.
 class Boards : public ModelCorrection {
  protected:
   static void SetUpTestSuite() {
@@ -64,7 +64,7 @@ TEST_F(Boards, UndoesAllOfThemTogether) {
     expect_little_is_left("all", stage, photograph(with, views[i]), ideal[i], views[i]);
 }
 
-/// What haze glows at a pixel in a second, counts: in steps of a millimetre from half a metre on, summed up once.
+/// Light of the haze at a pixel in counts per second, in steps of 1 mm from 0.5 m on, summed up once.
 class Glow {
  public:
   /// @param path to the board, m
