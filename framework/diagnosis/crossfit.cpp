@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/crossfit.hpp"
 
+#include "diagnosis/another_contrast.hpp"
 #include "diagnosis/prediction.hpp"
 
 #include <tofgraph/physics/robust.hpp>
@@ -41,6 +42,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     if (!model.empty()) correct(original, as_it_was);
     prediction.before(fit_nuisances(original, as_it_was, selection.weight()).state);
     result.state = selection.best().fit.state;
+    hold_contrast(held, selection.problem(), result.state);
     if (const Residue* residue = selection.problem().allowed.residue.get(); residue != nullptr)
       held.problem.allowed.residue = std::make_shared<const Residue>(Residue(held.data), residue->sd());
     prediction.after(result.state);

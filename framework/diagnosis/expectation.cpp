@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // What a model expects of every condition, and how that changes with its parameters.
+#include "diagnosis/another_contrast.hpp"
 #include "diagnosis/fit.hpp"
 
 #include <fmt/format.h>
@@ -45,7 +46,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
             fmt::format("condition '{}': its measurement is no number", design.conditions()[i].id));
     }
   }
-  Problem problem{design, data, {}, {}, nuisances_of(design, are_seen(intensity, design, data))};
+  Problem problem{design, data, {}, {}, nuisances_of(design, shows_another_contrast(design, data))};
   for (const io::Condition& condition : design.conditions()) {
     if (is_light_known(condition)) {
       problem.target.push_back(-1);

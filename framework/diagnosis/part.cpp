@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/part.hpp"
 
+#include "diagnosis/another_contrast.hpp"
+
 #include <algorithm>
 
 namespace tofgraph::diagnosis {
@@ -9,7 +11,7 @@ namespace {
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, other.targets, {}, nuisances_of(design, are_seen(intensity, design, data))};
+  Problem problem{design, data, other.targets, {}, nuisances_of(design, has_contrast(other.nuisances))};
   problem.deadline = other.deadline;
   for (const io::Condition& condition : design.conditions()) {
     auto found = std::ranges::find(problem.targets, condition.target);
