@@ -55,7 +55,7 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   return chance_of(score, all, groups, flips_, seed_);
 }
 
-Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece) {
+Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece, bool proved) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
@@ -81,7 +81,7 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
     found.refutation = "without it the data are explained as well";
   } else if (problem_.run_length() > 1 && found.gain < Selection::worth * problem_.run_length()) {
     found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", problem_.run_length());
-  } else if (!significant(score)) {
+  } else if (!proved && !significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (importance(problem_, group.columns[0]) <= 1 &&
              !(nothing_left && left_of(problem_, less.fit, less.columns) >= diagnosis::explained)) {

@@ -102,7 +102,7 @@ bool Search::confirm() {
   const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
   for (const Piece& piece : all) {
     say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-    found.push_back(gates_.examined(best(), without(piece), left, piece));
+    found.push_back(gates_.examined(best(), without(piece), left, piece, is_proved(piece)));
     if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
       found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
     const Found& now = found.back();

@@ -124,6 +124,15 @@ bool Search::drop_refuted(const std::function<std::string(Found&)>& question) {
   return changed;
 }
 
+bool Search::is_proved(const Piece& piece) const {
+  if (piece.refinement || result_.cross_fit.empty()) return false;
+  Found found;
+  const std::vector<std::string> names = {terms()[piece.term].candidate->name()};
+  found.chosen = result_.cross_fit.share_of(names);
+  found.fall = fall_of(result_.cross_fit, names, options_.seed);
+  return unproved(found).empty();
+}
+
 bool Search::prove() {
   if (result_.cross_fit.empty()) return false;
   const bool changed = drop_refuted([&](Found& found) {

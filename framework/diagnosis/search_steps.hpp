@@ -74,6 +74,9 @@ class Search : private Selection {
   /// @returns whether all passed
   bool confirm();
 
+  /// Whether folds proved an effect already: where these led to a model, chance has been asked of what it predicts.
+  bool is_proved(const Piece& piece) const;
+
   /// Until all that is left passes beside the others, and says something; where nothing is left that does, once more
   /// beside what conditions have of their own, for which it may have stood.
   /// @returns whether effects were looked for again; that is so twice at most, as what comes may go each time

@@ -7,8 +7,8 @@
 
 The camera is the independent one of the test bench: two lamps of 0.85 and 1.15, wiggling of 8.35, 2.98 and 1.19 mm, an
 integration-time law, crosstalk, a warm-up of -11 mm, a constant of 28 mm, a fixed pattern of 3.5 mm, heavy noise, 5 %
-bad pixels, a lens of k1 = -0.32, which the profile knows, and a contrast 6 % below the profile's. Each written model is compared
-with the given one by the report, on all data and held out, and by another campaign of the same camera. A table line a
+bad pixels, a lens of k1 = -0.32, which the profile knows, and a contrast 6 % below the profile's. Each written model is
+compared with the given one by the report, on all data and held out, and by another campaign of the same camera. A line a
 campaign is added to FOLDER/lab.csv, and what all lines of it come to is printed.
 """
 
@@ -18,6 +18,7 @@ import json
 import math
 import pathlib
 import random
+import resource
 import shutil
 import subprocess
 import time
@@ -68,9 +69,15 @@ def run(*command):
 
 def searched(args, model, campaign, out, *options):
     command = [args.build / "bin/tofgraph", "diagnose", "--model", model, "--data", campaign / "campaign.yaml"]
-    begin = time.monotonic()
+    begin, spent = time.monotonic(), processor_seconds()
     run(*command, "-o", out, "--force", *options)
-    return json.loads((out / "report.json").read_text()), time.monotonic() - begin
+    return json.loads((out / "report.json").read_text()), time.monotonic() - begin, processor_seconds() - spent
+
+
+def processor_seconds():
+    """Of all programs that were run and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def named(report):
@@ -98,10 +105,12 @@ def one(args, seed):
         use_profile(folder / campaign, args.source)
     model = folder / "first/model.yaml"
     limit = ["--time-limit", args.time_limit] if args.time_limit else []
-    report, seconds = searched(args, model, folder / "first", folder / "found", *limit)
+    report, seconds, processor = searched(args, model, folder / "first", folder / "found", *limit)
     found = folder / "found/model.yaml"
-    as_it_is = lambda which, out: searched(args, which, folder / "again", folder / out, "--max-effects", 0)[0]["gap"]["before"]
-    given, written = as_it_is(model, "given_again"), as_it_is(found, "found_again")
+    given, written = (
+        searched(args, which, folder / "again", folder / out, "--max-effects", 0)[0]["gap"]["before"]
+        for which, out in ((model, "given_again"), (found, "found_again"))
+    )
     names = named(report)
     wanted = set(hidden) - {"lens_distortion"}
     missing = {name for name in wanted if not ({name} | SAME.get(name, set())) & names}
@@ -113,6 +122,7 @@ def one(args, seed):
     row = {
         "seed": seed,
         "seconds": round(seconds, 1),
+        "processor_seconds": round(processor, 1),
         "time_limit_reached": gaps["time_limit_reached"],
         "verdict": report["verdict"],
         "wanted": len(wanted),

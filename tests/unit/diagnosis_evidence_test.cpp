@@ -79,8 +79,7 @@ TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
   const Problem ideal = make_problem(*design, blank);
   const State truth{{{&effect("wiggling"), {5e-3, 0.4}}}, {}, {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
   const std::vector<Observations> data = injected(ideal, truth, 8);
-  Problem problem = make_problem(*design, data);
-  problem.nuisances = nuisances_of(*design);  // the contrast is known, as below
+  const Problem problem = make_problem(*design, data);
   const std::vector<double> shares = influence(problem, truth, 0);
   const auto with = expected(problem, truth), without = expected(problem, {{}, {}, truth.variances});
   std::vector<double> scores;

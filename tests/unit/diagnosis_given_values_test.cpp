@@ -3,6 +3,7 @@
 // Slow: GivenValues.ACalibrated*:GivenValues.AWrong*:GivenValues.AnotherContrast*
 // Rooms: diagnosis
 // Values of the given model that the data do not determine stay; a contrast that is not the profile's is no effect.
+#include "diagnosis/another_contrast.hpp"
 #include "diagnosis/contrast.hpp"
 #include "diagnosis/held_values.hpp"
 #include "tests/program.hpp"
@@ -99,6 +100,19 @@ TEST_F(GivenValues, TheProfilesContrastIsNotOffWhereItIsRight) {
       contrast_of(problem, {{}, std::vector<double>(problem.targets.size(), 0.1), {.offset = 0}}, 1);
   ASSERT_TRUE(contrast);
   EXPECT_FALSE(contrast->profile_is_off());
+  EXPECT_FALSE(has_contrast(problem.nuisances));
+}
+
+/// What adds to intensities alone does so the less the brighter a condition is: that is no contrast.
+TEST_F(GivenValues, TheContrastIsAnUnknownWhereTapsContradictTheProfileAlone) {
+  const std::vector<Observations> lit = data_with({random_term(effect("ambient_light"), 1, 15)}, 15);
+  EXPECT_FALSE(has_contrast(make_problem(*design, lit).nuisances));
+  const std::vector<Observations> lower = with_contrast(*design, data_with({}, 15), 0.94),
+                                  higher = with_contrast(*design, data_with({}, 15), 1.02),
+                                  hardly = with_contrast(*design, data_with({}, 15), 0.995);
+  EXPECT_TRUE(has_contrast(make_problem(*design, lower).nuisances));
+  EXPECT_TRUE(has_contrast(make_problem(*design, higher).nuisances));
+  EXPECT_FALSE(has_contrast(make_problem(*design, hardly).nuisances));
 }
 
 TEST_F(GivenValues, NothingIsSaidOfContrastWithoutIntensities) {
