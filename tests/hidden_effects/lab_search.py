@@ -5,11 +5,11 @@
 
     python3 tests/hidden_effects/lab_search.py --build build --seeds 1-20 -o lab
 
-The camera is the independent one of the test bench: two lamps of 0.85 and 1.15, wiggling of 8.35, 2.98 and 1.19 mm, an
-integration-time law, crosstalk, a warm-up of -11 mm, a constant of 28 mm, a fixed pattern of 3.5 mm, heavy noise, 5 %
-bad pixels, a lens of k1 = -0.32, which the profile knows, and a contrast 6 % below the profile's. Each written model is
-compared with the given one by the report, on all data and held out, and by another campaign of the same camera. A line a
-campaign is added to FOLDER/lab.csv, and what all lines of it come to is printed.
+The camera is the independent one of the test bench: two lamps of 0.85 and 1.15, wiggling of 8.35, 2.98 and 1.19 mm,
+an integration-time law, crosstalk, a warm-up of -11 mm, a constant of 28 mm, a fixed pattern of 3.5 mm, heavy noise,
+5 % bad pixels, a lens of k1 = -0.32, which the profile knows, and a contrast 6 % below the profile's. Each written
+model is compared with the given one by the report, on all data and held out, and by another campaign of the same
+camera. A line a campaign is added to FOLDER/lab.csv, and what all lines of it come to is printed.
 """
 
 import argparse
@@ -43,7 +43,8 @@ def effects_of(seed):
         "wiggling": f"amplitude=8.35mm,phase={turn():.4f}rad,amplitude5=2.98mm,phase5={turn():.4f}rad,"
         f"amplitude7=1.19mm,phase7={turn():.4f}rad",
         "integration_time_offset": f"slope={sign() * draw.uniform(6, 12):.3f}mm",
-        "crosstalk": f"real={draw.uniform(-1500, 1500):.1f}counts/s,imaginary={draw.uniform(-1500, 1500):.1f}counts/s",
+        "crosstalk": f"real={draw.uniform(-1500, 1500):.1f}counts/s,"
+        f"imaginary={draw.uniform(-1500, 1500):.1f}counts/s",
         "warm_up": "drift=-11mm,time_constant=720s",
         "zero_offset": "offset=28mm",
         "fixed_pattern": "scale=0.72",
