@@ -20,14 +20,14 @@ std::size_t waves_of(const Design& design) {
 
 class Builder {
  public:
-  Builder(const Design& design, bool intensities) : design_(design), intensities_(intensities) {
+  Builder(const Design& design, bool contrast) : design_(design), contrast_(contrast) {
     result_.of_condition.resize(design.size());
   }
 
   Nuisances build() {
     add_waves();
     add_sessions();
-    if (intensities_) add_contrast();
+    if (contrast_) add_contrast();
     return std::move(result_);
   }
 
@@ -77,13 +77,13 @@ class Builder {
   }
 
   const Design& design_;
-  bool intensities_;
+  bool contrast_;
   Nuisances result_;
 };
 
 }  // namespace
 
-Nuisances nuisances_of(const Design& design, bool intensities) { return Builder(design, intensities).build(); }
+Nuisances nuisances_of(const Design& design, bool contrast) { return Builder(design, contrast).build(); }
 
 double wander_of(const Design& design, double sd) {
   double sum = 0;
