@@ -255,7 +255,7 @@ std::vector<std::string> notes_on_verification(const SearchResult& search, doubl
         "is named is preliminary, and no condition to measure next is proposed.",
         config::format_quantity(time_limit, "s")));
   if (search.time_expired && !search.found.empty() && (search.cross_fit.empty() || search.cross_fit.time_expired))
-    notes.push_back(fmt::format("By then {} folds had asked for proof out of sample of what is named.",
+    notes.push_back(fmt::format("By then {} of the folds that prove out of sample what is named had ended.",
                                 search.cross_fit.folds.size()));
   if (search.not_compared)
     notes.push_back(
