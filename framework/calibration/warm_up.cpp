@@ -52,7 +52,12 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
       clearest = i;
   }
   if (determined) return;
+  constexpr double day = 86400;  // s
   const auto refuse = [&](const std::string& what, double length) {
+    if (length > day)
+      throw config::ConfigurationError(fmt::format(
+          "{}: error: {}\n  the noise is too large for that drift: average more frames or pixels at each point in time",
+          request.campaign.string(), what));
     throw config::ConfigurationError(fmt::format("{}: error: {}\n  record for {} or more from power-on",
                                                  request.campaign.string(), what,
                                                  minutes(std::ceil(length / 60) * 60)));
@@ -165,7 +170,8 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
         fmt::format("{} at {}, {}, over {}", name_of(data.campaign.boards, s.target), format_quantity(s.distance, "m"),
                     format_quantity(s.integration_time, "s"), minutes(s.span()));
     if (!d.seen) {
-      lines.push_back(fmt::format("{}: no drift is seen, scatter {:.2f} mm", where, d.scatter * 1e3));
+      lines.push_back(fmt::format("{}: no drift, at most {:.2f} mm (95 %) with a time constant of 5 to 20 min", where,
+                                  d.upper_limit * 1e3));
       continue;
     }
     std::string slow;

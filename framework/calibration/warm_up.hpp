@@ -12,7 +12,8 @@
 
 namespace tofgraph::calibration {
 
-inline constexpr double usual_time_constant = 720;                   ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr double usual_time_constant = 720;  ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr std::array usual_time_constants = {300.0, 600.0, 900.0, 1200.0};  ///< s
 inline constexpr std::array tolerances = {10e-3, 5e-3, 2e-3, 1e-3};  ///< m, of the table of settling times
 
 /// One target at one distance at one integration time over the time since power-on.
@@ -38,7 +39,8 @@ struct Drift {
   Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
   double scatter = unknown;                 ///< m, root mean square of what the fit leaves
   double redundancy = 1;                    ///< points that say as much as one independent one
-  bool seen = false;                        ///< the drift is there: more than three of its standard deviations
+  bool seen = false;                        ///< the drift is significant
+  double upper_limit = unknown;             ///< m, 95 %, of a drift that is not seen, with a usual time constant
   Interval held_out_before,
       held_out_after;  ///< m, inner fifths of the time left out and predicted: a constant, the fit
 

@@ -90,7 +90,7 @@ class WarmUpReport {
       for (const Board* b : s.points) measured.push_back(b->measured.mean);
       const Moments m = moments_of(measured);
       rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
-                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : "not seen",
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : fmt::format("none, at most {}", mm(d.upper_limit)),
                       d.seen ? estimate(d.time_constant, 1.0 / 60) : "-", estimate(d.slow_drift, 1e3),
                       estimate(d.slow_time_constant, 1.0 / 60), estimate(d.droop, 100), mm(d.scatter)});
     }
