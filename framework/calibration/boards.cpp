@@ -6,8 +6,10 @@
 #include "calibration/frame_mean.hpp"
 #include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
+#include "io/light_sources.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/robust.hpp>
@@ -114,6 +116,10 @@ class Reader {
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader(), camera_);
+      if (const auto& on = recording.reader().header().sources;
+          !on.empty() && !io::same_sources(camera_, on, condition.sources))
+        throw std::runtime_error(fmt::format("was recorded with the sources {}, which the condition does not state",
+                                             fmt::join(on, ", ")));
       note_capture(recording, condition, result.evidence);
       images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
       result.unusable = images.left_out;

@@ -150,7 +150,7 @@ double upper_limit_of(const Vector& t, const Vector& y, double redundancy) {
   for (const double tau : usual_time_constants) {
     const Matrix a = columns_of(t, {tau});
     const Vector x = a.colPivHouseholderQr().solve(y);
-    const double freedom = std::max(static_cast<double>(t.size()) / redundancy - 2, 1.0);
+    const double freedom = std::max(static_cast<double>(t.size()) - 2, 1.0);
     const double variance = (y - a * x).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(t.size() - 2, 1));
     limit = std::max(limit, std::abs(x[1]) + one_sided * standard_deviations(a, variance * redundancy, freedom)[1]);
   }
@@ -166,8 +166,8 @@ void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& 
   const auto points = static_cast<double>(t.size()), parameters = static_cast<double>(jacobian.cols());
   drift.scatter = std::sqrt(squares / std::max(points - parameters, 1.0));
   drift.redundancy = points_per_independent(residual);
-  const Vector sd = standard_deviations(jacobian, drift.scatter * drift.scatter * drift.redundancy,
-                                        points / drift.redundancy - parameters);
+  const Vector sd =
+      standard_deviations(jacobian, drift.scatter * drift.scatter * drift.redundancy, points - parameters);
   drift.start = {x[0], sd[0]};
   drift.drift = {x[1], sd[1]};
   drift.time_constant = {taus[0], sd[a.cols()]};

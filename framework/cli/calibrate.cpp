@@ -35,6 +35,17 @@ void add_calibrate(CLI::App& app, Common& common) {
                    "integration-time: accuracy that is wanted there; warm-up: drift that is tolerated; e.g. 5mm")
       ->option_text("LENGTH");
   command
+      ->add_option(
+          "--roi", arguments->roi,
+          "warm-up: window of the reported means, columns and rows, e.g. 96..107,96..107; default: that of the "
+          "conditions, else the four centre pixels")
+      ->option_text("C..C,R..R");
+  command
+      ->add_option("--corrected-at", arguments->corrected_at,
+                   "warm-up: time since power-on whose offset corrects the whole series in the reported RMSE; default: "
+                   "1 h, or the end of a shorter series")
+      ->option_text("TIME");
+  command
       ->add_option("--free", arguments->free,
                    "intrinsics: fitted beyond fx fy cx cy k1 k2 p1 p2: k3, skew, rational (k4 k5 k6); e.g. k3,skew")
       ->option_text("WORDS")

@@ -149,7 +149,7 @@ int record_capture(const RecordArguments& arguments) {
                                                  : positive("--for", arguments.duration, "s", "30 s");
   check_folder_of(arguments.out);
   std::atomic<std::uint64_t> overtaken{0};
-  const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment,
+  const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment, {},
                                                 graph_options(arguments, overtaken));
   graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;

@@ -22,6 +22,13 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
 
   const tofgraph_camera& view() const { return view_; }
+  /// Takes over the map of bad pixels of a camera of the same size.
+  void keep_bad_pixels(const Camera& other) {
+    if (other.view_.width != view_.width || other.view_.height != view_.height) return;
+    bad_pixels = other.bad_pixels;
+    bad_pixels_file = other.bad_pixels_file;
+    missing_bad_pixels = other.missing_bad_pixels;
+  }
   std::filesystem::path file;             ///< where the profile is from; empty: not from a file
   std::vector<std::string> measured;      ///< keys whose values were measured on a device
   std::vector<std::uint8_t> bad_pixels;   ///< of each pixel, row by row, not 0: bad; empty: the profile names no map

@@ -174,7 +174,8 @@ std::string Guide::record_once(std::size_t index) const {
   quiet.message = [this](const std::string& node, const std::string& text, bool warning) {
     if (warning) options_.say(fmt::format("  {}: warning: {}", node, text));
   };
-  const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]), quiet);
+  const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]),
+                                     plan_.campaign.conditions[index].sources, quiet);
   graph::RunOptions run_options;
   run_options.frames = frames();
   graph::Runner runner(*graph, run_options);

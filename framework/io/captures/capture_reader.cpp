@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 namespace tofgraph::io {
 namespace fs = std::filesystem;
@@ -59,6 +60,13 @@ std::vector<std::string> names_in(hid_t group) {
     return !object || H5Iget_type(object) != H5I_DATASET;
   });
   std::ranges::sort(names);
+  return names;
+}
+
+std::vector<std::string> names_between_commas(const std::string& text) {
+  std::vector<std::string> names;
+  std::istringstream list(text);
+  for (std::string name; std::getline(list >> std::ws, name, ',');) names.push_back(name);
   return names;
 }
 
@@ -201,6 +209,7 @@ void CaptureReader::Impl::read_header() {
   header.comment = h5::text_attribute(h5, "comment");
   header.profile = h5::text_attribute(h5, "profile");
   header.serial = h5::text_attribute(h5, "serial");
+  header.sources = names_between_commas(h5::text_attribute(h5, "sources"));
   header.provenance = h5::text_attribute(h5, layout::provenance);
   // Written last: what a kill has left of it says nothing.
   if (finished && H5Lexists(h5, layout::provenance, H5P_DEFAULT) > 0)
