@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: WarmUp.Uncertainties*
+// Slow: WarmUp.Uncertainties*:WarmUp.TheShipped*
 // Rooms: calibration
 // The calibration warm-up against drifts that are drawn here, and the means of table 3.1 of the reference.
 #include <hdf5.h>
@@ -131,6 +131,26 @@ TEST_F(WarmUp, TheModelTakesTheDriftOut) {
   const auto after = raw_values<float>(folder.path() / "out.h5", "/frames/distance");
   for (std::size_t f = 0; f * plain_pixels < after.size(); ++f)
     EXPECT_NEAR(after[f * plain_pixels + 100 * plain_side + 100], truth.start, 0.4 * mm) << "frame " << f;
+}
+
+TEST_F(WarmUp, TheShippedCampaignAndModelGiveTable31) {
+  const std::string campaigns = TOFGRAPH_SOURCE_DIR "/pipelines/campaigns/";
+  const Outcome made =
+      run("simulate " + campaigns + "warm_up.yaml --model " + campaigns + "warm_up_published.model.yaml -o sim");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome outcome = run("calibrate warm-up sim/campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::array<double, 3> mean = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm}, sd = {6.6 * mm, 8.2 * mm, 4.8 * mm};
+  const io::Calibrated means = column("mean", "m"), sds = column("sd", "m"), tau = column("time_constant", "s");
+  ASSERT_EQ(means.value.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::printf("mean %.2f mm (%.1f), sd %.2f mm (%.1f), time constant %.2f min\n", means.value[k] / mm, mean[k] / mm,
+                sds.value[k] / mm, sd[k] / mm, tau.value[k] / minute);
+    EXPECT_NEAR(means.value[k], mean[k], 0.5 * mm);
+    EXPECT_NEAR(sds.value[k], sd[k], 2 * mm) << "the drift is the same for all integration times";
+    EXPECT_NEAR(tau.value[k], 15 * minute, 4 * tau.sd[k]);
+    EXPECT_NEAR(tau.value[k], 15 * minute, 0.05 * 15 * minute);
+  }
 }
 
 TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 class Chapter7 : public testing::Test {
  protected:
   void SetUp() override {
+    fs::create_directory(folder.path() / "devices");
     for (const char* part : {"pipelines", "devices/calibrations"})
       fs::copy(fs::path(TOFGRAPH_SOURCE_DIR) / part, folder.path() / part, fs::copy_options::recursive);
     fs::remove_all(folder.path() / "pipelines/chapter7/out");
