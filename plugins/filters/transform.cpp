@@ -16,6 +16,8 @@ namespace tofgraph {
 /// with a shift to a round number nearby, points keep their digits in frames such as UTM.
 struct Transform final : Filter {
   InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
+  InOut<float> normals{
+      this, "normals", {.shape = "H W 3", .unit = "", .optional = true, .text = "turned with the points"}};
   Param<std::vector<double>> rotation{
       this, "rotation", {.default_value = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
   Param<std::vector<double>> angles{
@@ -58,6 +60,12 @@ struct Transform final : Filter {
       const double x = all[i], y = all[i + 1], z = all[i + 2];
       for (std::size_t k = 0; k < 3; ++k)
         all[i + k] = static_cast<float>(t[k][0] * x + t[k][1] * y + t[k][2] * z + t[k][3]);
+    }
+    const auto directions = normals(frame);
+    for (std::size_t i = 0; i < directions.size(); i += 3) {
+      const double x = directions[i], y = directions[i + 1], z = directions[i + 2];
+      for (std::size_t k = 0; k < 3; ++k)
+        directions[i + k] = static_cast<float>(t[k][0] * x + t[k][1] * y + t[k][2] * z);
     }
   }
 
