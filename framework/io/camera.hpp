@@ -3,8 +3,11 @@
 /// @file A camera profile that owns what the border's struct points to.
 #pragma once
 
+#include "io/unknown.hpp"
+
 #include <tofgraph/plugin.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -14,6 +17,13 @@
 namespace tofgraph::io {
 
 struct CameraFolder;
+
+/// Properties of a camera that no stage needs, as its data sheet states them. NaN or empty: not stated.
+struct DataSheet {
+  std::string sensor, interface;
+  std::array<double, 2> measuring_range = {unknown, unknown};  ///< m
+  std::array<double, 2> field_of_view = {unknown, unknown};    ///< rad, horizontal and vertical
+};
 
 class Camera {
  public:
@@ -29,8 +39,10 @@ class Camera {
     bad_pixels_file = other.bad_pixels_file;
     missing_bad_pixels = other.missing_bad_pixels;
   }
-  std::filesystem::path file;             ///< where the profile is from; empty: not from a file
-  std::vector<std::string> measured;      ///< keys whose values were measured on a device
+  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
+  std::vector<std::string> measured;  ///< keys whose values were measured on a device
+  std::vector<std::string> assumed;   ///< keys whose values no source states
+  DataSheet data_sheet;
   std::vector<std::uint8_t> bad_pixels;   ///< of each pixel, row by row, not 0: bad; empty: the profile names no map
   std::filesystem::path bad_pixels_file;  ///< where the map is from; empty: none
   std::shared_ptr<const CameraFolder> folder;  ///< of the device, which the profile is from; null: a profile alone
