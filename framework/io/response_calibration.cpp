@@ -17,11 +17,11 @@ ResponseCalibration read_response_calibration(const std::filesystem::path& path,
     if (!(result.gain > 0)) file.error("gain", "'gain' must be positive", "example: gain: {value: 7.0e6 counts m^2/s}");
   }
   // What is there for people, and for other programs.
-  const std::pair<const char*, const char*> columns[] = {{"contrast_interval", ""}, {"gain_interval", "counts m^2/s"},
-                                                         {"dark", "counts"},        {"dark_rate", "counts/s"},
-                                                         {"held_out", ""},          {"held_out_gain", ""},
-                                                         {"integration_time", "s"}, {"amplitude", "counts"},
-                                                         {"intensity", "counts"}};
+  if (file.has("dark")) file.need("dark", "counts", 1, "{value: 2 counts}");
+  if (file.has("dark_rate")) file.need("dark_rate", "counts/s", 1, "{value: 100 counts/s}");
+  const std::pair<const char*, const char*> columns[] = {
+      {"contrast_interval", ""}, {"gain_interval", "counts m^2/s"}, {"held_out", ""},       {"held_out_gain", ""},
+      {"integration_time", "s"}, {"amplitude", "counts"},           {"intensity", "counts"}};
   for (const auto& [key, unit] : columns) {
     if (file.has(key)) file.column(key, unit, 0, "{value: [1]}");
   }
