@@ -152,10 +152,11 @@ Result calibrate_noise(const Request& request) {
                 .held_out = judged(fit)};
   add_notes(data, fit, result.notes);
   if (std::ranges::any_of(fit.bad, [](std::uint8_t bits) { return bits != 0; }))
-    result.notes.push_back(fmt::format(
-        "to leave the bad pixels out everywhere, put this into the camera's profile: bad_pixels: {{file: {}, dataset: "
-        "bad}}",
-        maps_of(request.output).filename().string()));
+    result.notes.push_back(
+        fmt::format("to leave the bad pixels out everywhere, add the calibration to the camera's folder (tofgraph "
+                    "camera add), or put "
+                    "this into the profile: bad_pixels: {{file: {}, dataset: bad}}",
+                    maps_of(request.output).filename().string()));
   std::vector<std::string> lines;
   for (std::size_t begin = 0; begin < result.summary.size();) {
     const std::size_t end = std::min(result.summary.find('\n', begin), result.summary.size());
