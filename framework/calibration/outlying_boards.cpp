@@ -7,7 +7,9 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -142,6 +144,38 @@ std::optional<OutlyingBoard> worst_of(const BoardFit& fit, const std::vector<Eig
   return worst;
 }
 
+/// True where the boards beside it, of the same target and integration time, are right: what several boards in a row
+/// deviate by is a property of the camera that the columns do not have.
+bool stands_alone(const Boards& boards, const BoardFit& fit, const std::vector<Eigen::Index>& used,
+                  const OutlyingBoard& board) {
+  const Board& own = boards.boards[board.board];
+  double below = -1, above = std::numeric_limits<double>::infinity();
+  Eigen::Index before = -1, after = -1;
+  for (const Eigen::Index i : used) {
+    const Board& other = boards.boards[static_cast<std::size_t>(i)];
+    if (other.condition.target != own.condition.target ||
+        other.condition.integration_time != own.condition.integration_time)
+      continue;
+    if (other.distance < own.distance && other.distance > below) {
+      below = other.distance;
+      before = i;
+    }
+    if (other.distance > own.distance && other.distance < above) {
+      above = other.distance;
+      after = i;
+    }
+  }
+  constexpr double share = 1.0 / 3;
+  return std::ranges::all_of(std::array{before, after}, [&](Eigen::Index neighbour) {
+    if (neighbour < 0) return true;
+    std::vector<Eigen::Index> others;
+    for (const Eigen::Index i : used)
+      if (fit.distance(i) != fit.distance(neighbour) && i != static_cast<Eigen::Index>(board.board))
+        others.push_back(i);
+    return std::abs(fit.error_of(neighbour, others, board.usual).error) < share * std::abs(board.error);
+  });
+}
+
 }  // namespace
 
 std::vector<OutlyingBoard> outlying_boards(const Boards& boards, double unambiguous_range) {
@@ -159,7 +193,7 @@ std::vector<OutlyingBoard> outlying_boards(const Boards& boards, double unambigu
   std::vector<OutlyingBoard> result;
   while (4 * result.size() < boards.boards.size()) {
     const std::optional<OutlyingBoard> worst = worst_of(fit, used);
-    if (!worst) break;
+    if (!worst || !stands_alone(boards, fit, used, *worst)) break;
     result.push_back(*worst);
     std::erase(used, static_cast<Eigen::Index>(worst->board));
   }

@@ -19,8 +19,8 @@ struct OutlyingBoard {
 /// Predicts z - T of each board from those at other distances, by what a camera's error may consist of: a constant, a
 /// slope, harmonics of the phase, and what goes with integration time, light and target, each with a prior of the size
 /// that cameras have. So the outermost boards are judged, too. One is named whose error is 5 mm or more and 6 standard
-/// deviations; it is left out then, and the others are judged again. None where fewer than six distances were measured,
-/// or where all differ.
+/// deviations, and three times those of the boards beside it; it is left out then, and the others are judged again.
+/// None where fewer than six distances were measured, or where all differ.
 std::vector<OutlyingBoard> outlying_boards(const Boards& boards, double unambiguous_range);
 
 }  // namespace tofgraph::calibration
