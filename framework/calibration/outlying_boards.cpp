@@ -170,8 +170,7 @@ bool stands_alone(const Boards& boards, const BoardFit& fit, const std::vector<E
     if (neighbour < 0) return true;
     std::vector<Eigen::Index> others;
     for (const Eigen::Index i : used)
-      if (fit.distance(i) != fit.distance(neighbour) && i != static_cast<Eigen::Index>(board.board))
-        others.push_back(i);
+      if (fit.distance(i) != fit.distance(neighbour) && fit.distance(i) != own.distance) others.push_back(i);
     return std::abs(fit.error_of(neighbour, others, board.usual).error) < share * std::abs(board.error);
   });
 }
