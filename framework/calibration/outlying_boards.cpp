@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t min_distances = 6;
 constexpr double min_error = 5e-3, min_spreads = 6;  // m; standard deviations
-constexpr double least_sd = 0.3e-3;                  // m, of where a board stands
+constexpr double placing_sd = 0.3e-3;                // m, of where a board stands
 
 /// What a board's z - T may consist of, a column each, times the standard deviation that it is expected to have.
 MatrixXd columns_of(const Boards& boards, double range) {
@@ -71,7 +71,7 @@ class BoardFit {
     double sd = 1e-3;
     for (int round = 0; round < 6; ++round) {
       const double next =
-          std::max(physics::sd_of_deviations * physics::median(left_out_sizes(used, sd)) * sd, least_sd);
+          std::max(physics::sd_of_deviations * physics::median(left_out_sizes(used, sd)) * sd, placing_sd);
       const bool settled = std::abs(next / sd - 1) < 1e-2;
       sd = next;
       if (settled) break;

@@ -11,9 +11,7 @@
 #include <tofgraph/array.hpp>
 
 #include <fmt/format.h>
-
 #include <cmath>
-#include <fstream>
 #include <optional>
 
 namespace tofgraph::hidden {
@@ -323,23 +321,10 @@ LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise) : noise_(noi
   Image& pattern = physics_.maps.fixed_pattern = draw_maps(camera, seed).fixed_pattern;
   double mean = 0, squares = 0;
   for (const double value : pattern) mean += value / static_cast<double>(pattern.size());
-  for (double& value : pattern) {
-    value -= mean;
-    squares += value * value / static_cast<double>(pattern.size());
-  }
+  for (double& value : pattern) value -= mean;
+  for (const double value : pattern) squares += value * value / static_cast<double>(pattern.size());
   for (double& value : pattern) value *= 3.5e-3 / std::sqrt(squares);
   defects_ = draw_defects(camera, seed);
-}
-
-void LabCamera::write_profile(const fs::path& file) const {
-  const int side = physics_.camera.width;
-  std::ofstream(file) << fmt::format(
-      "profile: 1\nname: lab\nwidth: {0}\nheight: {0}\npixel_pitch: {1} um\nfocal_length: 12.8 mm\n"
-      "principal_point: [{2}, {2}]\nmodulation_frequency: 20 MHz\nsources:\n"
-      "  - {{name: left, position: [-50 mm, 0 mm, 0 mm]}}\n  - {{name: right, position: [50 mm, 0 mm, 0 mm]}}\n"
-      "integration_time: [0.5 ms, 50 ms]\ngain: 7.0e6 counts m^2/s\ncontrast: 0.5\nread_noise: 3 counts\n"
-      "shot_noise: 0.012 counts\nfull_well: 30000 counts\n",
-      side, 8160.0 / side, (side - 1) / 2.0);
 }
 
 void LabCamera::record_all(const fs::path& folder, const std::string& camera) const {
