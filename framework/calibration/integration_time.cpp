@@ -106,10 +106,21 @@ Result calibrate_integration_time(const Request& request) {
   if (request.accuracy) writer.setting("accuracy", format_quantity(*request.accuracy, "m"));
   write_values(campaign, times, writer);
   const std::vector<std::string> advice = advice_of(times, request);
-  return {.file = writer.text(),
-          .page = integration_time_report(campaign, times, request, sentence_of(advice)),
-          .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
-          .notes = campaign.boards.notes};
+  Result result{.file = writer.text(),
+                .page = integration_time_report(campaign, times, request, sentence_of(advice)),
+                .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
+                .notes = campaign.boards.notes};
+  if (times.held_out > 0)
+    result.held_out = HeldOutErrors{.left_out = "each distance",
+                                    .before = times.excess_of_one_time,
+                                    .after = times.excess.value,
+                                    .unit = "times the least RMSE",
+                                    .scale = 1,
+                                    .causes =
+                                        "best times that scatter, as of few frames; a wrong distance or "
+                                        "integration time of a condition; saturation",
+                                    .tolerance = 0.05};
+  return result;
 }
 
 }  // namespace tofgraph::calibration
