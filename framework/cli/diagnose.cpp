@@ -9,6 +9,28 @@
 
 namespace tofgraph::cli {
 
+namespace {
+
+/// What a run may use and what it may replace.
+void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
+  command.add_option("--threads", arguments.threads, "Threads; default: one per core")
+      ->option_text("N")
+      ->check(whole_number(1, 1024));
+  command
+      .add_option("--skip", arguments.skip,
+                  "Leave out the condition with this id; several with commas, or the option several times")
+      ->option_text("ID")
+      ->delimiter(',')
+      ->expected(1)
+      ->take_all();
+  command.add_flag("--skip-missing", arguments.skip_missing, "Continue without captures that cannot be read");
+  command.add_flag("--other-serial", arguments.other_serial,
+                   "Use a model of a device with another serial number, with a note");
+  command.add_flag("--force", arguments.force, "Replace existing outputs");
+}
+
+}  // namespace
+
 void add_diagnose(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command =
@@ -45,20 +67,12 @@ void add_diagnose(CLI::App& app, Common& common) {
                    "halves of the levels, and report how often each is chosen")
       ->option_text("N")
       ->check(whole_number(0));
-  command->add_option("--threads", arguments->threads, "Threads; default: one per core")
-      ->option_text("N")
-      ->check(whole_number(1, 1024));
   command
-      ->add_option("--skip", arguments->skip,
-                   "Leave out the condition with this id; several with commas, or the option several times")
-      ->option_text("ID")
-      ->delimiter(',')
-      ->expected(1)
-      ->take_all();
-  command->add_flag("--skip-missing", arguments->skip_missing, "Continue without captures that cannot be read");
-  command->add_flag("--other-serial", arguments->other_serial,
-                    "Use a model of a device with another serial number, with a note");
-  command->add_flag("--force", arguments->force, "Replace existing outputs");
+      ->add_option("--time-limit", arguments->time_limit,
+                   "End within this time, e.g. '5 min': the best model that is verified by then is reported; default: "
+                   "no limit")
+      ->option_text("DURATION");
+  add_run_options(*command, *arguments);
   command->footer("Example: tofgraph diagnose --model ideal.yaml --data campaign/campaign.yaml -o gap");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {

@@ -4,6 +4,7 @@
 #include "cli/progress.hpp"
 #include "config/diagnostics.hpp"
 #include "config/json_text.hpp"
+#include "config/quantity.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report.hpp"
 #include "io/output_files.hpp"
@@ -62,6 +63,7 @@ std::string command_of(const DiagnoseArguments& a) {
       fmt::format("tofgraph diagnose --model {} --data {} -o {}", in_shell(a.model), in_shell(a.data), in_shell(a.out));
   const DiagnoseArguments usual;
   if (a.max_effects != usual.max_effects) text += fmt::format(" --max-effects {}", a.max_effects);
+  if (!a.time_limit.empty()) text += " --time-limit " + in_shell(a.time_limit);
   if (a.seed != usual.seed) text += fmt::format(" --seed {}", a.seed);
   for (const std::string& name : a.without) text += " --without " + in_shell(name);
   if (a.confidence != usual.confidence) text += fmt::format(" --confidence {}", a.confidence);
@@ -71,6 +73,16 @@ std::string command_of(const DiagnoseArguments& a) {
   if (a.other_serial) text += " --other-serial";
   for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());
   return text;
+}
+
+/// s; 0: none. @throws config::ConfigurationError
+double time_limit_of(const DiagnoseArguments& arguments) {
+  if (arguments.time_limit.empty()) return 0;
+  const config::Quantity limit = config::parse_quantity(arguments.time_limit, "s");
+  if (limit.ok() && limit.value > 0) return limit.value;
+  throw config::ConfigurationError(fmt::format("--time-limit: error: '{}' {}\n         example: --time-limit '5 min'",
+                                               arguments.time_limit,
+                                               limit.ok() ? "must be greater than 0" : limit.problem));
 }
 
 /// All or nothing of them, in place of what a search before left in the folder.
@@ -108,6 +120,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.skip_missing = arguments.skip_missing;
   options.other_serial = arguments.other_serial;
   options.search.max_effects = arguments.max_effects;
+  options.time_limit = time_limit_of(arguments);
   options.confidence = arguments.confidence;
   options.resample = arguments.resample;
   options.search.seed = arguments.seed;

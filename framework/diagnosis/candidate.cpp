@@ -5,12 +5,15 @@
 #include <fmt/format.h>
 
 #include "config/json_text.hpp"
-#include "diagnosis/observables.hpp"
+#include "diagnosis/design.hpp"
 #include "io/image_file.hpp"
+
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace tofgraph::diagnosis {
@@ -58,6 +61,17 @@ std::vector<double> tried(const FreeParameter& shape, Shapes shapes) {
 
 }  // namespace
 
+double MapParameter::bound(const Design& design) const {
+  constexpr double any_full_well = 65535;
+  const tofgraph_camera& camera = design.camera();
+  const double full_well = std::isfinite(camera.full_well) ? camera.full_well : any_full_well;
+  if (unit == "m") return physics::unambiguous_range(camera.modulation_frequency) / 2;
+  if (unit == "counts") return full_well;
+  if (unit == "counts/s")
+    return full_well / std::ranges::max(design.conditions(), {}, &io::Condition::integration_time).integration_time;
+  return unit.empty() ? 1 : std::numeric_limits<double>::infinity();
+}
+
 EstimatedMaps::EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera)
     : maps_(std::move(maps)), dimension_(dimension) {
   for (const Map& map : maps_) {
@@ -76,7 +90,8 @@ Candidate::Candidate(const graph::Plugin& plugin)
   find_refinements();
 }
 
-Candidate::Candidate(const simulation::ModelEffect& effect) : descriptor_(effect.descriptor), written_(&effect.values) {
+Candidate::Candidate(const simulation::ModelEffect& effect, std::vector<std::size_t> held)
+    : descriptor_(effect.descriptor), written_(&effect.values), held_(std::move(held)) {
   find_free();
   find_refinements();
 }
@@ -106,6 +121,7 @@ void Candidate::find_free() {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     const bool nested = (p.flags & TOFGRAPH_PARAMETER_NESTED) != 0;
+    if (std::ranges::find(held_, i) != held_.end()) continue;
     if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(free_parameter(i));
   }
   // Without a size nothing can be searched: shapes alone change nothing.

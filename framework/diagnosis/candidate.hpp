@@ -35,10 +35,15 @@ struct Refinement {
   std::vector<FreeParameter> parameters;
 };
 
+class Design;
+
 /// A parameter that is a number for every pixel.
 struct MapParameter {
   std::size_t index = 0;  ///< among the descriptor's parameters
   std::string name, unit;
+
+  /// Largest value, of either sign, that a pixel of a camera may have; SI.
+  double bound(const Design& design) const;
 };
 
 /// Maps that were estimated where no model names a file: constant within a superpixel.
@@ -80,8 +85,8 @@ class Candidate {
  public:
   /// With the defaults of its parameters. @throws config::ConfigurationError when one has none
   explicit Candidate(const graph::Plugin& plugin);
-  /// With the values of a model; these must live on.
-  explicit Candidate(const simulation::ModelEffect& effect);
+  /// With the values of a model; these must live on. @param held indices of parameters that keep them
+  explicit Candidate(const simulation::ModelEffect& effect, std::vector<std::size_t> held = {});
 
   Candidate(const Candidate&) = delete;
   Candidate& operator=(const Candidate&) = delete;
@@ -92,6 +97,11 @@ class Candidate {
   const graph::Plugin& descriptor() const { return *descriptor_; }
   const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
+  /// Indices of parameters that would be free and keep the values of the model.
+  const std::vector<std::size_t>& held() const { return root_->held_; }
+  FreeParameter parameter(std::size_t index) const { return free_parameter(index); }
+  /// Value of a parameter, a number, in the model or by default.
+  double written(std::size_t index) const { return written_->data()[index].number; }
   std::size_t sizes() const;
 
   const std::vector<Refinement>& refinements() const { return root_->refinements_; }
@@ -130,7 +140,8 @@ class Candidate {
   std::shared_ptr<const graph::ParameterValues> owned_;  ///< of defaults
   const graph::ParameterValues* written_;
   const Candidate* root_ = this;
-  std::size_t refined_ = 0;  ///< a bit for each refinement
+  std::size_t refined_ = 0;        ///< a bit for each refinement
+  std::vector<std::size_t> held_;  ///< parameters that are not free
   std::vector<FreeParameter> free_;
   std::vector<Refinement> refinements_;               ///< of the root
   std::vector<std::unique_ptr<Candidate>> variants_;  ///< of the root, by their bits

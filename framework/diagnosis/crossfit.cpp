@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/crossfit.hpp"
 
-#include "diagnosis/part.hpp"
-#include "diagnosis/places.hpp"
+#include "diagnosis/another_contrast.hpp"
+#include "diagnosis/prediction.hpp"
 
 #include <tofgraph/physics/robust.hpp>
 
@@ -12,6 +12,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 #include <span>
@@ -22,122 +23,16 @@ namespace {
 
 constexpr int interval_draws = 1000;
 
-/// A state of the conditions that were left, for those that were put aside: reflectivities of targets that are new are
-/// found from amplitudes, never from distances.
-State carried(const State& state, const Problem& to) {
-  State result = state;
-  result.light.resize(to.targets.size(), 0);
-  if (result.light.size() == state.light.size()) return result;
-  constexpr int rounds = 3;  // other light than the board's answers otherwise
-  for (int round = 0; round < rounds; ++round) {
-    const auto rows = expected(to, result);
-    const std::size_t n = to.design.superpixels();
-    for (std::size_t t = state.light.size(); t < to.targets.size(); ++t) {
-      double sum = 0, count = 0;
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (to.target[i] != static_cast<int>(t)) continue;
-        for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
-          if (std::isinf(to.data[i].variance[row])) continue;
-          sum += to.data[i].value[row] - rows[i][row];
-          ++count;
-        }
-      }
-      if (count > 0) result.light[t] += sum / count;
-    }
-  }
-  return result;
-}
-
-double square(const Gram& gram, Eigen::Index column, const Variances& variances) {
-  double determinant = 0;
-  return marginal(gram, variances, determinant)(column, column);
-}
-
-/// Predictions of what was put aside.
-class Prediction {
- public:
-  Prediction(FoldProblem& held, const Fold& fold) : held_(held) {
-    for (const std::size_t i : fold.held) conditions_.push_back({.condition = i});
-  }
-
-  void before(const State& state) {
-    const auto rows = predict(state);
-    for (std::size_t i = 0; i < rows.size(); ++i) conditions_[i].before = sums(rows[i], i);
-    // Boards that stand elsewhere are told by the model as it was: none that is to prove itself makes them count less.
-    held_.problem.allowed.looseness = looseness_of(places_of(held_.problem, carried(state, held_.problem)));
-  }
-
-  void after(const State& state) {
-    after_ = predict(state);
-    variances_ = state.variances;
-    const std::vector<Gram> grams = grams_of(held_.problem, with_nuisances(held_.problem, after_, variances_), {});
-    for (std::size_t i = 0; i < after_.size(); ++i) {
-      OutOfFold& one = conditions_[i];
-      one.after = sums(after_[i], i);
-      one.chi_after = square(grams[i], grams[i].cols() - 1, variances_);
-    }
-  }
-
-  /// With one effect less, fitted without it. The covariance stays that of the model with all.
-  /// @param taken_out all else as it was with the effect: what is fitted without it may run away where nothing holds it
-  void without(const std::string& effect, const State& state, const State& taken_out) {
-    const auto rows_of_rest = predict(taken_out);
-    const auto rows = predict(state);
-    const Column apart = difference(after_, rows);
-    const std::vector<Gram> grams =
-        grams_of(held_.problem, with_nuisances(held_.problem, rows, variances_), std::span(&apart, 1));
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      conditions_[i].without[effect] = {square(grams[i], grams[i].cols() - 1, variances_),
-                                        square(grams[i], 0, variances_), sums(rows[i], i)[distance],
-                                        sums(rows_of_rest[i], i)[distance]};
-    }
-  }
-
-  std::vector<OutOfFold> take() { return std::move(conditions_); }
-
- private:
-  std::vector<std::vector<double>> predict(const State& state) {
-    const State there = carried(state, held_.problem);
-    correct(held_.problem, there);
-    return expected(held_.problem, there);
-  }
-
-  /// Sums of squares of a condition.
-  std::array<double, observables> sums(const std::vector<double>& rows, std::size_t i) {
-    const std::size_t n = held_.design.superpixels();
-    std::array<double, observables> squares{};
-    conditions_[i].count = {};
-    if (!held_.design.shows_board(i)) return squares;  // it has no gap to a board
-    for (std::size_t o = 0; o < observables; ++o) {
-      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-        if (std::isinf(held_.data[i].variance[row])) continue;
-        const double scale = o == distance ? 1 / held_.design.shift(i)[row] : 1;  // half paths become depths
-        squares[o] += std::pow(scale * (held_.data[i].value[row] - rows[row]), 2);
-        ++conditions_[i].count[o];
-      }
-    }
-    return squares;
-  }
-
-  FoldProblem& held_;
-  std::vector<OutOfFold> conditions_;
-  std::vector<std::vector<double>> after_;
-  Variances variances_;
-};
-
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
                      const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                      const SearchOptions& options) {
   FoldResult result{fold, {}, {}, {}, ""};
-  std::vector<std::size_t> left;
-  for (std::size_t i = 0; i < design.size(); ++i) {
-    if (!std::ranges::binary_search(fold.held, i)) left.push_back(i);
-  }
-  const FoldProblem training(design, data, left);
+  const FoldProblem training(design, data, left_by(fold, design.size()), options.deadline);
   FoldProblem held(design, data, fold.held, training);
   try {
     Selection selection(training.problem, model, candidates, options, {});
     selection.begin();
+    selection.linearise();
     if (options.max_effects > 0) selection.grow();
     Prediction prediction(held, fold);
     // The model as it was is not refitted, only the reflectivities are.
@@ -147,6 +42,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     if (!model.empty()) correct(original, as_it_was);
     prediction.before(fit_nuisances(original, as_it_was, selection.weight()).state);
     result.state = selection.best().fit.state;
+    hold_contrast(held, selection.problem(), result.state);
     if (const Residue* residue = selection.problem().allowed.residue.get(); residue != nullptr)
       held.problem.allowed.residue = std::make_shared<const Residue>(Residue(held.data), residue->sd());
     prediction.after(result.state);
@@ -207,6 +103,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   result.folds.resize(folds.size());
   SearchOptions quiet = options;
   quiet.progress = {};
+  std::atomic<std::size_t> finished = done;
   // Of those that must choose an effect as many may do without it.
   const auto may_miss = static_cast<std::size_t>((1 - least_chosen) * static_cast<double>(folds.size()) + 1e-9);
   const auto refuted = [&](const std::vector<std::string>& names) {
@@ -224,6 +121,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
       // Else a thread that waits within one would begin another one on top of it.
       tbb::this_task_arena::isolate(
           [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+      if (options.fold_done) options.fold_done(++finished, folds.size());
     });
     done = end;
   }

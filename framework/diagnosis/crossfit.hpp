@@ -6,6 +6,7 @@
 #pragma once
 
 #include "diagnosis/folds.hpp"
+#include "diagnosis/prediction.hpp"
 #include "diagnosis/selection.hpp"
 #include "diagnosis/validation.hpp"
 
@@ -16,19 +17,6 @@
 #include <vector>
 
 namespace tofgraph::diagnosis {
-
-/// A condition out of fold. Chi-squares are in the covariance of the model that was fitted without it.
-struct OutOfFold {
-  std::size_t condition = 0;
-  std::array<double, observables> before{}, after{};  ///< sums of squares over superpixels, of depth in m^2
-  std::array<double, observables> count{};            ///< superpixels
-  double chi_after = 0;
-  struct Less {
-    double chi = 0, seen = 0, depth = 0;  ///< chi-square, that of what changes, sum of squares of depth in m^2
-    double taken_out = 0;                 ///< the latter with all else as it was with the effect
-  };
-  std::map<std::string, Less> without;  ///< with one effect less, fitted without it
-};
 
 struct FoldResult {
   Fold fold;

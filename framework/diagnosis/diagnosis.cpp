@@ -5,6 +5,7 @@
 #include "diagnosis/by_condition.hpp"
 #include "diagnosis/maps.hpp"
 #include "diagnosis/notes.hpp"
+#include "diagnosis/pattern_ties.hpp"
 #include "diagnosis/plausibility.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/serial.hpp"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <set>
 
 namespace tofgraph::diagnosis {
@@ -62,6 +64,28 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
   }
 }
 
+/// Shares of the progress: by when captures are read, folds begin, and numbers are put on what was found; and what one
+/// step takes of what is left.
+constexpr double read_by = 0.1, folds_from = 0.55, found_by = 0.95, step_share = 0.04;
+/// Shares of a time limit by which the search must have ended, and its verification.
+constexpr double searched_by = 0.65, verified_by = 0.8;
+
+/// Parameters that are not fitted: refinements that the data do not ask for, and values of the given model that they do
+/// not determine.
+std::vector<ParameterResult> fixed_of(const Candidate& candidate) {
+  std::vector<ParameterResult> fixed;
+  const auto add = [&](const FreeParameter& p, double value) {
+    fixed.push_back({.name = p.name, .unit = p.unit, .value = value, .interval = {NAN, NAN}});
+  };
+  for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+    if (candidate.refined(r)) continue;
+    const FreeParameter& size = candidate.refinements()[r].parameters.front();
+    add(size, size.off);
+  }
+  for (const std::size_t index : candidate.held()) add(candidate.parameter(index), candidate.written(index));
+  return fixed;
+}
+
 class Run {
  public:
   Run(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options)
@@ -70,36 +94,47 @@ class Run {
   std::unique_ptr<Diagnosis> run() {
     const io::Campaign campaign = read();
     IngestOptions ingest{d_->model.physical, options_.skip_missing, {}};
-    ingest.progress = [this](double share) { progress(0.4 * share, "reading captures"); };
+    ingest.progress = [this](double share) {
+      if (limit_.at(searched_by).has_passed())
+        throw std::runtime_error("--time-limit: error: it ended while captures were read, nothing was searched");
+      progress(read_by * share, "reading captures");
+    };
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
     check_serial();
     require_consistent(d_->measurements);
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note(notes_on(d_->measurements, *problem_));
-    progress(0.4, "asking what these data can show");
+    progress(read_by, "asking what these data can show");
+    d_->given->hold_undetermined(*problem_, d_->candidates);
+    d_->model_terms = d_->given->terms();
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
-    SearchOptions search_options = options_.search;
-    search_options.progress = [this](const std::string& what) { progress(share_ += 0.05 * (0.95 - share_), what); };
+    const SearchOptions search_options = searching();
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
     problem_->correction = d_->search.correction;
     problem_->brightening = d_->search.brightening;
     problem_->allowed = d_->search.allowed;
+    note(d_->given->notes());
     if (has_maps(d_->search.after.state)) {
-      progress(0.95, "looking at every pixel");
+      progress(found_by, "looking at every pixel");
       d_->maps = pixel_maps(d_->measurements, *problem_, d_->search.after.state);
       note(notes_on_maps(d_->maps));
     }
-    progress(0.95, "putting numbers on it");
+    progress(found_by, "putting numbers on it");
     validate();
     describe();
-    d_->next = next_conditions(
-        *problem_, open_questions(*problem_, d_->search.after.state, d_->search.found, d_->search.dropped, d_->audit));
+    if (!d_->search.time_expired)
+      d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
+                                                           d_->search.dropped, d_->audit));
     judge();
-    if (options_.resample > 0)
-      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, search_options);
-    if (options_.confidence > 0)
+    SearchOptions further = search_options;  // of other data: the given model stays as it is by now
+    further.hold_given = nullptr;
+    further.fold_done = nullptr;
+    further.deadline = further.verification = {};
+    if (options_.resample > 0 && !d_->search.time_expired)
+      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, further);
+    if (options_.confidence > 0 && !d_->search.time_expired)
       d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
-                                  options_.confidence, search_options);
+                                  options_.confidence, further);
     return std::move(d_);
   }
 
@@ -117,6 +152,29 @@ class Run {
 
   void progress(double share, const std::string& what) const {
     if (options_.progress) options_.progress(std::min(share, 0.99), what);
+  }
+
+  /// Each step of the search takes a share of what is left; folds tell how many there are.
+  SearchOptions searching() {
+    SearchOptions search = options_.search;
+    search.deadline = limit_.at(searched_by);
+    search.verification = limit_.at(verified_by);
+    search.progress = [this](const std::string& what) {
+      const std::lock_guard lock(mutex_);
+      progress(share_ += step_share * (found_by - share_), what);
+    };
+    search.fold_done = [this](std::size_t done, std::size_t all) {
+      const std::lock_guard lock(mutex_);
+      share_ =
+          std::max(share_, folds_from + (found_by - folds_from) * static_cast<double>(done) / static_cast<double>(all));
+      progress(share_, fmt::format("predicting what was put aside, fold {} of {}", done, all));
+    };
+    search.hold_given = [this](const Problem& problem, const Fit& fit) {
+      std::optional<Fit> held = d_->given->hold_undetermined_in(problem, fit);
+      d_->model_terms = d_->given->terms();
+      return held;
+    };
+    return search;
   }
 
   void note(const std::vector<std::string>& notes) { d_->notes.insert(d_->notes.end(), notes.begin(), notes.end()); }
@@ -145,11 +203,9 @@ class Run {
     d_->campaign_notes = campaign.notes;
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
+    d_->time_limit = options_.time_limit;
     d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
-    for (const simulation::ModelEffect& effect : d_->model.effects) {
-      d_->own_candidates.push_back(std::make_unique<Candidate>(effect));
-      d_->model_terms.push_back({d_->own_candidates.back().get(), d_->own_candidates.back()->start()});
-    }
+    d_->given = std::make_unique<GivenModel>(d_->model.effects);
     return campaign;
   }
 
@@ -163,7 +219,7 @@ class Run {
 
   void validate() {
     const CrossFit& folds = d_->search.cross_fit;
-    if (folds.empty())
+    if (folds.empty() && !d_->search.time_expired)
       d_->notes.push_back("No setting has levels enough to put some aside: the gap is that of the fit itself.");
     for (const FoldResult& fold : folds.folds) {
       if (!fold.failed.empty())
@@ -193,6 +249,9 @@ class Run {
                      scatter_left(*problem_, scatter[o], !d_->measurements.table, o),
                      noise_and_scatter(*problem_, scatter[o], !d_->measurements.table, o)};
     }
+    // Where the limit left no folds of the search, those that verified the model stand for them.
+    if (const GapComparison& aside = d_->search.verified.held_out; folds.empty() && std::isfinite(aside.model))
+      d_->gaps[distance].held_out_before = aside.given, d_->gaps[distance].held_out_after = aside.model;
   }
 
   void describe() {
@@ -212,11 +271,7 @@ class Run {
         effect.parameters.push_back({p.name, p.unit, term.values[k], interval,
                                      standing(p, interval, after.covariance(j, j)), p.shape, p.off, p.typical});
       }
-      for (std::size_t r = 0; r < term.candidate->refinements().size(); ++r) {
-        if (term.candidate->refined(r)) continue;
-        const FreeParameter& size = term.candidate->refinements()[r].parameters.front();
-        effect.fixed.push_back({.name = size.name, .unit = size.unit, .value = size.off, .interval = {NAN, NAN}});
-      }
+      effect.fixed = fixed_of(*term.candidate);
       if (t >= d_->model_terms.size()) {
         const Found& found = d_->search.found[t - d_->model_terms.size()];
         effect.gain = found.gain;
@@ -235,10 +290,19 @@ class Run {
       }
       d_->effects.push_back(std::move(effect));
     }
-    note(d_->notes_on_found = notes_on_found(*problem_, d_->search));
-    note(d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search));
+    d_->contrast = contrast_of(*problem_, after.state, d_->search.lack_of_fit);
+    d_->notes_on_found = notes_on_found(*problem_, d_->search);
+    if (has_maps(after.state))
+      std::ranges::move(notes_on_pattern_ties(*problem_, after, d_->candidates),
+                        std::back_inserter(d_->notes_on_found));
+    note(d_->notes_on_found);
+    d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search);
+    if (d_->contrast && d_->contrast->profile_is_off())
+      d_->notes_on_nuisances.push_back(note_on_contrast(*d_->contrast));
+    note(d_->notes_on_nuisances);
     note(notes_on_misplaced(problem_->design, d_->search));
-    if (d_->search.cross_fit.empty() && !d_->search.found.empty())
+    note(notes_on_verification(d_->search, options_.time_limit));
+    if (d_->search.cross_fit.empty() && !d_->search.found.empty() && !d_->search.time_expired)
       d_->notes.push_back(
           "Nothing could be put aside: these conditions have neither four distances nor several targets or sessions. "
           "What is named is not proven out of sample.");
@@ -264,7 +328,9 @@ class Run {
   const DiagnosisOptions& options_;
   std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
   std::optional<Problem> problem_;
-  double share_ = 0.45;
+  const TimeLimit limit_{options_.time_limit};
+  std::mutex mutex_;
+  double share_ = read_by;
 };
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include "diagnosis/audit.hpp"
 #include "diagnosis/confidence.hpp"
+#include "diagnosis/contrast.hpp"
+#include "diagnosis/held_values.hpp"
 #include "diagnosis/ingest.hpp"
 #include "diagnosis/inputs.hpp"
 #include "diagnosis/next_condition.hpp"
@@ -34,6 +36,7 @@ struct DiagnosisOptions {
   bool other_serial = false;   ///< a model of another device is used, with a warning
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   std::size_t resample = 0;    ///< random halves on which effects are chosen again; 0: not at all
+  double time_limit = 0;       ///< s; 0: none
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
   std::function<void(const std::string& text)> warn;  ///< of what may be a mistake and does not stop the search
@@ -92,14 +95,17 @@ struct Diagnosis {
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
-  std::vector<Stability> stability;  ///< where it was asked for
-  std::vector<PixelMap> maps;        ///< that were found
+  std::vector<Stability> stability;          ///< where it was asked for
+  std::vector<PixelMap> maps;                ///< that were found
+  std::optional<MeasuredContrast> contrast;  ///< where intensities are known
+  double time_limit = 0;                     ///< s; 0: none
   Measurements measurements;
   std::string campaign_name;
   std::vector<std::string> campaign_notes;  ///< what the campaign says itself
   simulation::Model model;
-  std::vector<Term> model_terms;
-  std::vector<std::unique_ptr<Candidate>> candidates, own_candidates;  ///< that may be added; of the model
+  std::unique_ptr<GivenModel> given;
+  std::vector<Term> model_terms;                       ///< of it
+  std::vector<std::unique_ptr<Candidate>> candidates;  ///< that may be added
 };
 
 /// Reads, searches, judges. @throws config::ConfigurationError for what is written wrong

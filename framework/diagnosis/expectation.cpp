@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // What a model expects of every condition, and how that changes with its parameters.
+#include "diagnosis/another_contrast.hpp"
 #include "diagnosis/fit.hpp"
 
 #include <fmt/format.h>
@@ -45,7 +46,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
             fmt::format("condition '{}': its measurement is no number", design.conditions()[i].id));
     }
   }
-  Problem problem{design, data, {}, {}, nuisances_of(design)};
+  Problem problem{design, data, {}, {}, nuisances_of(design, shows_another_contrast(design, data))};
   for (const io::Condition& condition : design.conditions()) {
     if (is_light_known(condition)) {
       problem.target.push_back(-1);
@@ -63,8 +64,11 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
 }
 
 Problem with_data(const Problem& problem, const std::vector<Observations>& data) {
-  return {problem.design,      data,           problem.targets, problem.target, problem.nuisances, problem.correction,
-          problem.brightening, problem.allowed};
+  return {problem.design,      data,
+          problem.targets,     problem.target,
+          problem.nuisances,   problem.correction,
+          problem.brightening, problem.allowed,
+          problem.deadline};
 }
 
 std::vector<double> first_light(const Problem& problem) {
@@ -94,15 +98,18 @@ double Problem::run_length() const {
   return static_cast<double>(data.size()) / static_cast<double>(1 + std::ranges::max(runs()));
 }
 
-bool Problem::light_seen() const {
+bool are_seen(std::size_t observable, const Design& design, const std::vector<Observations>& data) {
   const std::size_t n = design.superpixels();
-  return std::ranges::any_of(data, [n](const Observations& one) {
-    const auto first = one.variance.begin() + static_cast<std::ptrdiff_t>(amplitude * n);
+  return std::ranges::any_of(data, [=](const Observations& one) {
+    const auto first = one.variance.begin() + static_cast<std::ptrdiff_t>(observable * n);
     return std::any_of(first, first + static_cast<std::ptrdiff_t>(n), [](double v) { return std::isfinite(v); });
   });
 }
 
+bool Problem::light_seen() const { return are_seen(amplitude, design, data); }
+
 std::vector<std::vector<double>> expected(const Problem& problem, const State& state) {
+  problem.deadline.check();
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   std::vector<std::vector<double>> rows(design.size());
@@ -227,9 +234,9 @@ Eigen::MatrixXd weighted_columns(const Problem& problem, const std::vector<doubl
     const auto r = static_cast<Eigen::Index>(row);
     const double weight = 1 / std::sqrt(data.variance[row]);
     for (Eigen::Index c = 0; c < first; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];
-    const std::array<double, gram_tail> tail = {problem.jitter_response(i, row), problem.offset_response(i, row),
-                                                problem.light_response(i, row), problem.uniform_response(i, row),
-                                                data.value[row] - rows[row]};
+    const std::array<double, gram_tail> tail = {problem.jitter_response(i, row),   problem.offset_response(i, row),
+                                                problem.light_response(i, row),    problem.uniform_response(i, row),
+                                                problem.contrast_response(i, row), data.value[row] - rows[row]};
     for (Eigen::Index t = 0; t < gram_tail; ++t) all(r, first + t) = weight * tail[static_cast<std::size_t>(t)];
   }
   if (problem.allowed.residue)

@@ -236,8 +236,7 @@ std::vector<std::vector<double>> with_nuisances(const Problem& problem, std::vec
     for (const Shared& shared : problem.nuisances.of_condition[i]) {
       const double height = shared.factor * values(shared.unknown);
       for (std::size_t row = 0; row < rows[i].size(); ++row)
-        rows[i][row] += height * (shared.direction == uniform_direction ? problem.uniform_response(i, row)
-                                                                        : problem.light_response(i, row));
+        rows[i][row] += height * problem.shared_response(shared.direction, i, row);
     }
   }
   return rows;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/candidate.hpp"
+#include "diagnosis/deadline.hpp"
 #include "diagnosis/design.hpp"
 #include "diagnosis/mixed_model.hpp"
 #include "diagnosis/nuisances.hpp"
@@ -43,6 +44,7 @@ struct Problem {
   /// light comes from elsewhere than the board, more light from the board changes them less. See brighten().
   std::vector<std::vector<double>> brightening = {};
   Allowances allowed = {};
+  Deadline deadline = {};  ///< after it expected() throws TimeExpired
 
   /// Of each condition, which ones chance changes the signs of together: each its own, or the runs of a residue.
   std::vector<Eigen::Index> runs() const;
@@ -72,12 +74,25 @@ struct Problem {
     if (!brightening.empty()) return brightening[condition][row];
     return is_of(amplitude, row) || is_of(intensity, row) ? 1 : 0;
   }
+  /// Change for a contrast that is lower by a factor e: as much amplitude comes with more intensity, of the light from
+  /// the board and of that from inside the camera alike.
+  double contrast_response(std::size_t condition, std::size_t row) const {
+    return design.shows_board(condition) && is_of(intensity, row) ? 1 : 0;
+  }
+  /// Change for one unit of an unknown that conditions share. @param direction uniform, light or contrast
+  double shared_response(Eigen::Index direction, std::size_t condition, std::size_t row) const {
+    if (direction == uniform_direction) return uniform_response(condition, row);
+    return direction == contrast_direction ? contrast_response(condition, row) : light_response(condition, row);
+  }
   /// Whether a row is of an observable.
   bool is_of(std::size_t observable, std::size_t row) const {
     const std::size_t n = design.superpixels();
     return row >= observable * n && row < (observable + 1) * n;
   }
 };
+
+/// Whether an observable is known anywhere in the data.
+bool are_seen(std::size_t observable, const Design& design, const std::vector<Observations>& data);
 
 /// Finds the targets whose reflectivity is not known.
 Problem make_problem(const Design& design, const std::vector<Observations>& data);
@@ -120,6 +135,7 @@ std::vector<double> first_light(const Problem& problem);
 using Column = std::vector<std::vector<double>>;
 
 /// Rows of every condition as the model expects them. @throws simulation::EffectError, also for what is not finite
+/// @throws TimeExpired
 std::vector<std::vector<double>> expected(const Problem& problem, const State& state);
 
 /// What one has more than the other.

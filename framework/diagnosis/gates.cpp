@@ -15,8 +15,9 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double least_capture = 0.8;  ///< of the gain of the best generic pattern that the effect lowers
-constexpr double lowered = 0.2;        ///< of a pattern's gain: what falls by less has other reasons
+constexpr double least_capture = 0.8;    ///< of the gain of the best generic pattern that the effect lowers
+constexpr double least_of_proved = 0.5;  ///< likewise, of an effect that folds proved
+constexpr double lowered = 0.2;          ///< of a pattern's gain: what falls by less has other reasons
 
 }  // namespace
 
@@ -55,7 +56,7 @@ double Gates::chance(const Base& best, const Base& less, const Score& score) con
   return chance_of(score, all, groups, flips_, seed_);
 }
 
-Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece) {
+Found Gates::examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece, bool proved) {
   const Term& term = best.fit.state.terms[piece.term];
   Found found;
   found.candidate = term.candidate;
@@ -81,12 +82,12 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
     found.refutation = "without it the data are explained as well";
   } else if (problem_.run_length() > 1 && found.gain < Selection::worth * problem_.run_length()) {
     found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", problem_.run_length());
-  } else if (!significant(score)) {
+  } else if (!proved && !significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (importance(problem_, group.columns[0]) <= 1 &&
              !(nothing_left && left_of(problem_, less.fit, less.columns) >= diagnosis::explained)) {
     found.refutation = too_small;  // unless the data ask for it: without it something is left, with it nothing
-  } else if (found.capture < least_capture) {
+  } else if (found.capture < (proved ? least_of_proved : least_capture)) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
   }
   return found;

@@ -23,7 +23,7 @@ class Gates {
   double capture(const Base& less, const Group& group) const;
   /// A piece of the best model against the model without it; its refutation is empty when it passes.
   /// @param less the best model without the piece @param left the patterns of the best model
-  Found examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece);
+  Found examined(const Base& best, const Base& less, const PatternScan& left, const Piece& piece, bool proved);
 
  private:
   double explained(const Base& less, const PatternScan& left, double gain) const;

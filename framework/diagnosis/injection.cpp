@@ -17,7 +17,8 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::vector<Observations> result = problem.data;
   Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions
   for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u) {
-    const double sd = state.variances.*problem.nuisances.sd[u];
+    const bool drawn = problem.nuisances.sd[u] != &Variances::contrast;  // which is what it is
+    const double sd = drawn ? state.variances.*problem.nuisances.sd[u] : 0;
     shared(static_cast<Eigen::Index>(u)) = sd > 0 ? sd * normal(generator) : 0;
   }
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -26,7 +27,8 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
     const double offset = sd.offset * normal(generator);
     double light = sd.light * normal(generator), uniform = 0;
     for (const Shared& one : problem.nuisances.of_condition[i])
-      (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
+      if (one.direction != contrast_direction)
+        (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
     Eigen::VectorXd residue;  // of the distances, which come first
     if (problem.allowed.residue) residue = problem.allowed.residue->drawn(i, generator);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {

@@ -13,8 +13,9 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double step_norm = 10;  ///< standard deviations that a step of one superpixel's value is to make
-constexpr int corrections = 2;    ///< of a trial, for what is not quite linear
+constexpr double step_norm = 10;     ///< standard deviations that a step of one superpixel's value is to make
+constexpr double least_visible = 1;  ///< standard deviations that a map at its bound must make to be tried
+constexpr int corrections = 2;       ///< of a trial, for what is not quite linear
 constexpr int most_corrections = 8;
 constexpr double settled_maps = 1;  ///< of the deviance
 
@@ -31,10 +32,14 @@ struct Response {
   Group group;
 };
 
-/// @param dimension how many of the maps' values the data determine
+/// @param dimension how many of the maps' values the data determine; those beyond what a pixel may have are bounded
 Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps,
              double dimension) {
   const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
+  for (EstimatedMaps::Map& map : maps) {
+    const double bound = map.parameter.bound(problem.design);
+    for (double& value : map.values) value = std::clamp(value, -bound, bound);
+  }
   Term term{&candidate, {candidate.free().front().typical}};
   term.maps = std::make_shared<const EstimatedMaps>(std::move(maps), dimension, grid, problem.design.camera());
   return term;
@@ -54,7 +59,7 @@ double norm_of(const Problem& problem, const Column& column) {
   return squares.empty() ? 0 : std::sqrt(physics::median(squares));
 }
 
-/// What maps change for one step of theirs. Those that change nothing are not there.
+/// What maps change for one step of theirs. Those whose largest possible values change nothing are not there.
 /// @throws simulation::EffectError
 Response response(const Problem& problem, const State& state, const Candidate& candidate,
                   std::span<const MapParameter> parameters) {
@@ -68,7 +73,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
         term_of(problem, candidate, {{parameter, std::vector<double>(problem.design.superpixels(), map_probe)}}, 0));
     Column column = difference(expected(problem, with), rows);
     const double norm = norm_of(problem, column);
-    if (!(norm > 0)) continue;
+    if (!(norm * parameter.bound(problem.design) / map_probe > least_visible)) continue;  // rounding, or nothing
     const double factor = step_norm / norm;
     for (std::vector<double>& condition : column) {
       for (double& value : condition) value *= factor;
@@ -246,6 +251,12 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
     }
   }
   return best;
+}
+
+Fit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate, std::span<const double> weight) {
+  const std::vector<double> nothing(problem.design.superpixels(), 0);
+  state.terms.push_back(term_of(problem, candidate, {{candidate.maps().front(), nothing}}, 0));
+  return fit_with_maps(problem, with_maps_of(problem, std::move(state), weight), weight);
 }
 
 Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,

@@ -25,6 +25,9 @@ std::optional<MapTrial> best_maps(const Problem& problem, const Base& base,
                                   std::map<std::string, std::string>& refused, std::span<const double> weight,
                                   std::size_t flips, std::uint64_t seed);
 
+/// A model with an effect whose first map is estimated, whatever it is worth. @throws simulation::EffectError
+Fit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate, std::span<const double> weight);
+
 /// The score of a term's maps in a model without it.
 Score score_of_maps(const Problem& problem, const Base& without, const Term& term, std::size_t flips,
                     std::uint64_t seed);

@@ -26,13 +26,14 @@ struct Variances {
   double mean = 1e-4;           ///< m, of the mean about which it wanders: as much as that
   double session = 1e-4;        ///< m, of the camera from one session to the next
   double session_light = 1e-3;  ///< of ln amplitude, likewise
+  double contrast = 0.1;        ///< prior of ln contrast about the profile's; held, not estimated
 };
 
 /// Columns: any number of effects' columns, then the random directions g, o and h, then u, a distance that is the same
-/// in all pixels, and the residual r.
+/// in all pixels, c, the change for a contrast that is lower by a factor e, and the residual r.
 using Gram = Eigen::MatrixXd;
-inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 2;
-inline constexpr Eigen::Index light_direction = 2, uniform_direction = 3;  ///< h and u
+inline constexpr Eigen::Index random_directions = 3, gram_tail = random_directions + 3;
+inline constexpr Eigen::Index light_direction = 2, uniform_direction = 3, contrast_direction = 4;  ///< h, u and c
 
 using RandomMatrix = Eigen::Matrix<double, random_directions, random_directions>;
 /// T of the inverse covariance D^-1 - (T R^T D^-1)^T (T R^T D^-1), R the random directions (Woodbury): squares are
@@ -43,7 +44,7 @@ RandomMatrix taking(const RandomMatrix& gram, const Variances& variances, double
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const Variances& variances, double& log_determinant);
 
-/// A condition's part in an unknown that it shares with others: so much of it, along h or u.
+/// A condition's part in an unknown that it shares with others: so much of it, along h, u or c.
 struct Shared {
   Eigen::Index direction = 0, unknown = 0;
   double factor = 1;

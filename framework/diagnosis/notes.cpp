@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/notes.hpp"
 
+#include "config/quantity.hpp"
 #include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
@@ -233,6 +234,38 @@ std::vector<std::string> notes_on_misplaced(const Design& design, const SearchRe
                     "written, check that. It counts less.",
                     c.id, 1e3 * std::abs(one.off), one.off > 0 ? "farther" : "nearer", c.board_distance));
   }
+  return notes;
+}
+
+std::string note_on_contrast(const MeasuredContrast& contrast) {
+  return fmt::format(
+      "The profile's contrast is off: it says {:.3g}, these taps show {} (a / 2I). The search lets it float, so that "
+      "no "
+      "effect stands for it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph "
+      "calibrate "
+      "response measures it.",
+      contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
+}
+
+std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
+  std::vector<std::string> notes;
+  if (search.time_expired)
+    notes.push_back(
+        fmt::format("The time limit of {} ended the search: effects that it had not reached by then are not named, and "
+                    "no condition "
+                    "to measure next is proposed.",
+                    config::format_quantity(time_limit, "s")));
+  if (search.is_given)
+    notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
+  else if (!search.not_better.empty())
+    notes.push_back(fmt::format("A larger model was found and is not written: {}.", search.not_better));
+  const GapComparison& written = search.verified.held_out;
+  if (const double chosen = search.cross_fit.gap(distance, "", 1).after;
+      !search.cross_fit.empty() && is_ruined(chosen, written.model))
+    notes.push_back(fmt::format(
+        "The effects that are written, fitted without what was put aside, predict it with a distance gap of {:.2f} mm; "
+        "those that each fold chose for itself with {:.2f} mm.",
+        1e3 * written.model, 1e3 * chosen));
   return notes;
 }
 

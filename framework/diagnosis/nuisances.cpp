@@ -20,11 +20,14 @@ std::size_t waves_of(const Design& design) {
 
 class Builder {
  public:
-  explicit Builder(const Design& design) : design_(design) { result_.of_condition.resize(design.size()); }
+  Builder(const Design& design, bool contrast) : design_(design), contrast_(contrast) {
+    result_.of_condition.resize(design.size());
+  }
 
   Nuisances build() {
     add_waves();
     add_sessions();
+    if (contrast_) add_contrast();
     return std::move(result_);
   }
 
@@ -65,13 +68,22 @@ class Builder {
     for (const auto& [name, factor] : sessions) add(factor, &Variances::session, &Variances::session_light);
   }
 
+  void add_contrast() {
+    const auto unknown = static_cast<Eigen::Index>(result_.sd.size());
+    result_.sd.push_back(&Variances::contrast);
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      if (design_.shows_board(i)) result_.of_condition[i].push_back({contrast_direction, unknown, 1});
+    }
+  }
+
   const Design& design_;
+  bool contrast_;
   Nuisances result_;
 };
 
 }  // namespace
 
-Nuisances nuisances_of(const Design& design) { return Builder(design).build(); }
+Nuisances nuisances_of(const Design& design, bool contrast) { return Builder(design, contrast).build(); }
 
 double wander_of(const Design& design, double sd) {
   double sum = 0;

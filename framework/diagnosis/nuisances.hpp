@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What conditions share that is no effect of the camera: a wander of its distances and of the light while the
-/// conditions were measured, and offsets from one session to the next.
+/// conditions were measured, offsets from one session to the next, and a contrast that is not the profile's.
 #pragma once
 
 #include "diagnosis/design.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Unknowns with a normal prior around zero, whose standard deviation is estimated.
+/// Unknowns with a normal prior around zero, whose standard deviation is estimated but for that of the contrast.
 struct Nuisances {
   std::vector<std::vector<Shared>> of_condition;  ///< one a condition
   std::vector<double Variances::*> sd;            ///< one an unknown: that of its prior
@@ -21,7 +21,8 @@ struct Nuisances {
 
 /// A constant and half waves over the order measured where all conditions tell it, k of them with 1 / k of the standard
 /// deviation as those of a random walk have; an offset and a factor of light for each session where there are several.
-Nuisances nuisances_of(const Design& design);
+/// @param contrast whether that is an unknown, too: see shows_another_contrast()
+Nuisances nuisances_of(const Design& design, bool contrast = false);
 
 /// Of a wander with a standard deviation of its first wave: its root mean square over the conditions.
 double wander_of(const Design& design, double sd);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/part.hpp"
 
+#include "diagnosis/another_contrast.hpp"
+
 #include <algorithm>
 
 namespace tofgraph::diagnosis {
@@ -9,7 +11,8 @@ namespace {
 
 /// A problem whose targets are those of another one, in their order, then those that are new.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, other.targets, {}, nuisances_of(design)};
+  Problem problem{design, data, other.targets, {}, nuisances_of(design, has_contrast(other.nuisances))};
+  problem.deadline = other.deadline;
   for (const io::Condition& condition : design.conditions()) {
     auto found = std::ranges::find(problem.targets, condition.target);
     const bool known = is_light_known(condition);
@@ -30,8 +33,10 @@ std::vector<Observations> picked(const std::vector<Observations>& all, const std
 }  // namespace
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
-                         const std::vector<std::size_t>& chosen)
-    : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data)) {}
+                         const std::vector<std::size_t>& chosen, const Deadline& deadline)
+    : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data)) {
+  problem.deadline = deadline;
+}
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
                          const std::vector<std::size_t>& chosen, const FoldProblem& other)

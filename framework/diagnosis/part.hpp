@@ -16,8 +16,9 @@ struct FoldProblem {
   std::vector<Observations> data;
   Problem problem;
 
-  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen);
-  /// With the targets of another part, and those that are new.
+  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+              const Deadline& deadline = {});
+  /// With the deadline and the targets of another part, and the targets that are new.
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const FoldProblem& other);
   FoldProblem(const FoldProblem&) = delete;

@@ -42,6 +42,8 @@ class PixelFit {
         height_(design_.camera().height),
         fits_(std::size_t{width_} * height_, {Eigen::MatrixXd::Zero(size(), size()), Eigen::VectorXd::Zero(size())}) {
     for (std::size_t m = 0; m < maps_.size(); ++m) probes_.push_back(probed(m));
+    const auto rows = expected(problem, state);
+    shared_ = difference(with_nuisances(problem, rows, state.variances), rows);
   }
 
   /// What one condition tells of each pixel.
@@ -71,6 +73,7 @@ class PixelFit {
         const double variance =
             problem_.data[condition].variance[row(o, p)] * static_cast<double>(members[block_of(p)]);
         if (std::isfinite(variance) && std::isfinite(left[p][o])) weight[p][o] = 1 / variance;
+        left[p][o] -= shared_[condition][row(o, p)];
         if (problem_.allowed.boards) left[p][o] -= problem_.allowed.boards->rows[condition][row(o, p)];
       }
     }
@@ -122,14 +125,17 @@ class PixelFit {
       map.noise = std::sqrt(physics::median(variance[m]));
       // Pixels that are broken say nothing of the others.
       const double all = physics::sd_of_deviations * physics::median(raw[m]);
-      map.spread = std::sqrt(std::fmax(all * all - map.noise * map.noise, 0));
+      map.spread = std::min(std::sqrt(std::fmax(all * all - map.noise * map.noise, 0)), bound_of(m));
       map.values = state_.terms[term_].maps->of_pixels(m);
       prior(static_cast<Eigen::Index>(m)) = map.spread > 0 ? 1 / (map.spread * map.spread) : 1e30;
     }
     for (std::size_t p = 0; p < fits_.size(); ++p) {
       const Eigen::MatrixXd information = fits_[p].information + Eigen::MatrixXd(prior.asDiagonal());
       const Eigen::VectorXd value = information.ldlt().solve(fits_[p].score);
-      for (std::size_t m = 0; m < maps.size(); ++m) maps[m].values[p] += value(static_cast<Eigen::Index>(m));
+      for (std::size_t m = 0; m < maps.size(); ++m) {
+        const double found = maps[m].values[p] + value(static_cast<Eigen::Index>(m)), bound = bound_of(m);
+        maps[m].values[p] = std::clamp(found, -bound, bound);
+      }
     }
     return maps;
   }
@@ -158,6 +164,7 @@ class PixelFit {
     Eigen::VectorXd score;
   };
 
+  double bound_of(std::size_t m) const { return maps_[m].parameter.bound(design_); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(maps_.size()); }
   std::size_t block_of(std::size_t pixel) const { return superpixel_of(pixel, height_, width_, grid); }
   std::size_t row(std::size_t observable, std::size_t pixel) const {
@@ -200,6 +207,7 @@ class PixelFit {
   simulation::ForwardModel model_;
   std::vector<simulation::ForwardModel> probes_;
   std::size_t width_, height_;
+  Column shared_;  ///< by all conditions, as a wander or the contrast; no map's
   std::vector<Fit> fits_;
 };
 

@@ -185,9 +185,37 @@ json nuisances_json(const Diagnosis& d) {
     if (std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end())
       result[name] = {{"value", v.*which}, {"unit", unit}};
   }
+  if (d.contrast)
+    result["contrast"] = {{"profile", d.contrast->profile},
+                          {"value", d.contrast->value},
+                          {"low", d.contrast->low},
+                          {"high", d.contrast->high}};
   for (std::size_t t = 0; t < problem.targets.size(); ++t)
     result["reflectivities"][problem.targets[t]] = unknown_reflectivity * std::exp(d.search.after.state.light[t]);
   return result;
+}
+
+json confidence_of(const Confidence& c) {
+  return {{"cases", c.cases()},
+          {"named", c.named},
+          {"named_right", c.named_right},
+          {"nothing_found", c.silent},
+          {"nothing_found_right", c.silent_right}};
+}
+
+/// The written model against the given one.
+json verification_of(const Diagnosis& d) {
+  const SearchResult& search = d.search;
+  const auto gaps = [](const GapComparison& of) {
+    return json{{"given", number(of.given)}, {"written", number(of.model)}};
+  };
+  return {{"unit", "m"},
+          {"all_data", gaps({d.gaps[distance].before, d.gaps[distance].after})},
+          {"held_out", gaps(search.verified.held_out)},
+          {"given_unchanged", search.is_given},
+          {"not_written", search.not_better.empty() ? json() : json(search.not_better)},
+          {"time_limit", d.time_limit > 0 ? json(d.time_limit) : json()},
+          {"time_limit_reached", search.time_expired}};
 }
 
 }  // namespace
@@ -236,20 +264,14 @@ json report_json(const Diagnosis& d) {
                                    {"gap_low", number(one.gap.low)},
                                    {"gap_high", number(one.gap.high)}});
   report["trace"] = trace_of(d);
+  report["verification"] = verification_of(d);
   report["conditions"] = conditions_of(d);
   report["correlations"] = correlations_of(d);
   report["next"] = next_of(d);
   report["seed"] = d.seed;
   report["inputs"] = json::array();
   for (const InputFile& input : d.inputs) report["inputs"].push_back({{"file", input.file}, {"sha256", input.sha256}});
-  if (d.confidence) {
-    const Confidence& c = *d.confidence;
-    report["confidence"] = {{"cases", c.cases()},
-                            {"named", c.named},
-                            {"named_right", c.named_right},
-                            {"nothing_found", c.silent},
-                            {"nothing_found_right", c.silent_right}};
-  }
+  if (d.confidence) report["confidence"] = confidence_of(*d.confidence);
   return report;
 }
 

@@ -81,6 +81,16 @@ std::vector<Rival> Rivals::of(const Found& found, std::size_t term) {
   };
   for (Trial& trial : trials_.best(less, found.candidate, rival_share, alike))
     compare(trial.candidate->root(), std::move(trial.fit));
+  // A map of the pixels is the same in all conditions, as what belongs to the set-up may be: a tilt at one distance.
+  const bool of_set_up = found.candidate->border().scope == TOFGRAPH_SCOPE_SETUP && problem_.design.superpixels() > 1;
+  for (const auto& candidate : candidates_) {
+    const bool asked = of_set_up && std::ranges::find(alike, candidate->name()) != alike.end();
+    if (!asked || candidate->maps().empty() || is_in(less.fit.state, *candidate)) continue;
+    try {
+      compare(*candidate, fit_with_map_of(problem_, less.fit.state, *candidate, selection_.weight()));
+    } catch (const simulation::EffectError&) {  // it gives no number there
+    }
+  }
   // What is said to be like it may be so in another form alone, or with other maps beside it.
   for (const auto& candidate : candidates_) {
     if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.fit.state, *candidate)) continue;

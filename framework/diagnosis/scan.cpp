@@ -13,7 +13,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double rounding = 1e-13;  ///< of a sum of products
+constexpr double rounding = 1e-13;      ///< of a sum of products
+constexpr double held_already = 1e-10;  ///< of a column's information: what is left of one that the unknowns hold
 
 /// What the unknowns that are held take out of everything else.
 struct Held {
@@ -74,6 +75,7 @@ Projected project(const std::vector<Share>& shares, const Held& held, std::size_
       cross.row(held.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
   }
   const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
+  const Eigen::VectorXd before = result.information.diagonal();
   result.information -= cross.transpose() * taken;
   const Eigen::Index shared = held.pulled.size();
   result.scores.resize(static_cast<Eigen::Index>(shares.size()) + shared, columns);
@@ -92,6 +94,12 @@ Projected project(const std::vector<Share>& shares, const Held& held, std::size_
     for (Eigen::Index a = 0; a < residual; ++a)
       score -= left(a) * taken.row(held.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
     result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
+  }
+  for (Eigen::Index c = 0; c < columns; ++c) {  // as an intensity that is the same everywhere is the contrast
+    if (result.information(c, c) > held_already * before(c)) continue;
+    result.information.row(c).setZero();
+    result.information.col(c).setZero();
+    result.scores.col(c).setZero();
   }
   return result;
 }

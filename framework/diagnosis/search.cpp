@@ -1,13 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search.hpp"
+#include "diagnosis/search_steps.hpp"
 
 #include "diagnosis/contribution.hpp"
-#include "diagnosis/gates.hpp"
-#include "diagnosis/proof.hpp"
-#include "diagnosis/rivals.hpp"
 #include "diagnosis/structure.hpp"
-#include "diagnosis/told.hpp"
 #include "diagnosis/validation.hpp"
 
 #include <fmt/format.h>
@@ -22,298 +18,211 @@ namespace {
 constexpr double promising = 0.3;  ///< of the best linear gain: what bending could still make of a candidate
 constexpr double hardly = 0.01;    ///< of the gain of the best generic pattern: less is not near
 
-/// An effect of which a shape is not told, or at its limit, and the set that explains as much in its place.
-struct StoodFor {
-  Found found;
-  Fit fit;  ///< with it
-  Silence silence;
-  std::vector<std::string> by;
+}  // namespace
 
-  const std::string& name() const { return found.name; }
-};
+SearchResult Search::run() {
+  begin();
+  result_.before = best().fit;
+  begun_ = kept();
+  keep_established();
+  try {
+    find();
+  } catch (const TimeExpired&) {
+    return_to_established();
+  }
+  verify();
+  look_at_rest();
+  for (StoodFor& stood : stood_for_)
+    if (!stands(stood)) result_.dropped.push_back(std::move(stood.found));
+  std::erase_if(result_.dropped, [&](const Found& tried) {  // what came back is not what was dropped
+    const auto is = [&](const Found& one) { return one.name == tried.name; };
+    return std::ranges::any_of(result_.found, is) || std::ranges::any_of(result_.refinements, is);
+  });
+  result_.refused = trials_.refused();
+  for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
+  result_.after = best().fit;
+  result_.correction = std::move(mutable_problem().correction);
+  result_.brightening = std::move(mutable_problem().brightening);
+  result_.allowed = std::move(mutable_problem().allowed);
+  result_.trace = take_trace();
+  return std::move(result_);
+}
 
-class Search : private Selection {
- public:
-  Search(const Problem& problem, const std::vector<Term>& model,
-         const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-         const std::map<std::string, std::string>& refused)
-      : Selection(problem, model, candidates, options, refused),
-        model_(model),
-        candidates_(candidates),
-        options_(options),
-        finder_(Selection::problem()),
-        gates_(mutable_problem(), finder_, alternatives(), options.flips, options.seed),
-        trials_(Selection::problem(), candidates, weight()),
-        rivals_(*this, mutable_problem(), trials_, candidates, options.seed + 2) {}
-
-  SearchResult run() {
-    begin();
-    result_.before = best().fit;
-    trials_.prepare(best().fit.state, refused());
-    say("asking where the gap is");
-    result_.where = patterns_of(best());
-    grow();
+void Search::find() {
+  linearise();
+  trials_.prepare(best().fit.state, refused());
+  say("asking where the gap is");
+  result_.where = patterns_of(best());
+  grow();
+  establish();
+  put_aside();
+  if (follow_folds()) {
     establish();
     put_aside();
-    bool dropped = false;
-    for (; prove(); dropped = true) {
-      // What was added has to be asked in all folds: these were searched whatever was found in all conditions.
-      if (establish() && !pieces().empty() && !result_.cross_fit.complete) put_aside();
-    }
-    if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
-    look_at_rest();
-    for (StoodFor& stood : stood_for_)
-      if (!stands(stood)) result_.dropped.push_back(std::move(stood.found));
-    std::erase_if(result_.dropped, [&](const Found& tried) {  // what came back is not what was dropped
-      const auto is = [&](const Found& one) { return one.name == tried.name; };
-      return std::ranges::any_of(result_.found, is) || std::ranges::any_of(result_.refinements, is);
-    });
-    result_.refused = trials_.refused();
-    for (const auto& [name, why] : refused()) result_.refused.emplace(name, why);
-    result_.after = best().fit;
-    result_.correction = std::move(mutable_problem().correction);
-    result_.brightening = std::move(mutable_problem().brightening);
-    result_.allowed = std::move(mutable_problem().allowed);
-    result_.trace = take_trace();
-    return std::move(result_);
   }
-
- private:
-  std::vector<Pattern> patterns_of(const Base& base) {
-    return finder_.find(problem(), base.fit, base.columns, options_.flips, options_.seed + 1).patterns;
+  bool dropped = false;
+  for (; prove(); dropped = true) {
+    // What was added has to be asked in all folds: these were searched whatever was found in all conditions.
+    if (establish() && !pieces().empty() && !result_.cross_fit.complete) put_aside();
   }
+  if (dropped && (pieces().empty() || !result_.cross_fit.complete)) put_aside();
+}
 
-  void dismiss(const Piece& piece, Found found) {
-    say(fmt::format("dropping {}", found.name));
-    drop(piece);
-    std::erase_if(result_.dropped, [&](const Found& one) { return one.name == found.name; });  // the last reason counts
-    result_.dropped.push_back(std::move(found));
+std::vector<Pattern> Search::patterns_of(const Base& base) {
+  return finder_.find(problem(), base.fit, base.columns, options_.flips, options_.seed + 1).patterns;
+}
+
+void Search::dismiss(const Piece& piece, Found found) {
+  say(fmt::format("dropping {}", found.name));
+  drop(piece);
+  std::erase_if(result_.dropped, [&](const Found& one) { return one.name == found.name; });  // the last reason counts
+  result_.dropped.push_back(std::move(found));
+}
+
+void Search::dismiss_all(const std::string& why) {
+  for (std::vector<Piece> left = pieces(); !left.empty(); left = pieces()) {
+    const Term& term = terms()[left.back().term];
+    Found found{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
+    note({"questioned", {found.name}, {}, why});
+    dismiss(left.back(), std::move(found));
   }
+}
 
-  /// Back to the model as it was.
-  void dismiss_all(const std::string& why) {
-    for (std::vector<Piece> left = pieces(); !left.empty(); left = pieces()) {
-      const Term& term = terms()[left.back().term];
-      Found found{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
-      note({"questioned", {found.name}, {}, why});
-      dismiss(left.back(), std::move(found));
-    }
-  }
-
-  /// Puts the gates to every addition, and drops the one that does worst of those that do not pass.
-  /// @returns whether all passed
-  bool confirm() {
-    const std::vector<Piece> all = pieces();
-    if (!all.empty() && bic(best().fit) > bic(original().fit)) {
-      dismiss_all("without those that were dropped it explains less than nothing");
-      return true;
-    }
-    std::vector<Found> found;
-    std::size_t worst = 0;
-    const auto rank = [](const Found& f) {
-      return std::pair(f.refutation.empty(), std::isnan(f.capture) ? HUGE_VAL : f.capture);
-    };
-    const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
-    for (const Piece& piece : all) {
-      say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
-      found.push_back(gates_.examined(best(), without(piece), left, piece));
-      if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
-        found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
-      const Found& now = found.back();
-      note({"questioned",
-            {now.name},
-            {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.capture}},
-            now.refutation.empty() ? "passes" : now.refutation});
-      if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
-    }
-    if (!found.empty() && !found[worst].refutation.empty()) {
-      dismiss(all[worst], std::move(found[worst]));
-      return false;
-    }
-    for (std::size_t i = 0; i < all.size(); ++i)
-      (all[i].refinement ? result_.refinements : result_.found).push_back(std::move(found[i]));
+bool Search::confirm() {
+  const std::vector<Piece> all = pieces();
+  if (!all.empty() && bic(best().fit) > bic(original().fit)) {
+    dismiss_all("without those that were dropped it explains less than nothing");
     return true;
   }
-
-  /// Until all that is left passes beside the others, and says something; where nothing is left that does, once more
-  /// beside what conditions have of their own, for which it may have stood.
-  /// @returns whether effects were looked for again; that is so twice at most, as what comes may go each time
-  bool establish() {
-    confirm_all();
-    const bool again = pieces().empty() && !result_.dropped.empty() && regrown_ < 2 && grow_beside_conditions(true);
-    if (again) {
-      ++regrown_;
-      confirm_all();
-    }
-    for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
-    rivals_.add_of_several(result_.found, model_.size());
-    return again;
+  std::vector<Found> found;
+  std::size_t worst = 0;
+  const auto rank = [](const Found& f) {
+    return std::pair(f.refutation.empty(), std::isnan(f.capture) ? HUGE_VAL : f.capture);
+  };
+  const PatternScan left = finder_.find(problem(), best().fit, best().columns, 0, 0);
+  for (const Piece& piece : all) {
+    say(fmt::format("checking {}", name_of(terms()[piece.term], piece)));
+    found.push_back(gates_.examined(best(), without(piece), left, piece, is_proved(piece)));
+    if (found.back().refutation.empty() && std::isnan(found.back().capture) && left.square > explained * left.freedom)
+      found.back().refutation = "beside what is left it cannot be tested: it lowers no pattern";
+    const Found& now = found.back();
+    note({"questioned",
+          {now.name},
+          {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.capture}},
+          now.refutation.empty() ? "passes" : now.refutation});
+    if (rank(found.back()) < rank(found[worst])) worst = found.size() - 1;
   }
-
-  /// What goes may have held up the rest.
-  void confirm_all() {
-    do {
-      result_.found.clear();
-      result_.refinements.clear();
-      while (!confirm()) {
-      }
-      settle();
-    } while (require_told());
-  }
-
-  /// Where nothing is named the model stays as it is, and so it predicts what is put aside. Folds search for
-  /// themselves, whatever is asked of them: what they found once they would find again.
-  void put_aside() {
-    const bool searched = !pieces().empty();
-    SearchOptions aside = options_;
-    if (!searched) aside.max_effects = 0;
-    std::vector<std::vector<std::string>> names;
-    for (const Found& found : result_.found) names.push_back(found.names());
-    result_.cross_fit = cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_,
-                                  aside, names, searched ? searched_folds_ : std::vector<FoldResult>{});
-    if (searched) searched_folds_ = result_.cross_fit.folds;
-  }
-
-  /// Drops the effects that a question refutes. @returns whether there was such a one
-  template <class Question> bool drop_refuted(const Question& question) {
-    bool changed = false;
-    for (std::size_t f = result_.found.size(); f-- > 0;) {
-      Found& found = result_.found[f];
-      found.refutation = question(found);
-      if (found.refutation.empty()) continue;
-      dismiss({model_.size() + f, std::nullopt}, std::move(found));
-      result_.found.erase(result_.found.begin() + static_cast<std::ptrdiff_t>(f));
-      changed = true;
-    }
-    return changed;
-  }
-
-  /// Drops the last one that has values that say nothing: without it those of another one may say more. Where all that
-  /// is wrong with it is a shape, it is one of those that others cannot be told from, if these explain as much.
-  /// @returns whether there was such a one
-  bool require_told() {
-    const double rest = left_of(problem(), best().fit, best().columns);
-    const std::vector<Interval> all =
-        intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
-    for (std::size_t f = result_.found.size(); f-- > 0;) {
-      Found& found = result_.found[f];
-      const Silence silence = silence_of(best().fit, model_.size() + f, all, rest);
-      if (silence.why.empty()) continue;
-      note({"valued", {found.name}, {}, silence.why});
-      found.refutation = silence.why;
-      const bool fits = silence.shape && rest < explained;
-      if (fits && !silence.at_limit) found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
-      if ((fits || silence.at_limit) && stand_in_for({found, best().fit, silence, {}})) return true;
-      dismiss({model_.size() + f, std::nullopt}, std::move(found));
-      return true;
-    }
+  if (!found.empty() && !found[worst].refutation.empty()) {
+    dismiss(all[worst], std::move(found[worst]));
     return false;
   }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    (all[i].refinement ? result_.refinements : result_.found).push_back(std::move(found[i]));
+  return true;
+}
 
-  /// @param stood all but the others @returns whether there are others that explain as much
-  bool stand_in_for(StoodFor stood) {
-    say(fmt::format("looking for others in the place of {}", stood.name()));
-    const bool found = exchange(*stood.found.candidate);
-    for (const Term& term : terms())
-      if (!is_in(stood.fit.state, *term.candidate)) stood.by.push_back(term.candidate->name());
-    note({"exchanged",
-          found ? stood.by : std::vector{stood.name()},
-          {{"bic_rise", found ? bic(best().fit) - bic(stood.fit) : NAN}},
-          found ? "as good as " + stood.name() : "others do not explain as much: all stays as it was"});
-    if (found) stood_for_.push_back(std::move(stood));
-    return found;
+bool Search::establish() {
+  confirm_all();
+  const bool again = pieces().empty() && !result_.dropped.empty() && regrown_ < 2 && grow_beside_conditions(true);
+  if (again) {
+    ++regrown_;
+    confirm_all();
   }
+  for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+  rivals_.add_of_several(result_.found, model_.size());
+  keep_established();
+  return again;
+}
 
-  /// Drops what does not prove itself out of fold, each alone; what passes alone has to pass together, too: in the
-  /// folds that have nothing else beside it, where most are such. @returns whether there was such a one
-  bool prove() {
-    if (result_.cross_fit.empty()) return false;
-    const bool changed = drop_refuted([&](Found& found) {
-      found.chosen = result_.cross_fit.share_of(found.names());
-      found.fall = fall_of(result_.cross_fit, found.names(), options_.seed);
-      std::string why = unproved(found);
-      note({"proved",
-            {found.name},
-            {{"chosen", found.chosen}, {"chi2_without", found.fall.without}, {"chi2_with", found.fall.with}},
-            why.empty() ? "stays" : why});
-      return why;
-    });
-    std::vector<std::string> names;
-    for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
-    const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
-    std::string why = ruined(depth.before, depth.after, "what was found");
-    if (!why.empty() && !depth.alone) why = "most folds chose others beside it, and with these " + why;
-    return (!why.empty() && drop_refuted([&](Found& found) -> const std::string& {
-             note({"proved", {found.name}, {}, why});
-             return why;
-           })) ||
-           changed;
+void Search::confirm_all() {
+  do {
+    result_.found.clear();
+    result_.refinements.clear();
+    while (!confirm()) {
+    }
+    settle();
+  } while (require_told());
+}
+
+bool Search::require_told() {
+  const double rest = left_of(problem(), best().fit, best().columns);
+  const std::vector<Interval> all = intervals(problem(), best().fit, options_.seed + 2, rest, Refinements::as_they_are);
+  for (std::size_t f = result_.found.size(); f-- > 0;) {
+    Found& found = result_.found[f];
+    const Silence silence = silence_of(best().fit, model_.size() + f, all, rest);
+    if (silence.why.empty()) continue;
+    note({"valued", {found.name}, {}, silence.why});
+    found.refutation = silence.why;
+    const bool fits = silence.shape && rest < explained;
+    if (fits && !silence.at_limit) found.untold = Untold{best().fit.state, model_.size() + f, *silence.shape};
+    if ((fits || silence.at_limit) && stand_in_for({found, best().fit, silence, {}})) return true;
+    dismiss({model_.size() + f, std::nullopt}, std::move(found));
+    return true;
   }
+  return false;
+}
 
-  /// What the gap looks like without an effect, and what else could stand in its place.
-  void describe(std::size_t t) {
-    Found& found = result_.found[t - model_.size()];
-    say(fmt::format("comparing {} with its rivals", found.name));
-    const Base& less = without({t, std::nullopt});
-    {
-      const InLightOf there(mutable_problem(), less);
-      found.where = patterns_of(less);
-    }
-    found.rivals = rivals_.of(found, t);
-    for (const StoodFor& stood : stood_for_) {
-      if (!stands(stood) || std::ranges::find(stood.by, found.name) == stood.by.end()) continue;
-      const Candidate* const other = &stood.found.candidate->root();
-      std::erase_if(found.rivals, [&](const Rival& rival) { return rival.candidate == other; });
-      found.rivals.insert(found.rivals.begin(),
-                          {other, stood.by, stood.fit.deviance - best().fit.deviance, bic(stood.fit) - bic(best().fit),
-                           !stood.silence.at_limit, stood.fit.state, stood.silence.shape,
-                           stood.silence.at_limit ? stood.silence.why : ""});
-    }
+bool Search::stand_in_for(StoodFor stood) {
+  say(fmt::format("looking for others in the place of {}", stood.name()));
+  const bool found = exchange(*stood.found.candidate);
+  for (const Term& term : terms())
+    if (!is_in(stood.fit.state, *term.candidate)) stood.by.push_back(term.candidate->name());
+  note({"exchanged",
+        found ? stood.by : std::vector{stood.name()},
+        {{"bic_rise", found ? bic(best().fit) - bic(stood.fit) : NAN}},
+        found ? "as good as " + stood.name() : "others do not explain as much: all stays as it was"});
+  if (found) stood_for_.push_back(std::move(stood));
+  return found;
+}
+
+void Search::describe(std::size_t t) {
+  Found& found = result_.found[t - model_.size()];
+  say(fmt::format("comparing {} with its rivals", found.name));
+  const Base& less = without({t, std::nullopt});
+  {
+    const InLightOf there(mutable_problem(), less);
+    found.where = patterns_of(less);
   }
-
-  void look_at_rest() {
-    say("looking at what is left");
-    PatternScan left = finder_.find(problem(), best().fit, best().columns, options_.flips, options_.seed + 1);
-    for (Pattern& pattern : left.patterns) {
-      if (pattern.significant && pattern.largest > least_change[pattern.observable])
-        result_.rest.push_back(std::move(pattern));
-    }
-    for (std::optional<Pattern> pattern :
-         {unsteady_camera(problem(), best().fit, weight()), large_residue(problem(), best().fit)}) {
-      if (pattern) result_.rest.push_back(std::move(*pattern));
-    }
-    result_.misplaced = misplaced(places_of(problem(), best().fit.state));
-    result_.lack_of_fit = left.square / left.freedom;
-    result_.freedom = left.freedom;
-    result_.structure = structure_rank(problem(), best().fit.state, options_.seed);
-    if (!result_.something_left()) return;
-    for (const Trial& t : trials_.best(best(), nullptr, promising)) {
-      const Group group{t.candidate->name(),
-                        signature(problem(), best().fit.state, t.fit.state, {terms().size(), std::nullopt})};
-      const double capture = std::min(gates_.capture(best(), group), 1.0);
-      if (capture > hardly) result_.nearest.push_back({t.candidate, capture});
-    }
-    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::capture);
+  found.rivals = rivals_.of(found, t);
+  for (const StoodFor& stood : stood_for_) {
+    if (!stands(stood) || std::ranges::find(stood.by, found.name) == stood.by.end()) continue;
+    const Candidate* const other = &stood.found.candidate->root();
+    std::erase_if(found.rivals, [&](const Rival& rival) { return rival.candidate == other; });
+    found.rivals.insert(found.rivals.begin(),
+                        {other, stood.by, stood.fit.deviance - best().fit.deviance, bic(stood.fit) - bic(best().fit),
+                         !stood.silence.at_limit, stood.fit.state, stood.silence.shape,
+                         stood.silence.at_limit ? stood.silence.why : ""});
   }
+}
 
-  bool stands(const StoodFor& stood) const {
-    return beside_the_same(best().fit.state, stood.by, stood.fit.state, stood.name());
+void Search::look_at_rest() {
+  say("looking at what is left");
+  PatternScan left = finder_.find(problem(), best().fit, best().columns, options_.flips, options_.seed + 1);
+  for (Pattern& pattern : left.patterns) {
+    if (pattern.significant && pattern.largest > least_change[pattern.observable])
+      result_.rest.push_back(std::move(pattern));
   }
+  for (std::optional<Pattern> pattern :
+       {unsteady_camera(problem(), best().fit, weight()), large_residue(problem(), best().fit)}) {
+    if (pattern) result_.rest.push_back(std::move(*pattern));
+  }
+  result_.misplaced = misplaced(places_of(problem(), best().fit.state));
+  result_.lack_of_fit = left.square / left.freedom;
+  result_.freedom = left.freedom;
+  result_.structure = structure_rank(problem(), best().fit.state, options_.seed);
+  if (!result_.something_left()) return;
+  for (const Trial& t : trials_.best(best(), nullptr, promising)) {
+    const Group group{t.candidate->name(),
+                      signature(problem(), best().fit.state, t.fit.state, {terms().size(), std::nullopt})};
+    const double capture = std::min(gates_.capture(best(), group), 1.0);
+    if (capture > hardly) result_.nearest.push_back({t.candidate, capture});
+  }
+  std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::capture);
+}
 
-  const std::vector<Term>& model_;
-  const std::vector<std::unique_ptr<Candidate>>& candidates_;
-  const SearchOptions& options_;
-  PatternFinder finder_;
-  Gates gates_;
-  Trials trials_;
-  Rivals rivals_;
-  int regrown_ = 0;
-  std::vector<StoodFor> stood_for_;
-  std::vector<FoldResult> searched_folds_;
-  SearchResult result_;
-};
-
-}  // namespace
+bool Search::stands(const StoodFor& stood) const {
+  return beside_the_same(best().fit.state, stood.by, stood.fit.state, stood.name());
+}
 
 SearchResult search(const Problem& problem, const std::vector<Term>& model,
                     const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {

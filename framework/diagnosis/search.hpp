@@ -5,6 +5,7 @@
 
 #include "diagnosis/crossfit.hpp"
 #include "diagnosis/found.hpp"
+#include "diagnosis/not_worse.hpp"
 #include "diagnosis/places.hpp"
 #include "diagnosis/selection.hpp"
 
@@ -31,6 +32,11 @@ struct SearchResult {
   std::vector<Near> nearest;         ///< candidates that come nearest to the rest, nearest first
   CrossFit cross_fit;                ///< out of fold
   std::vector<Step> trace;           ///< all of it
+  /// Why effects, or new values of the model's own, are not written though the search took them; or nothing.
+  std::string not_better;
+  Verification verified;      ///< of the model that is left
+  bool is_given = false;      ///< whether the model stays as it was given, with its values
+  bool time_expired = false;  ///< whether the time limit ended the search
 
   std::size_t patterns_without_axis() const { return std::accumulate(structure.begin(), structure.end(), 0UL); }
   bool something_left() const { return !rest.empty() || patterns_without_axis() > 0; }

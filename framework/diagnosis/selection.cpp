@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/selection.hpp"
 
+#include "diagnosis/map_gauge.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,6 +42,10 @@ void Selection::begin() {
   take(fit(problem_, start, weight_));
   original_ = best_;
   original_.brightening = problem_.brightening;
+  problem_.deadline = options_.deadline;
+}
+
+void Selection::linearise() {
   if (options_.max_effects > 0) alternatives_ = alternatives_of(problem_, best_.fit.state, candidates_, refused_);
 }
 
@@ -49,11 +55,24 @@ void Selection::take(Fit fit) {
   best_.fit = std::move(fit);
 }
 
+void Selection::return_to_given() {
+  State given{model_, best_.fit.state.light, best_.fit.state.variances};
+  if (!model_.empty()) correct(problem_, given);
+  Fit fit = fit_nuisances(problem_, std::move(given), weight_);
+  const auto rows = expected(problem_, fit.state);
+  const std::vector<Column> columns = own_columns(problem_, fit.state, rows);
+  const Solution there = least_squares(problem_, rows, columns, problem_.unknowns(columns.size()), fit.state.variances);
+  fit.covariance = there.covariance;
+  fit.dimension = there.dimension;
+  take(std::move(fit));
+}
+
 void Selection::settle() {
   if (terms().empty()) return;
   say("settling on values");
   correct(problem_, best_.fit.state, true);
-  take(fit_with_maps(problem_, with_positive_sizes(problem_, best_.fit.state), weight_));
+  const State positive = with_positive_sizes(problem_, best_.fit.state);
+  take(fit_with_maps(problem_, with_means_in_constant(problem_, positive), weight_));
 }
 
 Fit Selection::settled(const State& state) const {

@@ -21,7 +21,13 @@ struct SearchOptions {
   std::size_t max_effects = 6;
   std::uint64_t seed = 1;
   std::size_t flips = 1000;
-  std::function<void(const std::string& what)> progress;  ///< may be empty
+  std::function<void(const std::string& what)> progress;             ///< may be empty
+  std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; from any thread
+  Deadline deadline = {};  ///< of the search; what it has established by then is verified
+  /// Refits a model with those of the given values held that the data do not determine; nothing where all are
+  /// determined. May be empty.
+  std::function<std::optional<Fit>(const Problem& problem, const Fit& fit)> hold_given;
+  Deadline verification = {};  ///< of that; where it passes, the model stays as it was given
 };
 
 /// What a set of effects gains in the linearised problem.
@@ -43,8 +49,10 @@ class Selection {
   Selection(const Selection&) = delete;
   Selection& operator=(const Selection&) = delete;
 
-  /// Fits the model as it is. To be called first. @throws simulation::EffectError
+  /// Fits the model as it is; after that the deadline counts. To be called first. @throws simulation::EffectError
   void begin();
+  /// Linearises the candidates beside it. To be called next. @throws TimeExpired
+  void linearise();
   /// Adds effects until none is worth its parameters, and takes out what is not.
   void grow();
   /// Looks for more effects beside what conditions have of their own. @param anew nothing is left of a model that was
@@ -81,14 +89,6 @@ class Selection {
   std::span<const double> weight() const { return weight_; }
 
  protected:
-  void say(const std::string& what) const {
-    if (options_.progress) options_.progress(what);
-  }
-  Problem& mutable_problem() { return problem_; }
-  void note(Step step) { trace_.push_back(std::move(step)); }
-  std::vector<Step> take_trace() { return std::move(trace_); }
-
- private:
   /// What a step may have to be undone to.
   struct Kept {
     Base original, best;
@@ -99,7 +99,18 @@ class Selection {
 
   Kept kept() const;
   void restore(Kept before);
+  bool try_refine(State state);
   void take(Fit fit);
+  /// The parameters of the model as it was given, reflectivities and variances fitted, in the place of the best one.
+  void return_to_given();
+  void say(const std::string& what) const {
+    if (options_.progress) options_.progress(what);
+  }
+  Problem& mutable_problem() { return problem_; }
+  void note(Step step) { trace_.push_back(std::move(step)); }
+  std::vector<Step> take_trace() { return std::move(trace_); }
+
+ private:
   std::optional<Fit> leap(double least = 0);
   bool add_best();
   bool leaves_nearly_all(const Fit& added) const;
@@ -121,7 +132,6 @@ class Selection {
   void add_all();
   void drop_needless();
   void refine(State state);
-  bool try_refine(State state);
   bool look_at_conditions();
   bool allow_boards(std::shared_ptr<const Boards> boards);
   BoardTrial boards_beside(const State& state);

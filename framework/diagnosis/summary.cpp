@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // What came out of a search, in a sentence.
+#include "config/quantity.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "diagnosis/gap_report_values.hpp"
 #include "diagnosis/notes.hpp"
@@ -157,6 +158,15 @@ std::string summary(const Diagnosis& d) {
   for (std::size_t i = 0; i < std::min(told, misplaced.size()); ++i) text += " " + misplaced[i];
   if (misplaced.size() > told)
     text += fmt::format(" {} more conditions are off likewise, see the notes.", misplaced.size() - told);
+  if (d.contrast && d.contrast->profile_is_off())
+    text += fmt::format(" The profile's contrast is off: {:.3g}, these taps show {}.", d.contrast->profile,
+                        d.contrast->text());
+  if (d.search.is_given)
+    text += fmt::format(" The given model is written unchanged: {}.", d.search.not_better);
+  else if (!d.search.not_better.empty())
+    text += fmt::format(" A larger model was found and is not written: {}.", d.search.not_better);
+  if (d.search.time_expired)
+    text += fmt::format(" The time limit of {} ended the search.", config::format_quantity(d.time_limit, "s"));
   return text;
 }
 

@@ -44,6 +44,18 @@ TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
   expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
 }
 
+/// The contrast is measured where effects are fitted: on conditions that were put aside it does not follow the shapes.
+TEST_F(BentBoards, AreNoEffectBesideAContrastThatIsNotTheProfiles) {
+  std::vector<Observations> data = bent(data_with(wiggling(), 42), own_shape);
+  const std::size_t n = design->superpixels();
+  for (Observations& one : data)
+    for (std::size_t row = intensity * n; row < (intensity + 1) * n; ++row) one.value[row] -= std::log(0.94);
+  const SearchResult result = searched(data);
+  expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
+  ASSERT_TRUE(result.allowed.boards);
+  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+}
+
 /// What shapes promise is what they are worth: the deviance with them, and what they cost it, where a board may stand
 /// anywhere and have any light.
 TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {

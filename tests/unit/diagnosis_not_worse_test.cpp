@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: SearchInTime.*
+// Rooms: diagnosis
+// A model that is written is compared with the given one on all data and held out; a set on which folds agree is found;
+// a search that has no time left gives the model back as it was.
+#include "diagnosis/not_worse.hpp"
+
+#include "diagnosis/fold_agreement.hpp"
+#include "tests/unit/rail.hpp"
+
+#include <chrono>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+class NotWorse : public Rail {
+ protected:
+  Term zero_offset(double metres) const { return {&effect("zero_offset"), {metres}}; }
+  Verification compared(const std::vector<Observations>& data, const std::vector<Term>& given,
+                        const std::vector<Term>& model) const {
+    const Problem problem = make_problem(*design, data);
+    return compared_with_given({}, problem, given,
+                               {model, std::vector<double>(problem.targets.size(), 0.1), {.offset = 0}});
+  }
+};
+
+TEST_F(NotWorse, TheRightEffectPredictsBetterOnAllDataAndHeldOut) {
+  const Verification seen = compared(data_with({zero_offset(0.02)}, 3), {}, {zero_offset(0.02)});
+  EXPECT_EQ(seen.why_worse(), "");
+  EXPECT_NEAR(seen.all.given, 0.02, 1e-3);
+  EXPECT_LT(seen.all.model, 2e-3);
+  EXPECT_NEAR(seen.held_out.given, 0.02, 1e-3);
+  EXPECT_LT(seen.held_out.model, 2e-3);
+}
+
+TEST_F(NotWorse, AWrongValueIsWorseOnAllData) {
+  const Verification seen = compared(data_with({}, 3), {}, {zero_offset(0.03)});
+  EXPECT_NEAR(seen.all.model, 0.03, 1e-3);
+  EXPECT_NE(seen.why_worse().find("on all data"), std::string::npos) << seen.why_worse();
+  EXPECT_NE(seen.why_worse().find("mm of the given model to "), std::string::npos) << seen.why_worse();
+}
+
+/// Held out, the effects of the model are fitted anew: what fits all data alone does not hide there.
+TEST_F(NotWorse, HeldOutTheEffectsAreFittedWithoutWhatIsPutAside) {
+  const std::vector<Observations> data = data_with({zero_offset(0.02)}, 4);
+  const Problem problem = make_problem(*design, data);
+  const State off{{zero_offset(0.05)}, std::vector<double>(problem.targets.size(), 0), {.offset = 0}};
+  const GapComparison aside = on_held_out_data(folds_of(*design), {}, problem, {}, off);
+  EXPECT_LT(aside.model, 2e-3) << "the start is 30 mm off, the fit is not";
+  const GapComparison refitted = on_held_out_data(folds_of(*design), {}, problem, {zero_offset(0.02)}, off);
+  EXPECT_LT(refitted.given, 2e-3);
+}
+
+TEST(GapComparison, NothingKnownIsNotWorse) {
+  EXPECT_FALSE((GapComparison{NAN, NAN}).is_worse());
+  EXPECT_FALSE((GapComparison{1e-3, 1.01e-3}).is_worse());
+  EXPECT_TRUE((GapComparison{1e-3, 1.1e-3}).is_worse());
+  EXPECT_TRUE((GapComparison{38.6e-3, 64e-3}).is_worse());
+}
+
+class FoldAgreement : public NotWorse {
+ protected:
+  FoldResult fold(const std::vector<std::string>& names) const {
+    FoldResult result;
+    result.chosen = names;
+    for (const std::string& name : names) result.state.terms.push_back(random_term(effect(name), 1, 1));
+    return result;
+  }
+  static std::vector<std::string> names_of(const State& state) {
+    std::vector<std::string> names;
+    for (const Term& term : state.terms) names.push_back(term.candidate->name());
+    return names;
+  }
+};
+
+TEST_F(FoldAgreement, TheSetOfMostFoldsComesFirst) {
+  CrossFit folds;
+  for (int k = 0; k < 3; ++k) folds.folds.push_back(fold({"wiggling", "crosstalk"}));
+  folds.folds.push_back(fold({"wiggling", "zero_offset", "crosstalk"}));
+  folds.folds.push_back(fold({"wiggling"}));
+  const State model{{random_term(effect("wiggling"), 1, 1)}, {}, {}};
+  const std::vector<State> agreed = agreed_models(folds, model, 0);
+  ASSERT_EQ(agreed.size(), 2U);
+  EXPECT_EQ(names_of(agreed[0]), (std::vector<std::string>{"wiggling", "crosstalk"}));
+  EXPECT_EQ(names_of(agreed[1]), (std::vector<std::string>{"wiggling", "zero_offset", "crosstalk"}));
+}
+
+TEST_F(FoldAgreement, NothingWhereTheModelHasWhatMostFoldsChose) {
+  CrossFit folds;
+  for (int k = 0; k < 3; ++k) folds.folds.push_back(fold({"wiggling"}));
+  for (int k = 0; k < 2; ++k) folds.folds.push_back(fold({"wiggling", "crosstalk"}));
+  EXPECT_TRUE(agreed_models(folds, {{random_term(effect("wiggling"), 1, 1)}, {}, {}}, 0).empty());
+  folds.folds.resize(2);
+  EXPECT_TRUE(agreed_models(folds, {}, 0).empty()) << "two folds are no majority";
+}
+
+using SearchInTime = NotWorse;
+
+TEST_F(SearchInTime, ASearchWithoutTimeGivesTheModelBack) {
+  const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
+  const std::vector<Term> given = {zero_offset(0.001)};
+  const std::set<std::string> kept = {"wiggling", "crosstalk", "zero_offset"};  // the last one is the given model's
+  std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
+  SearchOptions options;
+  options.deadline = options.verification = Deadline(Deadline::Clock::now());
+  const SearchResult result = search(make_problem(*design, data), given, candidates, options);
+  EXPECT_TRUE(result.time_expired);
+  EXPECT_TRUE(result.is_given);
+  EXPECT_TRUE(result.found.empty());
+  ASSERT_EQ(result.after.state.terms.size(), 1U);
+  EXPECT_EQ(result.after.state.terms[0].values, std::vector<double>{0.001}) << "not refitted";
+}
+
+TEST_F(SearchInTime, ASearchThatHasTimeIsNotTouched) {
+  const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
+  std::erase_if(candidates, [](const auto& c) { return c->name() != "wiggling" && c->name() != "crosstalk"; });
+  SearchOptions options;
+  const TimeLimit hour{3600};
+  options.deadline = hour.at(0.5);
+  options.verification = hour.at(0.9);
+  const SearchResult result = search(make_problem(*design, data), {}, candidates, options);
+  EXPECT_FALSE(result.time_expired);
+  EXPECT_EQ(names(result), std::vector<std::string>{"wiggling"});
+  EXPECT_EQ(result.verified.why_worse(), "");
+  EXPECT_LT(result.verified.held_out.model, 0.5 * result.verified.held_out.given);
+}
+
+}  // namespace
+}  // namespace tofgraph::diagnosis
