@@ -116,10 +116,9 @@ class Reader {
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader(), camera_);
-      if (const auto& on = recording.reader().header().sources;
-          !on.empty() && !io::same_sources(camera_, on, condition.sources))
-        throw std::runtime_error(fmt::format("was recorded with the sources {}, which the condition does not state",
-                                             fmt::join(on, ", ")));
+      const auto& sources = recording.reader().header().sources;
+      if (const std::string problem = io::sources_problem(camera_, sources, condition.sources); !problem.empty())
+        throw std::runtime_error(problem);
       note_capture(recording, condition, result.evidence);
       images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
       result.unusable = images.left_out;

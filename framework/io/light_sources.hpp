@@ -5,7 +5,11 @@
 
 #include <tofgraph/array.hpp>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +19,14 @@ namespace tofgraph::io {
 inline std::vector<std::string> source_names(const tofgraph_camera& camera) {
   std::vector<std::string> names;
   for (const tofgraph_light& light : lights_of(camera)) names.emplace_back(light.name);
+  return names;
+}
+
+/// Names of a text with commas between, as a capture states them.
+inline std::vector<std::string> names_between_commas(const std::string& text) {
+  std::vector<std::string> names;
+  std::istringstream list(text);
+  for (std::string name; std::getline(list >> std::ws, name, ',');) names.push_back(name);
   return names;
 }
 
@@ -34,6 +46,16 @@ inline bool same_sources(const tofgraph_camera& camera, const std::vector<std::s
     return names.empty() || std::ranges::find(names, name) != names.end();
   };
   return std::ranges::all_of(source_names(camera), [&](const std::string& n) { return is_in(a, n) == is_in(b, n); });
+}
+
+/// Reason why a condition contradicts the sources that its capture states, as the end of a sentence about the capture;
+/// empty: it does not.
+inline std::string sources_problem(const tofgraph_camera& camera, const std::vector<std::string>& recorded,
+                                   const std::vector<std::string>& condition) {
+  if (recorded.empty() || same_sources(camera, recorded, condition)) return {};
+  return fmt::format("was recorded with {}, the condition has {}: write sources: [{}]", fmt::join(recorded, ", "),
+                     condition.empty() ? "all sources" : fmt::format("{}", fmt::join(condition, ", ")),
+                     fmt::join(recorded, ", "));
 }
 
 /// Hands on a camera that has only these light sources, so that the distance models use no other one.

@@ -107,11 +107,9 @@ class Check {
       obstacle(condition, "capture", "neither it nor its capture says the integration time",
                "example: integration_time: 1 ms");
     exposures(condition, capture);
-    if (camera != nullptr && !header.sources.empty() && !same_sources(*camera, header.sources, condition.sources)) {
-      const std::string wanted =
-          condition.sources.empty() ? "all sources" : fmt::format("{}", fmt::join(condition.sources, ", "));
-      mistake(condition, fmt::format("the capture was recorded with {}, the condition has {}: write sources: [{}]",
-                                     fmt::join(header.sources, ", "), wanted, fmt::join(header.sources, ", ")));
+    if (camera != nullptr) {
+      const std::string problem = sources_problem(*camera, header.sources, condition.sources);
+      if (!problem.empty()) mistake(condition, "the capture " + problem);
     }
     return opened;
   }

@@ -8,6 +8,7 @@
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
 #include "io/captures/capture_metadata.hpp"
+#include "io/light_sources.hpp"
 
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
@@ -17,7 +18,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 namespace tofgraph::io {
 namespace fs = std::filesystem;
@@ -60,13 +60,6 @@ std::vector<std::string> names_in(hid_t group) {
     return !object || H5Iget_type(object) != H5I_DATASET;
   });
   std::ranges::sort(names);
-  return names;
-}
-
-std::vector<std::string> names_between_commas(const std::string& text) {
-  std::vector<std::string> names;
-  std::istringstream list(text);
-  for (std::string name; std::getline(list >> std::ws, name, ',');) names.push_back(name);
   return names;
 }
 
