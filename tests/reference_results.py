@@ -173,7 +173,8 @@ def chapter_6(runs):
     values["restored"] = str(sum(1 for p in printed if p["restored"]))
     apart = [abs(float(p["measured_mean_mm"]) + float(p["offset_mean_mm"]) - float(p["offset_corrected_mean_mm"]))
              for p in printed]
-    values |= {"apart": str(sum(1 for a in apart if a > 0.1)), "all": str(len(printed)), "farthest": f"{max(apart):.2f}"}
+    values |= {"apart": str(sum(1 for a in apart if a > 0.1)), "all": str(len(printed)),
+               "farthest": f"{max(apart):.2f}"}
     return rows_of(text.CHAPTER_6, values) + "\n" + text.OFFSET_TABLES.format(**values) + "\n" + offset_tables(runs)
 
 

@@ -65,11 +65,12 @@ CHAPTER_3 = [
     ["table 3.1, 50 ms", "warm-up", "3096.7 / 4.8", "{t2}", "as above"],
     ["figure 3.2", "warm-up", "stable after about 60 min",
      "within 2 mm after {settled} min, time constant {constant} min; curves in `out/warm_up.html`",
-     "the unsteady first minutes and the weaker drift at 5 ms: not in the model; the sign of the drift is not published"],
+     "the unsteady first minutes and the weaker drift at 5 ms: not in the model; the sign of the drift is not "
+     "published"],
     ["figure 3.3, RMSE over 8 h", "rmse", "falls for 60 min to about 16, rises after 4 h",
      "{first} at power-on, {hour} after 1 h, {last} after 8 h",
-     "the level: the profile's noise of one frame is far below 16, whose cause is not published; the rise: the model has "
-     "one drift (with a second, slow one: `tests/integration/calibrate_warm_up_test.cpp`)"],
+     "the level: the profile's noise of one frame is far below 16, whose cause is not published; the rise: the model "
+     "has one drift (with a second, slow one: `tests/integration/calibrate_warm_up_test.cpp`)"],
 ]
 
 RAW = "no image of the real camera is published"
@@ -114,7 +115,8 @@ CHAPTER_6 = [
     ["table 6.1: measured, corrected", "-", "525.26 / 11.86, 507.66 / 3.85", "given", RAW],
     ["table 6.1, figure 6.6: re-modelled", "offset", "525.09 / 10.11", "{remodelled}", "-"],
     ["table 6.1, figure 6.6: offset", "offset", "-7.77 / 0.09", "{offset}", "-"],
-    ["table 6.1, figure 6.8: corrected for both", "offset", "500.14 / 3.87", "{final}", "σ follows from the given 3.84"],
+    ["table 6.1, figure 6.8: corrected for both", "offset", "500.14 / 3.87", "{final}",
+     "σ follows from the given 3.84"],
     ["figure 6.7", "-", "images", "-", RAW],
     ["tables 6.2 to 6.13, 7500 mm: modelled", "wrapped", "7503.06 / 2.20", "{wrapped}",
      "beyond the unambiguous range of 7494.81 mm: less that, as a camera measures it"],
@@ -169,7 +171,8 @@ ORDER = [
     ["non_local_means", "the best", "{gaussian_noise_non_local_means}", "{box_before_wall_non_local_means}",
      "{pallet_non_local_means}"],
     ["bilateral", "not told", "{gaussian_noise_bilateral}", "{box_before_wall_bilateral}", "{pallet_bilateral}"],
-    ["yaroslavsky", "not told", "{gaussian_noise_yaroslavsky}", "{box_before_wall_yaroslavsky}", "{pallet_yaroslavsky}"],
+    ["yaroslavsky", "not told", "{gaussian_noise_yaroslavsky}", "{box_before_wall_yaroslavsky}",
+     "{pallet_yaroslavsky}"],
     ["median, 3 x 3", "-", "-", "-", "{pallet_median}"],
     ["non_local_means, guide: amplitude", "-", "-", "-", "{pallet_guided}"],
     ["the same, patch_weights: robust", "-", "-", "-", "{pallet_robust}"],
