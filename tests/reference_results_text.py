@@ -199,7 +199,8 @@ simulated one.
 {third}
 ## Chapter 5
 
-{fifth} The printed σ of 2.77 mm (table 5.3) is the spread over the pixels of a mean of 500 frames (section 5.7.2;
+{fifth}
+The printed σ of 2.77 mm (table 5.3) is the spread over the pixels of a mean of 500 frames (section 5.7.2;
 250 in chapter 6): mostly fixed pattern and residual curvature, little noise. The twin, without either and with an
 assumed noise, has {single_frame} mm in one frame and {mean_frame} mm in the mean of 250 frames. That the first is
 close to 2.77 mm was set by the board's reflectivity in `compare_models.yaml`; it is no measurement of the camera's
