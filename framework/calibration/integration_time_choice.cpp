@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 namespace tofgraph::calibration {
@@ -119,7 +120,7 @@ void recommend(IntegrationTimes& result, double accuracy) {
 }
 
 /// Each distance's best time interpolated from those of the target's other distances, on logarithmic axes; the nearest
-/// time that was measured there against the best one; and the same of the middle one of the others' best times.
+/// usable time that was measured there against the best one; and the same of the middle one of the others' best times.
 void hold_out_distances(IntegrationTimes& result) {
   std::map<std::size_t, std::vector<const Place*>> by_target;
   for (const Place& place : result.places) {
@@ -134,12 +135,15 @@ void hold_out_distances(IntegrationTimes& result) {
         distance.push_back(std::log(place->distance));
         time.push_back(std::log(time_of(place->best)));
       }
+      std::vector<const Board*> possible;
+      std::ranges::copy_if(places[k]->times, std::back_inserter(possible),
+                           [&](const Board* b) { return usable(*b, *places[k]); });
+      if (possible.size() < 2) continue;
       const double wanted = physics::MonotoneCurve(distance, time)(std::log(places[k]->distance));
       const auto excess_at = [&](double log_time) {
         const auto apart = [&](const Board* b) { return std::abs(std::log(time_of(b)) - log_time); };
-        return (*std::ranges::min_element(places[k]->times, {}, apart))->rmse / places[k]->best->rmse;
+        return (*std::ranges::min_element(possible, {}, apart))->rmse / places[k]->best->rmse;
       };
-      if (places[k]->times.size() < 2) continue;
       excess.push_back(excess_at(wanted));
       of_one_time.push_back(excess_at(physics::median(time)));
     }
