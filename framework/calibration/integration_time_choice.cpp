@@ -127,7 +127,8 @@ void hold_out_distances(IntegrationTimes& result) {
     if (place.best != nullptr) by_target[place.target].push_back(&place);
   }
   std::vector<double> excess, of_one_time;
-  for (const auto& [target, places] : by_target) {
+  for (const auto& [target, listed] : by_target) {
+    const std::vector<const Place*>& places = listed;  // a structured binding cannot be captured
     for (std::size_t k = 1; k + 1 < places.size(); ++k) {
       std::vector<double> distance, time;
       for (const Place* place : places) {
