@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/board.hpp"
 
+#include "io/light_sources.hpp"
 #include "simulation/files/pose.hpp"
 
 #include <fmt/format.h>
@@ -61,11 +62,7 @@ namespace {
 
 physics::Geometry geometry_with(const tofgraph_camera& camera, const std::vector<std::string>& sources) {
   tofgraph_camera some = camera;
-  std::vector<tofgraph_light> lights;
-  for (std::uint64_t i = 0; i < camera.light_count; ++i) {
-    if (sources.empty() || std::ranges::find(sources, camera.lights[i].name) != sources.end())
-      lights.push_back(camera.lights[i]);
-  }
+  const std::vector<tofgraph_light> lights = io::lights_named(camera, sources);
   some.lights = lights.data();
   some.light_count = lights.size();
   return physics::geometry_of(some);

@@ -6,8 +6,10 @@
 #include "calibration/frame_mean.hpp"
 #include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
+#include "io/light_sources.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/robust.hpp>
@@ -114,6 +116,9 @@ class Reader {
       result.seen = {recording.reader().header().camera, recording.reader().header().serial};
       io::Condition condition = written;
       complete(condition, recording.reader(), camera_);
+      const auto& sources = recording.reader().header().sources;
+      if (const std::string problem = io::sources_problem(camera_, sources, condition.sources); !problem.empty())
+        throw std::runtime_error(problem);
       note_capture(recording, condition, result.evidence);
       images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
       result.unusable = images.left_out;
@@ -247,6 +252,27 @@ void merge_repeats(Boards& all) {
   }
 }
 
+/// A slip of the unit of all distances: they grow at another rate than what was measured.
+void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, config::Diagnostics& diagnostics) {
+  if (boards.size() < 3) return;
+  const auto [near, far] = std::ranges::minmax_element(boards, {}, &Board::distance);
+  std::vector<double> rates;
+  for (const Board& a : boards)
+    for (const Board& b : boards)
+      if (b.distance > a.distance) rates.push_back((b.measured.mean - a.measured.mean) / (b.distance - a.distance));
+  if (rates.empty()) return;
+  const double rate = physics::median(std::move(rates));
+  constexpr double large = 2;  // no camera's scale is that wrong
+  if (!(rate > large) && !(rate < 1 / large)) return;
+  diagnostics.error(
+      place_of(campaign.conditions.front()),
+      fmt::format("the boards are said to stand at {} to {}, but were measured at {} to {}: each metre "
+                  "counts {:.2g} times",
+                  format_quantity(near->distance, "m"), format_quantity(far->distance, "m"),
+                  format_quantity(near->measured.mean, "m"), format_quantity(far->measured.mean, "m"), rate),
+      "is the unit of the distances right? 1 cm = 10 mm");
+}
+
 /// One note for all conditions with pixels that wrap.
 void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
   std::size_t count = 0, worst = 0;
@@ -302,6 +328,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
   }
   std::vector<ConditionEvidence> evidence;
   for (Read& r : read) evidence.push_back(std::move(r.evidence));
+  if (diagnostics.ok()) check_unit(campaign, all.boards, diagnostics);
   if (diagnostics.ok()) reader.checks().check(evidence, all.notes, diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   for (const char* stage : {"model_correction", "offset_correction"}) {

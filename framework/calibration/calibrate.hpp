@@ -4,6 +4,7 @@
 #pragma once
 
 #include "io/captures/capture_map.hpp"
+#include "io/condition.hpp"
 #include "io/offset_calibration.hpp"
 #include "report/page.hpp"
 
@@ -23,6 +24,8 @@ struct Request {
   io::OffsetVariant variant = io::OffsetVariant::geometric;
   std::optional<std::array<double, 2>> range;  ///< m, the distances that matter
   std::optional<double> accuracy;              ///< m, that is wanted
+  std::optional<io::Roi> roi;                  ///< window of the reported means
+  std::optional<double> corrected_at;          ///< s since power-on, at which the offset is corrected
   std::vector<std::string> free;               ///< k3, skew, rational: what is fitted beyond the usual
   std::vector<std::string> without;            ///< distances, warp: what is not used or fitted
   bool force = false;                          ///< what does not improve held-out conditions is written as well

@@ -242,16 +242,47 @@ bool looks_the_same_turned(const io::Pattern& p) {
   return p.columns == p.rows && (p.type == io::Pattern::Type::chessboard || p.type == io::Pattern::Type::circles);
 }
 
+bool looks_the_same_upside_down(const io::Pattern& p) {
+  if (p.type == io::Pattern::Type::chessboard) return (p.columns + p.rows) % 2 == 0;
+  return p.type == io::Pattern::Type::circles;
+}
+
+namespace {
+
+/// Numbers the points of a pattern that looks the same after a half turn so that its rows run to the right.
+void orient(const io::Pattern& pattern, std::vector<Corner>& corners) {
+  const auto columns = static_cast<std::size_t>(pattern.columns),
+             points = columns * static_cast<std::size_t>(pattern.rows);
+  if (corners.size() != points || !looks_the_same_upside_down(pattern)) return;
+  double right = 0, down = 0;
+  for (const Corner& c : corners) {
+    const double along = static_cast<double>(c.point % columns) - static_cast<double>(columns - 1) / 2;
+    right += along * c.u;
+    down += along * c.v;
+  }
+  if (right > 0 || (right == 0 && down > 0)) return;
+  for (Corner& c : corners) c.point = points - 1 - c.point;
+  std::ranges::reverse(corners);
+}
+
+BoardSearch search(const Image& image, const io::Pattern& pattern) {
+  switch (pattern.type) {
+    case io::Pattern::Type::chessboard:
+      return find_chessboard(image, pattern);
+    case io::Pattern::Type::charuco:
+      return find_charuco(image, pattern);
+    default:
+      return find_circles(image, pattern);
+  }
+}
+
+}  // namespace
+
 BoardSearch find_board(const Image& image, const io::Pattern& pattern) {
   try {
-    switch (pattern.type) {
-      case io::Pattern::Type::chessboard:
-        return find_chessboard(image, pattern);
-      case io::Pattern::Type::charuco:
-        return find_charuco(image, pattern);
-      default:
-        return find_circles(image, pattern);
-    }
+    BoardSearch result = search(image, pattern);
+    orient(pattern, result.corners);
+    return result;
   } catch (const cv::Exception& error) {
     throw std::runtime_error("cannot be searched for the pattern: " + error.err);
   }

@@ -39,10 +39,12 @@ struct BoardSearch {
 std::vector<BoardPoint> board_points(const io::Pattern& pattern);
 /// Whether the pattern looks the same after a quarter turn.
 bool looks_the_same_turned(const io::Pattern& pattern);
+/// True if the pattern looks the same after a half turn: a chessboard of 8 x 6 inner corners does, of 9 x 6 does not.
+bool looks_the_same_upside_down(const io::Pattern& pattern);
 
 /// Finds the whole chessboard or grid, of a ChArUco board what is seen of it. What is returned was checked: every
 /// corner is a crossing of two edges with the colours in turn, the lattice is smooth, and does not go on beyond the
-/// pattern.
+/// pattern. The rows of one that looks the same after a half turn run to the right in the image.
 /// @throws std::runtime_error what OpenCV does not take, as the end of a sentence about the image
 BoardSearch find_board(const Image& image, const io::Pattern& pattern);
 

@@ -2,14 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/held_out.hpp"
 
-#include <tofgraph/physics/robust.hpp>
-
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <functional>
 #include <map>
-#include <utility>
 
 namespace tofgraph::calibration {
 namespace {
@@ -52,83 +47,7 @@ HeldOut hold_out_axis(const std::string& axis, const std::vector<OffsetSample>& 
   return result;
 }
 
-/// Value at x of the polynomial through the points.
-double through_points(const std::vector<std::array<double, 2>>& points, double x) {
-  double value = 0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    double weight = 1;
-    for (std::size_t j = 0; j < points.size(); ++j) {
-      if (j != k) weight *= (x - points[j][0]) / (points[k][0] - points[j][0]);
-    }
-    value += weight * points[k][1];
-  }
-  return value;
-}
-
-using Series = std::vector<std::size_t>;  ///< boards by distance
-
-std::vector<Series> series_of(const Boards& boards) {
-  std::map<std::pair<std::size_t, double>, Series> series;
-  for (std::size_t i = 0; i < boards.boards.size(); ++i)
-    series[{boards.target_of(boards.boards[i]), boards.boards[i].condition.integration_time}].push_back(i);
-  std::vector<Series> result;
-  for (auto& [key, members] : series) {
-    std::ranges::sort(members, {}, [&](std::size_t i) { return boards.boards[i].distance; });
-    const auto same = [&](std::size_t a, std::size_t b) {
-      return boards.boards[a].distance == boards.boards[b].distance;
-    };
-    members.erase(std::unique(members.begin(), members.end(), same), members.end());
-    result.push_back(std::move(members));
-  }
-  return result;
-}
-
-/// The error of each inner board of a series against two neighbours on each side; one where there is no second.
-std::vector<double> errors_of(const Boards& boards, const Series& series) {
-  std::vector<double> errors(series.size(), unknown);
-  if (series.size() < 5) return errors;
-  for (std::size_t k = 1; k + 1 < series.size(); ++k) {
-    std::vector<std::array<double, 2>> points;
-    const std::size_t first = k == 1 ? 0 : std::min(k - 2, series.size() - 5);
-    for (std::size_t j = first; j < std::min(first + 5, series.size()); ++j) {
-      const Board& b = boards.boards[series[j]];
-      if (j != k) points.push_back({b.distance, -b.error()});
-    }
-    const Board& own = boards.boards[series[k]];
-    errors[k] = -own.error() - through_points(points, own.distance);
-  }
-  return errors;
-}
-
 }  // namespace
-
-std::vector<OutlyingBoard> outlying_boards(const Boards& boards) {
-  constexpr double min_error = 5e-3, min_spreads = 6;  // m; of the robust standard deviation
-  constexpr std::size_t reach = 2, few = 6;            // neighbours that an outlier spoils; errors for a spread
-  const std::vector<Series> all = series_of(boards);
-  std::vector<std::vector<double>> errors;
-  std::vector<double> sizes;
-  for (const Series& series : all) {
-    errors.push_back(errors_of(boards, series));
-    for (const double e : errors.back()) {
-      if (std::isfinite(e)) sizes.push_back(std::abs(e));
-    }
-  }
-  if (sizes.size() < few) return {};
-  const double usual = physics::sd_of_deviations * physics::median(sizes);
-  std::vector<OutlyingBoard> result;
-  for (std::size_t s = 0; s < all.size(); ++s) {
-    for (std::size_t k = 0; k < all[s].size(); ++k) {
-      const double size = std::abs(errors[s][k]);
-      if (!(size > std::max(min_error, min_spreads * usual))) continue;
-      bool largest = true;
-      for (std::size_t j = k - std::min(k, reach); j < std::min(k + reach + 1, all[s].size()); ++j)
-        largest = largest && !(std::abs(errors[s][j]) > size);
-      if (largest) result.push_back({all[s][k], errors[s][k], usual});
-    }
-  }
-  return result;
-}
 
 std::vector<OffsetSample> samples_of(const Boards& boards) {
   std::vector<OffsetSample> samples;

@@ -31,18 +31,6 @@ struct HeldOut {
 /// The samples that a table is made of, one a board.
 std::vector<physics::OffsetSample> samples_of(const Boards& boards);
 
-/// A board whose depth its neighbours do not predict.
-struct OutlyingBoard {
-  std::size_t board;  ///< in Boards::boards
-  double error;       ///< m, its z - T minus that of its neighbours
-  double usual;       ///< m, robust standard deviation of all boards' errors
-};
-
-/// Compares each board with the cubic through z - T of its neighbours at two shorter and two longer distances, of the
-/// same target and integration time. One is named that is far beyond the others, and farther than its neighbours, which
-/// it spoils. The outermost distances are not judged, and none where boards stand so far apart that all differ.
-std::vector<OutlyingBoard> outlying_boards(const Boards& boards);
-
 /// Axes with fewer than three levels are left out, and targets whose reflectivities are not known.
 std::vector<HeldOut> hold_out(const Boards& boards);
 

@@ -29,10 +29,24 @@ void check_enough(const Request& request, const Campaign& campaign, const Integr
                        format_quantity(times.places.back().distance, "m")));
 }
 
+/// Of a table of published optima, say: the one time of each target and distance, a line a target.
+std::vector<std::string> given_times(const Boards& boards, const IntegrationTimes& times) {
+  std::vector<std::string> lines = {"the optimum is the one integration time that each target and distance has here"};
+  std::map<std::size_t, std::vector<std::string>> by_target;
+  for (const Place* place : times.wanted) {
+    if (place->best != nullptr)
+      by_target[place->target].push_back(fmt::format("{} at {}",
+                                                     format_quantity(place->best->condition.integration_time, "s"),
+                                                     format_quantity(place->distance, "m")));
+  }
+  for (const auto& [target, list] : by_target)
+    lines.push_back(fmt::format("  {}: {}", name_of(boards, target), fmt::join(list, ", ")));
+  return lines;
+}
+
 /// What is recommended, line by line.
-std::vector<std::string> advice_of(const IntegrationTimes& times, const Request& request) {
-  if (!times.compares)
-    return {"each target and distance was measured at one integration time only: there is nothing to compare"};
+std::vector<std::string> advice_of(const Boards& boards, const IntegrationTimes& times, const Request& request) {
+  if (!times.compares) return given_times(boards, times);
   std::vector<std::string> lines;
   const auto mm = [](double metres) { return format_quantity(std::round(metres * 1e5) * 1e-5, "m"); };
   const std::string wanted =
@@ -105,11 +119,23 @@ Result calibrate_integration_time(const Request& request) {
                                         format_quantity((*request.range)[1], "m")));
   if (request.accuracy) writer.setting("accuracy", format_quantity(*request.accuracy, "m"));
   write_values(campaign, times, writer);
-  const std::vector<std::string> advice = advice_of(times, request);
-  return {.file = writer.text(),
-          .page = integration_time_report(campaign, times, request, sentence_of(advice)),
-          .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
-          .notes = campaign.boards.notes};
+  const std::vector<std::string> advice = advice_of(campaign.boards, times, request);
+  Result result{.file = writer.text(),
+                .page = integration_time_report(campaign, times, request,
+                                                sentence_of(times.compares ? advice : std::vector{advice.front()})),
+                .summary = fmt::format("{}\n{}", described(campaign.boards), fmt::join(advice, "\n")),
+                .notes = campaign.boards.notes};
+  if (times.held_out > 0)
+    result.held_out = HeldOutErrors{.left_out = "each distance",
+                                    .before = times.excess_of_one_time,
+                                    .after = times.excess.value,
+                                    .unit = "times the least RMSE",
+                                    .scale = 1,
+                                    .causes =
+                                        "best times that scatter, as of few frames; a wrong distance or "
+                                        "integration time of a condition; saturation",
+                                    .tolerance = 0.05};
+  return result;
 }
 
 }  // namespace tofgraph::calibration

@@ -39,6 +39,7 @@ struct IntegrationTimes {
   std::vector<Suggestion> several;         ///< the fewest times that together reach the accuracy, where one does not
   std::vector<const Place*> out_of_reach;  ///< no time is accurate enough there
   Interval excess;                         ///< of times interpolated from other distances: their RMSE over the least
+  double excess_of_one_time = unknown;     ///< mean of the same, of one time for all distances
   std::size_t held_out = 0;                ///< places in it
 };
 

@@ -4,9 +4,11 @@
 
 #include <tofgraph/physics/four_phase.hpp>
 #include <tofgraph/physics/interpolation.hpp>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 namespace tofgraph::calibration {
@@ -118,14 +120,15 @@ void recommend(IntegrationTimes& result, double accuracy) {
 }
 
 /// Each distance's best time interpolated from those of the target's other distances, on logarithmic axes; the nearest
-/// time that was measured there against the best one.
+/// usable time that was measured there against the best one; and the same of the middle one of the others' best times.
 void hold_out_distances(IntegrationTimes& result) {
   std::map<std::size_t, std::vector<const Place*>> by_target;
   for (const Place& place : result.places) {
     if (place.best != nullptr) by_target[place.target].push_back(&place);
   }
-  std::vector<double> excess;
-  for (const auto& [target, places] : by_target) {
+  std::vector<double> excess, of_one_time;
+  for (const auto& [target, listed] : by_target) {
+    const std::vector<const Place*>& places = listed;  // a structured binding cannot be captured
     for (std::size_t k = 1; k + 1 < places.size(); ++k) {
       std::vector<double> distance, time;
       for (const Place* place : places) {
@@ -133,10 +136,17 @@ void hold_out_distances(IntegrationTimes& result) {
         distance.push_back(std::log(place->distance));
         time.push_back(std::log(time_of(place->best)));
       }
+      std::vector<const Board*> possible;
+      std::ranges::copy_if(places[k]->times, std::back_inserter(possible),
+                           [&](const Board* b) { return usable(*b, *places[k]); });
+      if (possible.size() < 2) continue;
       const double wanted = physics::MonotoneCurve(distance, time)(std::log(places[k]->distance));
-      const auto apart = [&](const Board* b) { return std::abs(std::log(time_of(b)) - wanted); };
-      if (places[k]->times.size() > 1)
-        excess.push_back((*std::ranges::min_element(places[k]->times, {}, apart))->rmse / places[k]->best->rmse);
+      const auto excess_at = [&](double log_time) {
+        const auto apart = [&](const Board* b) { return std::abs(std::log(time_of(b)) - log_time); };
+        return (*std::ranges::min_element(possible, {}, apart))->rmse / places[k]->best->rmse;
+      };
+      excess.push_back(excess_at(wanted));
+      of_one_time.push_back(excess_at(physics::median(time)));
     }
   }
   if (excess.empty()) return;
@@ -144,6 +154,7 @@ void hold_out_distances(IntegrationTimes& result) {
   const Moments m = moments_of(excess);
   result.held_out = excess.size();
   const double half = excess.size() > 1 ? 1.96 * m.sd / std::sqrt(static_cast<double>(excess.size())) : unknown;
+  result.excess_of_one_time = moments_of(of_one_time).mean;
   result.excess = {m.mean, std::max(m.mean - half, 1.0), m.mean + half};
 }
 

@@ -119,7 +119,9 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   if (times.compares)
     page.figures(maps(boards, times), "Grey: not measured, too little light, or saturated.");
   else
-    page.paragraph("Each target and distance was measured at one integration time only: there is nothing to compare.");
+    page.paragraph(
+        "Each target and distance has one integration time here, as in a table of published optima: it stands as the "
+        "optimum, and no other says how much worse it would be.");
   if (!times.several.empty()) {
     page.heading("Several integration times");
     std::vector<Row> rows;

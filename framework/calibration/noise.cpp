@@ -103,6 +103,21 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
     notes.emplace_back("the read noise cannot be seen beside the shot noise: it is taken as 0");
 }
 
+/// Where sigma is 5 % off in conditions that were left out, it must tell their noise better than the profile does. It
+/// may be as good as that: then the map of bad pixels is what is new.
+std::optional<HeldOutErrors> judged(const NoiseFit& fit) {
+  const double before = std::abs(std::log(fit.by_profile)), after = std::abs(std::log(fit.held_out.value));
+  if (!(after > 0.05) || !std::isfinite(before)) return std::nullopt;
+  return HeldOutErrors{.left_out = fit.left_out == "condition" ? "each condition" : "each integration time",
+                       .before = before,
+                       .after = after,
+                       .unit = "% of sigma",
+                       .scale = 1e-2,
+                       .causes =
+                           "light that flickers or drifts, scenes that move, frames that were averaged, a "
+                           "converter that bends"};
+}
+
 std::vector<double> as_values(const std::vector<std::uint8_t>& bits) { return {bits.begin(), bits.end()}; }
 
 }  // namespace
@@ -133,13 +148,15 @@ Result calibrate_noise(const Request& request) {
                 .notes = data.notes,
                 .maps = {{"bad", "", as_values(fit.bad)}, {"noise_ratio", "", fit.ratio}},
                 .map_rows = data.rows,
-                .map_columns = data.columns};
+                .map_columns = data.columns,
+                .held_out = judged(fit)};
   add_notes(data, fit, result.notes);
   if (std::ranges::any_of(fit.bad, [](std::uint8_t bits) { return bits != 0; }))
-    result.notes.push_back(fmt::format(
-        "to leave the bad pixels out everywhere, put this into the camera's profile: bad_pixels: {{file: {}, dataset: "
-        "bad}}",
-        maps_of(request.output).filename().string()));
+    result.notes.push_back(
+        fmt::format("to leave the bad pixels out everywhere, add the calibration to the camera's folder (tofgraph "
+                    "camera add), or put "
+                    "this into the profile: bad_pixels: {{file: {}, dataset: bad}}",
+                    maps_of(request.output).filename().string()));
   std::vector<std::string> lines;
   for (std::size_t begin = 0; begin < result.summary.size();) {
     const std::size_t end = std::min(result.summary.find('\n', begin), result.summary.size());

@@ -108,6 +108,7 @@ struct NoiseFit {
   std::vector<SigmaRatio> conditions;      ///< each predicted without its level
   std::string left_out;                    ///< integration_time or condition
   Interval held_out;                       ///< measured over predicted, levels left out
+  double by_profile = unknown;             ///< the same by the profile's noise; NaN: not stated
   std::vector<SigmaRatio> amplitudes;      ///< by amplitude, all conditions, each predicted without its level
   std::vector<double> bin_level, bin_variance, bin_model;  ///< for the picture: counts, counts^2
 };

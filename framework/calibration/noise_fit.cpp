@@ -186,7 +186,12 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
   const Line all = sum_of(lines);
   const double scale = physics::metres_per_radian(data.modulation_frequency);
   std::map<int, Sum> by_amplitude;
-  std::map<double, std::vector<double>> ratios;
+  std::map<double, std::vector<double>> ratios, stated;
+  Eigen::Vector2d profile(unknown, unknown);
+  if (campaign != nullptr) {
+    const tofgraph_camera& camera = campaign->camera->view();
+    profile = {camera.read_noise * camera.read_noise, camera.shot_noise};
+  }
   if (levels.size() > 1) {
     for (const auto& [level, members] : levels) {
       Line others = all;
@@ -195,12 +200,13 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
       const Eigen::Vector2d x = solve(others);
       for (const std::size_t c : members) {
         const PixelNoise& p = data.conditions[c].pixels;
-        Sum sum;
+        Sum sum, by_profile;
         for (std::size_t i = 0; i < fit.bad.size(); ++i) {
           if (!usable(p, fit.bad, i)) continue;
           const double a = p.amplitude[i], sigma = scale * std::sqrt(variance_at(x, p.level[i])) / a;
           if (sigma > max_phase_sigma * scale) continue;
           sum.add(p.distance_variance[i], sigma * sigma, a);
+          by_profile.add(p.distance_variance[i], scale * scale * variance_at(profile, p.level[i]) / (a * a), a);
           by_amplitude[octave_of(a, 2)].add(p.distance_variance[i], sigma * sigma, a);
         }
         if (sum.pixels == 0) continue;
@@ -208,11 +214,13 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
         fit.conditions.push_back(
             sum.ratio(campaign != nullptr ? campaign->conditions[index].id : "", data.conditions[c].integration_time));
         ratios[level].push_back(fit.conditions.back().measured / fit.conditions.back().predicted);
+        stated[level].push_back(std::sqrt(by_profile.measured / by_profile.predicted));
       }
     }
   }
   for (const auto& [bin, sum] : by_amplitude) fit.amplitudes.push_back(sum.ratio("", unknown));
   fit.held_out = interval_of(ratios);
+  fit.by_profile = interval_of(stated).value;
 }
 
 /// Mean variances in ranges of the level, for the picture.

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The offset by integration time and reflectivity, chapter 6 of the reference.
 #include "calibration/offset_report.hpp"
+#include "calibration/outlying_boards.hpp"
 #include "config/quantity.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -82,15 +84,25 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   return lines;
 }
 
-void note_outlying(const Boards& boards, std::vector<std::string>& notes) {
-  for (const OutlyingBoard& one : outlying_boards(boards)) {
+/// Boards that stood elsewhere are mistakes, or notes where the calibration is insisted on.
+/// @throws config::ConfigurationError with every one
+void judge_places(const Request& request, const Boards& boards, const tofgraph_camera& camera,
+                  std::vector<std::string>& notes) {
+  config::Diagnostics diagnostics;
+  for (const OutlyingBoard& one : outlying_boards(boards, physics::unambiguous_range(camera.modulation_frequency))) {
     const Board& board = boards.boards[one.board];
-    notes.push_back(fmt::format(
-        "{}: the board at {} was measured {:.1f} mm {} than its neighbours predict, others within {:.1f} mm (robust "
-        "standard deviation): is its distance right?",
+    const std::string text = fmt::format(
+        "condition '{}': the board at {} was measured {:.1f} mm {} than the others predict, who agree within {:.1f} mm "
+        "(robust standard deviation): is its distance right?",
         board.condition.id, config::format_quantity(board.distance, "m"), std::abs(one.error) * 1e3,
-        one.error > 0 ? "farther" : "nearer", one.usual * 1e3));
+        one.error > 0 ? "farther" : "nearer", one.usual * 1e3);
+    if (request.force)
+      notes.push_back(text);
+    else
+      diagnostics.error(board.condition.place("distance"), text,
+                        "correct it, or leave the condition out; --force calibrates with it");
   }
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
 
 /// The first axis decides, which is the distance; others are noted.
@@ -125,6 +137,8 @@ Result calibrate_offset(const Request& request) {
   refuse_corrected(request, boards, "offset_correction");
   check_enough(request, boards);
   const tofgraph_camera& camera = campaign.conditions.camera->view();
+  std::vector<std::string> notes = boards.notes;
+  judge_places(request, boards, camera, notes);
   io::OffsetCalibration calibration{.camera = camera.name,
                                     .serial = boards.serial,
                                     .modulation_frequency = camera.modulation_frequency,
@@ -150,9 +164,8 @@ Result calibrate_offset(const Request& request) {
   Result result{.file = writer.text(),
                 .page = offset_report(campaign, *table, axes, sentence_of(worth)),
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
-                .notes = boards.notes};
+                .notes = std::move(notes)};
   judge(axes, result);
-  note_outlying(boards, result.notes);
   if (!table->knows_reflectivities())
     result.notes.emplace_back(
         "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "

@@ -178,6 +178,7 @@ class PlaneReader {
         const physics::Vector3 ray = model.ray(pixel);
         return physics::depth_of(model.geometry(), ray, physics::optimized_bistatic_newton(model.geometry(), ray, d));
       };
+      if (!std::isfinite(distance)) continue;  // as of a pixel without light
       const double depth = depth_at(distance), slope = (depth_at(distance + 1e-3) - depth) / 1e-3;
       const double noise = images.noise * slope;
       read.pixels.push_back(

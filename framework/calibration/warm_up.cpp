@@ -52,7 +52,12 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
       clearest = i;
   }
   if (determined) return;
+  constexpr double day = 86400;  // s
   const auto refuse = [&](const std::string& what, double length) {
+    if (length > day)
+      throw config::ConfigurationError(fmt::format(
+          "{}: error: {}\n  the noise is too large for that drift: average more frames or pixels at each point in time",
+          request.campaign.string(), what));
     throw config::ConfigurationError(fmt::format("{}: error: {}\n  record for {} or more from power-on",
                                                  request.campaign.string(), what,
                                                  minutes(std::ceil(length / 60) * 60)));
@@ -94,6 +99,26 @@ Drift fit(const Series& s) {
   return drift;
 }
 
+/// Error of a frame at each point in time, all series one after another.
+void write_errors(const WarmUpData& data, io::CalibrationWriter& writer) {
+  io::Calibrated series, time, rmse, bias, noise;
+  for (std::size_t i = 0; i < data.series.size(); ++i) {
+    for (std::size_t k = 0; k < data.series[i].points.size(); ++k) {
+      const FrameError& e = data.series[i].errors[k];
+      series.value.push_back(static_cast<double>(i));
+      time.value.push_back(data.series[i].time(k));
+      rmse.value.push_back(e.rmse);
+      bias.value.push_back(e.bias);
+      noise.value.push_back(e.noise);
+    }
+  }
+  writer.column("point_series", series, "", 1);
+  writer.column("point_time", time, "s", 1);
+  writer.column("point_rmse", rmse, "mm", 1e-3);
+  writer.column("point_bias", bias, "mm", 1e-3);
+  if (known(noise)) writer.column("point_noise", noise, "mm", 1e-3);
+}
+
 void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, const WarmUpModel& model, double tolerance,
                   io::CalibrationWriter& writer) {
   std::vector<std::string> labels;
@@ -118,9 +143,7 @@ void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, cons
   for (std::size_t i = 0; i < drifts.size(); ++i) {
     const Series& s = data.series[i];
     const Drift& d = drifts[i];
-    std::vector<double> measured;
-    for (const Board* b : s.points) measured.push_back(b->measured.mean);
-    const Moments m = moments_of(measured);
+    const Moments m = s.window_moments();
     const Estimate row[] = {{static_cast<double>(s.target)},
                             {s.distance},
                             {s.integration_time},
@@ -139,6 +162,7 @@ void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, cons
   for (const Column& c : columns) {
     if (known(c.values)) writer.column(c.name, c.values, c.unit, c.scale);
   }
+  write_errors(data, writer);
 }
 
 std::string model_text(const Request& request, const WarmUpData& data, const WarmUpModel& m) {
@@ -165,7 +189,8 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
         fmt::format("{} at {}, {}, over {}", name_of(data.campaign.boards, s.target), format_quantity(s.distance, "m"),
                     format_quantity(s.integration_time, "s"), minutes(s.span()));
     if (!d.seen) {
-      lines.push_back(fmt::format("{}: no drift is seen, scatter {:.2f} mm", where, d.scatter * 1e3));
+      lines.push_back(fmt::format("{}: no drift, at most {:.2f} mm (95 %) with a time constant of 5 to 20 min", where,
+                                  d.upper_limit * 1e3));
       continue;
     }
     std::string slow;

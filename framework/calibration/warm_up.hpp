@@ -12,18 +12,35 @@
 
 namespace tofgraph::calibration {
 
-inline constexpr double usual_time_constant = 720;                   ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr double usual_time_constant = 720;  ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr std::array usual_time_constants = {300.0, 600.0, 900.0, 1200.0};  ///< s
+inline constexpr double usual_settling_time = 3600;                                ///< s, section 3.2 of the reference
 inline constexpr std::array tolerances = {10e-3, 5e-3, 2e-3, 1e-3};  ///< m, of the table of settling times
+
+/// RMSE (3.1) of one frame in which every pixel has the same offset correction, and its parts:
+/// rmse^2 = bias^2 + noise^2 + pattern^2.
+struct FrameError {
+  double rmse = unknown, bias = unknown;  ///< m
+  double noise = unknown;                 ///< m, of a pixel in one frame; NaN: not known, not in the RMSE
+  double pattern = unknown;               ///< m, fixed differences between pixels
+};
 
 /// One target at one distance at one integration time over the time since power-on.
 struct Series {
   std::size_t target = 0;
   double distance = 0, integration_time = 0;  ///< m, s
   std::vector<const Board*> points;           ///< rising time since power-on
+  std::vector<double> window_means;           ///< m, measured distance in the reported window; NaN: no pixel of it
+  double corrected_at = unknown;              ///< s since power-on, of the point whose offset corrects all
+  std::vector<FrameError> errors;             ///< of each point
 
   double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
   double span() const { return time(points.size() - 1) - time(0); }  ///< s
+  Moments window_moments() const;                                    ///< over time, of the reported window: table 3.1
 };
+/// Errors of a series whose offset is corrected by that of the points about one time.
+/// @param corrected_at s; beyond the series: its nearest end
+void set_frame_errors(double corrected_at, Series& series);
 
 /// A value with its standard deviation.
 struct Estimate {
@@ -38,7 +55,8 @@ struct Drift {
   Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
   double scatter = unknown;                 ///< m, root mean square of what the fit leaves
   double redundancy = 1;                    ///< points that say as much as one independent one
-  bool seen = false;                        ///< the drift is there: more than three of its standard deviations
+  bool seen = false;                        ///< the drift is significant
+  double upper_limit = unknown;             ///< m, 95 %, of a drift that is not seen, with a usual time constant
   Interval held_out_before,
       held_out_after;  ///< m, inner fifths of the time left out and predicted: a constant, the fit
 

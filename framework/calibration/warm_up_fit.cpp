@@ -4,6 +4,8 @@
 #include "calibration/warm_up.hpp"
 
 #include <Eigen/Dense>
+#include <boost/math/distributions/students_t.hpp>
+#include <boost/math/tools/minima.hpp>
 
 #include <tofgraph/physics/to_integer.hpp>
 
@@ -11,7 +13,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 
 namespace tofgraph::calibration {
 namespace {
@@ -19,11 +20,12 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr double slow_ratio = 3;     ///< of two time constants: closer ones cannot be told apart
-constexpr double min_bic_gain = 10;  ///< for a second time constant: very strong evidence (Kass and Raftery 1995)
-constexpr double max_spans = 5;      ///< of the recording: slower drift is a straight line in it
-constexpr double min_drift_sds = 3;  ///< standard deviations of a drift that is seen
-constexpr std::size_t grid = 60;     ///< time constants that are tried first, in equal ratios
+constexpr double slow_ratio = 3;      ///< of two time constants: closer ones cannot be told apart
+constexpr double min_bic_gain = 10;   ///< for a second time constant: very strong evidence (Kass and Raftery 1995)
+constexpr double max_spans = 5;       ///< of the recording: slower drift is a straight line in it
+constexpr double false_alarm = 2e-4;  ///< probability of a drift of one given time constant in mere noise
+constexpr double min_spacings = 0.2;  ///< of the closest points: of a faster drift 1 % is left at the second one
+constexpr std::size_t grid = 60;      ///< time constants that are tried first, in equal ratios
 
 double warm(double time, double tau) { return -std::expm1(-time / tau); }
 
@@ -36,48 +38,30 @@ Matrix columns_of(const Vector& t, const std::vector<double>& taus) {
   return a;
 }
 
-/// Squares left with these time constants.
-double left(const Vector& t, const Vector& y, const std::vector<double>& taus) {
+/// Sum of squares that remains with these time constants.
+double remaining_squares(const Vector& t, const Vector& y, const std::vector<double>& taus) {
   const Matrix a = columns_of(t, taus);
   return (y - a * a.colPivHouseholderQr().solve(y)).squaredNorm();
 }
 
-/// Where f is least between a and b, in the logarithm.
-double least(double a, double b, const std::function<double(double)>& f) {
-  constexpr double ratio = 1 / std::numbers::phi;
-  double low = std::log(a), high = std::log(b);
-  double x1 = high - ratio * (high - low), x2 = low + ratio * (high - low);
-  double f1 = f(std::exp(x1)), f2 = f(std::exp(x2));
-  while (high - low > 1e-6) {
-    if (f1 < f2) {
-      high = x2;
-      x2 = x1;
-      f2 = f1;
-      x1 = high - ratio * (high - low);
-      f1 = f(std::exp(x1));
-    } else {
-      low = x1;
-      x1 = x2;
-      f1 = f2;
-      x2 = low + ratio * (high - low);
-      f2 = f(std::exp(x2));
-    }
-  }
-  return std::exp((low + high) / 2);
-}
+double squares_about_mean(const Vector& y) { return (y.array() - y.mean()).matrix().squaredNorm(); }
 
-/// The best of a grid and of the surroundings of its best.
+/// Minimum of f over a logarithmic grid, refined between the neighbours of its best point.
 double search(double from, double to, const std::function<double(double)>& f) {
-  const double step = std::pow(to / from, 1.0 / static_cast<double>(grid - 1));
-  double best = from, value = std::numeric_limits<double>::infinity();
+  const double step = std::log(to / from) / static_cast<double>(grid - 1);
+  const auto at = [&](double k) { return from * std::exp(step * k); };
+  double best = 0, value = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < grid; ++k) {
-    const double tau = from * std::pow(step, static_cast<double>(k));
-    if (const double now = f(tau); now < value) {
+    if (const double now = f(at(static_cast<double>(k))); now < value) {
       value = now;
-      best = tau;
+      best = static_cast<double>(k);
     }
   }
-  return least(std::max(best / step, from), std::min(best * step, to), f);
+  constexpr int bits = 20;
+  const auto [k, refined] =
+      boost::math::tools::brent_find_minima([&](double x) { return f(at(x)); }, std::max(best - 1, 0.0),
+                                            std::min(best + 1, static_cast<double>(grid - 1)), bits);
+  return refined < value ? at(k) : at(best);
 }
 
 struct Bounds {
@@ -85,28 +69,31 @@ struct Bounds {
 };
 
 Bounds bounds_of(const Vector& t) {
-  const double span = t[t.size() - 1] - t[0];
-  return {std::max(span / static_cast<double>(t.size()), 1.0), max_spans * span};
+  constexpr double moment = 1;  // s: closer points are repetitions
+  double spacing = std::numeric_limits<double>::infinity();
+  for (Eigen::Index i = 1; i < t.size(); ++i) {
+    if (t[i] - t[i - 1] > moment) spacing = std::min(spacing, t[i] - t[i - 1]);
+  }
+  const double span = std::max(t[t.size() - 1] - t[0], moment);
+  return {std::max(min_spacings * std::min(spacing, span), min_spacings * moment), max_spans * span};
 }
 
 std::vector<double> one_constant(const Vector& t, const Vector& y) {
   const Bounds b = bounds_of(t);
-  return {search(b.shortest, b.longest, [&](double tau) { return left(t, y, {tau}); })};
+  return {search(b.shortest, b.longest, [&](double tau) { return remaining_squares(t, y, {tau}); })};
 }
 
 std::vector<double> two_constants(const Vector& t, const Vector& y) {
   const Bounds b = bounds_of(t);
-  double slow = 0;
   const auto best_slow = [&](double tau) {
     return search(std::min(slow_ratio * tau, b.longest), b.longest, [&](double other) {
-      return left(t, y, {tau, other});
+      return remaining_squares(t, y, {tau, other});
     });
   };
   const double fast = search(b.shortest, b.longest / slow_ratio, [&](double tau) {
-    return left(t, y, {tau, best_slow(tau)});
+    return remaining_squares(t, y, {tau, best_slow(tau)});
   });
-  slow = best_slow(fast);
-  return {fast, slow};
+  return {fast, best_slow(fast)};
 }
 
 double bic(double squares, std::size_t points, std::size_t parameters) {
@@ -114,8 +101,8 @@ double bic(double squares, std::size_t points, std::size_t parameters) {
   return n * std::log(squares / n) + static_cast<double>(parameters) * std::log(n);
 }
 
-/// How many points say as much as one independent one: 1 + 2 sum of the autocorrelations of what a fit leaves, up to
-/// the first that is lost in the noise (Sokal 1997).
+/// Number of points that carry as much information as one independent point: 1 + 2 sum of the autocorrelations of the
+/// residual, up to the first that is lost in the noise (Sokal 1997).
 double points_per_independent(const Vector& residual) {
   const Eigen::Index n = residual.size();
   const double square = residual.squaredNorm(), lost = 1 / std::sqrt(static_cast<double>(n));
@@ -128,38 +115,70 @@ double points_per_independent(const Vector& residual) {
   return sum;
 }
 
+/// Jacobian of the model to start, drifts and time constants; x has the amplitudes.
+Matrix jacobian_of(const Vector& t, const std::vector<double>& taus, const Vector& x) {
+  const Matrix a = columns_of(t, taus);
+  Matrix jacobian(t.size(), static_cast<Eigen::Index>(1 + 2 * taus.size()));
+  jacobian.leftCols(a.cols()) = a;
+  for (std::size_t k = 0; k < taus.size(); ++k) {
+    const auto index = static_cast<Eigen::Index>(k);
+    const double tau = taus[k];
+    jacobian.col(a.cols() + index) = -x[index + 1] / (tau * tau) * (t.array() * (-t.array() / tau).exp()).matrix();
+  }
+  return jacobian;
+}
+
+/// Standard deviations of the parameters, widened to Student's distribution, so that 1.96 of them hold 95 %; infinite
+/// where the data do not determine a parameter.
+Vector standard_deviations(const Matrix& jacobian, double variance, double freedom) {
+  const double student = boost::math::quantile(boost::math::students_t(std::max(freedom, 1.0)), 0.975) / 1.96;
+  const Vector scale = jacobian.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+  const Matrix scaled = jacobian * scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> system(scaled.transpose() * scaled);
+  constexpr double singular = 1e-12;
+  if (!(system.eigenvalues().minCoeff() > singular))
+    return Vector::Constant(jacobian.cols(), std::numeric_limits<double>::infinity());
+  const Matrix inverse =
+      system.eigenvectors() * system.eigenvalues().cwiseInverse().asDiagonal() * system.eigenvectors().transpose();
+  return student * (inverse.diagonal() * variance).cwiseSqrt().cwiseQuotient(scale);
+}
+
+/// Largest drift that the data allow at 95 % for time constants that cameras have.
+double upper_limit_of(const Vector& t, const Vector& y, double redundancy) {
+  constexpr double one_sided = 1.645;
+  double limit = 0;
+  for (const double tau : usual_time_constants) {
+    const Matrix a = columns_of(t, {tau});
+    const Vector x = a.colPivHouseholderQr().solve(y);
+    const double freedom = std::max(static_cast<double>(t.size()) - 2, 1.0);
+    const double variance = (y - a * x).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(t.size() - 2, 1));
+    limit = std::max(limit, std::abs(x[1]) + one_sided * standard_deviations(a, variance * redundancy, freedom)[1]);
+  }
+  return limit;
+}
+
 void set_estimates(const Vector& t, const Vector& y, const std::vector<double>& taus, Drift& drift) {
   const Matrix a = columns_of(t, taus);
   const Vector x = a.colPivHouseholderQr().solve(y);
   const Vector residual = y - a * x;
-  Matrix jacobian(t.size(), static_cast<Eigen::Index>(1 + 2 * taus.size()));
-  jacobian.leftCols(a.cols()) = a;
-  for (std::size_t k = 0; k < taus.size(); ++k) {
-    const double tau = taus[k];
-    for (Eigen::Index i = 0; i < t.size(); ++i)
-      jacobian(i, a.cols() + static_cast<Eigen::Index>(k)) =
-          -x[static_cast<Eigen::Index>(k + 1)] * t[i] / (tau * tau) * std::exp(-t[i] / tau);
-  }
-  const auto freedom = static_cast<double>(std::max<Eigen::Index>(t.size() - jacobian.cols(), 1));
+  const Matrix jacobian = jacobian_of(t, taus, x);
   const double squares = residual.squaredNorm();
-  drift.scatter = std::sqrt(squares / freedom);
+  const auto points = static_cast<double>(t.size()), parameters = static_cast<double>(jacobian.cols());
+  drift.scatter = std::sqrt(squares / std::max(points - parameters, 1.0));
   drift.redundancy = points_per_independent(residual);
-  const Matrix covariance = (jacobian.transpose() * jacobian).completeOrthogonalDecomposition().pseudoInverse() *
-                            (squares / freedom * drift.redundancy);
-  const auto estimate = [&](Eigen::Index k, double value) {
-    return Estimate{value, std::sqrt(std::max(covariance(k, k), 0.0))};
-  };
-  drift.start = estimate(0, x[0]);
-  drift.drift = estimate(1, x[1]);
-  drift.time_constant = estimate(a.cols(), taus[0]);
+  const Vector sd =
+      standard_deviations(jacobian, drift.scatter * drift.scatter * drift.redundancy, points - parameters);
+  drift.start = {x[0], sd[0]};
+  drift.drift = {x[1], sd[1]};
+  drift.time_constant = {taus[0], sd[a.cols()]};
   if (taus.size() > 1) {
-    drift.slow_drift = estimate(2, x[2]);
-    drift.slow_time_constant = estimate(a.cols() + 1, taus[1]);
+    drift.slow_drift = {x[2], sd[2]};
+    drift.slow_time_constant = {taus[1], sd[a.cols() + 1]};
   }
-  const auto points = static_cast<std::size_t>(t.size());
-  const double constant = bic((y.array() - y.mean()).matrix().squaredNorm(), points, 1);
-  drift.seen = std::abs(drift.drift.value) > min_drift_sds * drift.drift.sd ||
-               (points > 4 && (constant - bic(squares, points, 3)) / drift.redundancy > min_bic_gain);
+  // F test of two parameters against a constant, its variance ratio divided by the redundancy.
+  const double freedom = points - parameters, gain = squares_about_mean(y) / squares - 1;
+  drift.seen = freedom > 0 && std::pow(1 + gain / drift.redundancy, -freedom / 2) < false_alarm;
+  drift.upper_limit = drift.seen ? unknown : upper_limit_of(t, y, drift.redundancy);
 }
 
 Vector as_vector(const std::vector<double>& values) {
@@ -203,7 +222,8 @@ Drift fit_drift(const std::vector<double>& times, const std::vector<double>& dis
     const std::vector<double> two = two_constants(t, y);
     const Matrix a = columns_of(t, two);
     const Vector residual = y - a * a.colPivHouseholderQr().solve(y);
-    const double gain = bic(left(t, y, taus), times.size(), 3) - bic(left(t, y, two), times.size(), 5);
+    const double gain =
+        bic(remaining_squares(t, y, taus), times.size(), 3) - bic(remaining_squares(t, y, two), times.size(), 5);
     slow = gain / points_per_independent(residual) > min_bic_gain;
     if (slow) taus = two;
   }

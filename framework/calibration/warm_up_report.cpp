@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/integration_time.hpp"
 #include "calibration/report_text.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/quantity.hpp"
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
@@ -35,17 +35,14 @@ class WarmUpReport {
     page_.paragraph(fmt::format("Camera '{}'. {}.", data_.campaign.conditions.camera->view().name,
                                 described(data_.campaign.boards)));
     page_.heading("Drift since power-on");
-    page_.figures(curves([](const Board& b) { return b.measured.mean; }, "measured distance", "mm", true),
-                  "Mean of the measured distance over the window, and what was fitted to it.");
+    page_.figures(drift_curves(),
+                  "Mean of the measured distance in the reported window (of the conditions or --roi; default: the four "
+                  "centre pixels) and the drift that was fitted to all pixels, as in figure 3.2 of the reference.");
     table();
     held_out();
     page_.heading("When it has settled");
     settling(tolerance);
-    page_.heading("Error of a frame");
-    page_.figures(
-        curves([](const Board& b) { return error_of(b); }, "RMSE", "mm", false),
-        "Root mean square over the pixels of the offset-corrected against the modelled distance (3.1), (6.7), "
-        "of a single frame.");
+    frame_errors();
     add_model(model);
     return std::move(page_);
   }
@@ -56,29 +53,86 @@ class WarmUpReport {
                        format_quantity(s.integration_time, "s"));
   }
 
-  std::vector<std::string> curves(double (*value)(const Board&), const char* what, const char* unit,
-                                  bool fitted) const {
+  static report::Curves plot_of(const std::string& title, const std::string& y_label) {
+    return {.title = title, .x_label = "time since power-on, min", .y_label = y_label};
+  }
+
+  std::vector<std::string> drift_curves() const {
     std::vector<std::string> plots;
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
-      report::Curves plot{
-          .title = name(s), .x_label = "time since power-on, min", .y_label = fmt::format("{}, {}", what, unit)};
       report::Curve measured{.name = "measured", .points = true}, fit{.name = "fitted"};
+      std::vector<double> shifts;  // of the window to the mean of all pixels
       for (std::size_t k = 0; k < s.points.size(); ++k) {
+        if (!std::isfinite(s.window_means[k])) continue;
         measured.x.push_back(s.time(k) / 60);
-        measured.y.push_back(value(*s.points[k]) * 1e3);
+        measured.y.push_back(s.window_means[k] * 1e3);
+        shifts.push_back(s.window_means[k] - drifts_[i].at(s.time(k)));
       }
+      if (shifts.empty()) continue;
       constexpr int steps = 300;
-      const double end = s.time(s.points.size() - 1);
-      for (int k = 0; k <= steps && fitted; ++k) {
+      const double end = s.time(s.points.size() - 1), shift = moments_of(shifts).mean;
+      for (int k = 0; k <= steps; ++k) {
         fit.x.push_back(end * k / steps / 60);
-        fit.y.push_back(drifts_[i].at(end * k / steps) * 1e3);
+        fit.y.push_back((drifts_[i].at(end * k / steps) + shift) * 1e3);
       }
-      plot.curves = {measured};
-      if (fitted) plot.curves.push_back(fit);
+      report::Curves plot = plot_of(name(s), "measured distance, mm");
+      plot.curves = {measured, fit};
       plots.push_back(report::curves(plot, 540, 320));
     }
     return plots;
+  }
+
+  void frame_errors() {
+    page_.heading("Error of a frame");
+    std::vector<std::string> plots;
+    std::vector<Row> rows;
+    for (const Series& s : data_.series) {
+      report::Curve rmse{.name = "RMSE"}, bias{.name = "bias"}, noise{.name = "noise"};
+      for (std::size_t k = 0; k < s.points.size(); ++k) {
+        for (auto [curve, value] :
+             {std::pair{&rmse, s.errors[k].rmse}, {&bias, std::abs(s.errors[k].bias)}, {&noise, s.errors[k].noise}}) {
+          if (!std::isfinite(value)) continue;
+          curve->x.push_back(s.time(k) / 60);
+          curve->y.push_back(value * 1e3);
+        }
+      }
+      report::Curves plot = plot_of(name(s), "error of a frame, mm");
+      for (const report::Curve& curve : {rmse, bias, noise}) {
+        if (!curve.x.empty()) plot.curves.push_back(curve);
+      }
+      plots.push_back(report::curves(plot, 540, 320));
+      for (const double hours : {0.0, 0.5, 1.0, 2.0, 4.0, 8.0}) {
+        const auto k = static_cast<std::size_t>(
+            std::ranges::min_element(
+                s.points, {},
+                [&](const Board* b) { return std::abs(b->condition.time_since_power_on - hours * 3600); }) -
+            s.points.begin());
+        if (!rows.empty() && rows.back()[0] == name(s) && rows.back()[1] == fmt::format("{:.0f}", s.time(k) / 60))
+          continue;
+        const FrameError& e = s.errors[k];
+        rows.push_back(
+            {name(s), fmt::format("{:.0f}", s.time(k) / 60), mm(e.rmse), mm(e.bias), mm(e.noise), mm(e.pattern)});
+      }
+    }
+    page_.figures(plots,
+                  "Root mean square over the pixels of the offset-corrected against the modelled distance (3.1) of a "
+                  "single frame, as in figure 3.3 of the reference. One offset corrects the whole series.");
+    page_.table(
+        Row{"series", "time since power-on, min", "RMSE, mm", "bias, mm", "noise, mm", "pattern of the pixels, mm"},
+        rows);
+    page_.paragraph(fmt::format(
+        "RMSE^2 = bias^2 + noise^2 + pattern^2. The offset is that measured {} after power-on (--corrected-at).",
+        minutes_of_correction()));
+  }
+
+  std::string minutes_of_correction() const {
+    std::vector<std::string> times;
+    for (const Series& s : data_.series) {
+      std::string text = fmt::format("{:.0f} min", s.corrected_at / 60);
+      if (std::ranges::find(times, text) == times.end()) times.push_back(text);
+    }
+    return fmt::format("{}", fmt::join(times, ", "));
   }
 
   void table() {
@@ -86,11 +140,9 @@ class WarmUpReport {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
       const Drift& d = drifts_[i];
-      std::vector<double> measured;
-      for (const Board* b : s.points) measured.push_back(b->measured.mean);
-      const Moments m = moments_of(measured);
+      const Moments m = s.window_moments();
       rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
-                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : "not seen",
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : fmt::format("none, at most {}", mm(d.upper_limit)),
                       d.seen ? estimate(d.time_constant, 1.0 / 60) : "-", estimate(d.slow_drift, 1e3),
                       estimate(d.slow_time_constant, 1.0 / 60), estimate(d.droop, 100), mm(d.scatter)});
     }
@@ -100,7 +152,8 @@ class WarmUpReport {
     page_.paragraph(
         "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term where the data demand it. "
         "Uncertainties are standard deviations; they allow for errors that hang together from one point to the next. "
-        "Mean and standard deviation are over the whole recording, as in table 3.1 of the reference.");
+        "Mean and standard deviation are over the whole recording, of the reported window, as in table 3.1 of the "
+        "reference.");
   }
 
   void held_out() {

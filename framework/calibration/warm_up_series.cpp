@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <tuple>
 
 namespace tofgraph::calibration {
@@ -72,6 +74,19 @@ class Splitter {
   std::vector<io::Condition>& points_;
 };
 
+/// Mean over a window of the image, or over the four centre pixels, of those that are used. NaN: none is.
+double window_mean(const tofgraph_camera& camera, const std::optional<io::Roi>& window, const MeanImages& images) {
+  const std::uint32_t u = camera.width / 2, v = camera.height / 2;
+  const io::Roi roi = window.value_or(io::Roi{u - 1, u, v - 1, v});
+  std::vector<double> inside;
+  for (std::size_t i = 0; i < images.pixels.size(); ++i) {
+    const auto column = images.pixels[i] % camera.width, row = images.pixels[i] / camera.width;
+    if (column >= roi.first_column && column <= roi.last_column && row >= roi.first_row && row <= roi.last_row)
+      inside.push_back(images.distance[i]);
+  }
+  return moments_of(inside).mean;
+}
+
 bool of_no_use(const io::Condition& c) { return !c.has_board() || c.capture.empty(); }
 
 void check_times(const Series& series, const Request& request) {
@@ -84,6 +99,35 @@ void check_times(const Series& series, const Request& request) {
 }
 
 }  // namespace
+
+Moments Series::window_moments() const {
+  std::vector<double> known;
+  std::ranges::copy_if(window_means, std::back_inserter(known), [](double m) { return std::isfinite(m); });
+  return moments_of(known);
+}
+
+void set_frame_errors(double corrected_at, Series& series) {
+  const auto& points = series.points;
+  const auto nearest = std::ranges::min_element(
+      points, {}, [&](const Board* b) { return std::abs(b->condition.time_since_power_on - corrected_at); });
+  const double correction = (*nearest)->offset.mean;
+  series.corrected_at = (*nearest)->condition.time_since_power_on;
+  series.errors.clear();
+  for (const Board* b : points) {
+    // The board's own correction leaves a mean and a spread over the pixels; the fixed one differs by a constant.
+    const double own = b->offset_corrected.mean - b->modelled.mean;
+    FrameError e{.bias = own + correction - b->offset.mean,
+                 .pattern = std::sqrt(std::max(b->rmse * b->rmse - own * own, 0.0))};
+    if (std::isfinite(b->noise)) {
+      e.noise = b->noise;
+      // The noise that averaging left is in the spread over the pixels.
+      e.pattern =
+          std::sqrt(std::max(e.pattern * e.pattern - b->noise * b->noise / static_cast<double>(b->frames), 0.0));
+    }
+    e.rmse = std::hypot(e.bias, std::isfinite(e.noise) ? e.noise : 0.0, e.pattern);
+    series.errors.push_back(e);
+  }
+}
 
 WarmUpData read_warm_up(const Request& request) {
   io::Campaign written = read_conditions(request);
@@ -107,24 +151,35 @@ WarmUpData read_warm_up(const Request& request) {
   const auto progress = [&](double share) {
     if (request.progress) request.progress(0.9 * share, "reading the campaign");
   };
+  std::vector<std::optional<double>> window_means(points.size());
+  const auto visit = [&](std::size_t condition, const Board&, const MeanImages& images) {
+    const std::optional<io::Roi>& own = points[condition].roi;
+    window_means[condition] =
+        window_mean(data.campaign.conditions.camera->view(), request.roi ? request.roi : own, images);
+  };
   try {
-    data.campaign.boards =
-        read_boards(data.campaign.conditions, request.variant, {.progress = progress, .repeats = Repeats::kept});
+    data.campaign.boards = read_boards(data.campaign.conditions, request.variant,
+                                       {.progress = progress, .repeats = Repeats::kept, .visit = visit});
   } catch (const std::invalid_argument& problem) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
   }
-  std::map<std::tuple<std::size_t, double, double>, Series> series;
+  // The boards are those that were visited, in the order of the conditions.
+  auto mean = window_means.begin();
+  std::map<std::tuple<std::size_t, double, double>, std::vector<std::pair<const Board*, double>>> series;
   for (const Board& b : data.campaign.boards.boards) {
-    const std::tuple key(data.campaign.boards.target_of(b), b.distance, b.condition.integration_time);
-    Series& s = series[key];
-    s.target = std::get<0>(key);
-    s.distance = b.distance;
-    s.integration_time = b.condition.integration_time;
-    s.points.push_back(&b);
+    mean = std::find_if(mean, window_means.end(), [](const auto& m) { return m.has_value(); });
+    series[{data.campaign.boards.target_of(b), b.distance, b.condition.integration_time}].emplace_back(&b, **mean);
+    ++mean;
   }
-  for (auto& [key, s] : series) {
-    std::ranges::stable_sort(s.points, {}, [](const Board* b) { return b->condition.time_since_power_on; });
+  for (auto& [key, measured] : series) {
+    std::ranges::stable_sort(measured, {}, [](const auto& m) { return m.first->condition.time_since_power_on; });
+    Series s{.target = std::get<0>(key), .distance = std::get<1>(key), .integration_time = std::get<2>(key)};
+    for (const auto& [board, window] : measured) {
+      s.points.push_back(board);
+      s.window_means.push_back(window);
+    }
     check_times(s, request);
+    set_frame_errors(request.corrected_at.value_or(usual_settling_time), s);
     data.series.push_back(std::move(s));
   }
   if (data.series.empty())

@@ -10,7 +10,7 @@ namespace tofgraph::cli {
 
 struct CalibrateArguments {
   std::string what, campaign, out;
-  std::string variant, range, accuracy;  ///< as written; empty: not given
+  std::string variant, range, accuracy, roi, corrected_at;  ///< as written; empty: not given
   std::vector<std::string> free, without;
   unsigned threads = 0;  ///< 0: one a core
   bool force = false, quiet = false;

@@ -15,6 +15,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cinttypes>
+#include <cstdio>
 #include <thread>
 
 namespace tofgraph::cli {
@@ -47,6 +49,8 @@ void check_options(const CalibrateArguments& arguments, const calibration::Kind&
   for (const auto& [option, given] : {std::pair{std::string("range"), !arguments.range.empty()},
                                       std::pair{std::string("accuracy"), !arguments.accuracy.empty()},
                                       std::pair{std::string("variant"), !arguments.variant.empty()},
+                                      std::pair{std::string("roi"), !arguments.roi.empty()},
+                                      std::pair{std::string("corrected-at"), !arguments.corrected_at.empty()},
                                       std::pair{std::string("free"), !arguments.free.empty()},
                                       std::pair{std::string("without"), !arguments.without.empty()}}) {
     if (!given || has(kind, option)) continue;
@@ -59,8 +63,9 @@ void check_options(const CalibrateArguments& arguments, const calibration::Kind&
   }
 }
 
-double length(const std::string& option, const std::string& text, const char* example) {
-  const config::Quantity quantity = config::parse_quantity(text, "m");
+/// A positive quantity of this SI unit.
+double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* example) {
+  const config::Quantity quantity = config::parse_quantity(text, unit);
   if (!quantity.ok()) refuse(option, fmt::format("'{}': {}, e.g. {}", text, quantity.problem, example));
   if (!(quantity.value > 0)) refuse(option, fmt::format("'{}' must be positive, e.g. {}", text, example));
   return quantity.value;
@@ -70,10 +75,21 @@ std::array<double, 2> range_of(const std::string& text) {
   const std::size_t dots = text.find("..");
   if (dots == std::string::npos)
     refuse("--range", fmt::format("'{}' must be two distances, e.g. --range 0.5m..4m", text));
-  const std::array<double, 2> range = {length("--range", text.substr(0, dots), "0.5m..4m"),
-                                       length("--range", text.substr(dots + 2), "0.5m..4m")};
+  const std::array<double, 2> range = {quantity_of("--range", text.substr(0, dots), "m", "0.5m..4m"),
+                                       quantity_of("--range", text.substr(dots + 2), "m", "0.5m..4m")};
   if (!(range[0] <= range[1])) refuse("--range", fmt::format("'{}' must begin with the smaller distance", text));
   return range;
+}
+
+io::Roi roi_of(const std::string& text) {
+  io::Roi roi;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%" SCNu32 "..%" SCNu32 ",%" SCNu32 "..%" SCNu32 "%n", &roi.first_column,
+                  &roi.last_column, &roi.first_row, &roi.last_row, &end) != 4 ||
+      static_cast<std::size_t>(end) != text.size() || roi.first_column > roi.last_column ||
+      roi.first_row > roi.last_row)
+    refuse("--roi", fmt::format("'{}' must be the first and last column and row, e.g. --roi 96..107,96..107", text));
+  return roi;
 }
 
 int calibrate(const CalibrateArguments& arguments) {
@@ -86,7 +102,10 @@ int calibrate(const CalibrateArguments& arguments) {
   calibration::Request request{.campaign = arguments.campaign, .output = arguments.out, .force = arguments.force};
   if (arguments.variant == "printed") request.variant = io::OffsetVariant::printed;
   if (!arguments.range.empty()) request.range = range_of(arguments.range);
-  if (!arguments.accuracy.empty()) request.accuracy = length("--accuracy", arguments.accuracy, "5mm");
+  if (!arguments.accuracy.empty()) request.accuracy = quantity_of("--accuracy", arguments.accuracy, "m", "5mm");
+  if (!arguments.roi.empty()) request.roi = roi_of(arguments.roi);
+  if (!arguments.corrected_at.empty())
+    request.corrected_at = quantity_of("--corrected-at", arguments.corrected_at, "s", "60min");
   request.free = arguments.free;
   request.without = arguments.without;
   request.progress = [&](double share, const std::string& what) { bar.show(share, what); };

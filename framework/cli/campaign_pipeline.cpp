@@ -81,6 +81,8 @@ graph::PipelineSpec CampaignPipeline::of(const io::Condition& condition) const {
       frames.items.push_back(word_at(fmt::format("{}", frame), source.at));
     set_parameter(source, "frames", std::move(frames));
   }
+  if (!condition.sources.empty())
+    set_parameter(source, "sources", word_at(fmt::format("{}", fmt::join(condition.sources, " ")), source.at));
   const fs::path folder = out_ / folder_name(condition.id);
   for (graph::NodeSpec& node : pipeline.nodes) {
     for (const std::string& key : output_keys(node.stage)) {

@@ -108,9 +108,16 @@ json profile(const std::filesystem::path& file) {
   const auto camera = io::load_profile(file);
   json values = json::array();
   for (const config::Entry& entry : config::load_document(file).entries) {
-    if (entry.key == "profile" || entry.key == "name" || entry.key == "measured" || entry.key == "source") continue;
-    const bool measured = std::ranges::find(camera->measured, entry.key) != camera->measured.end();
-    values.push_back({{"key", entry.key}, {"value", config::yaml_text(entry.value)}, {"measured", measured}});
+    if (entry.key == "profile" || entry.key == "name" || entry.key == "measured" || entry.key == "assumed" ||
+        entry.key == "source")
+      continue;
+    const auto is_in = [&](const std::vector<std::string>& keys) {
+      return std::ranges::find(keys, entry.key) != keys.end();
+    };
+    values.push_back({{"key", entry.key},
+                      {"value", config::yaml_text(entry.value)},
+                      {"measured", is_in(camera->measured)},
+                      {"assumed", is_in(camera->assumed)}});
   }
   const config::Value document = config::load_document(file);
   const physics::Exposures exposures = physics::exposures_of(camera->view());
@@ -127,7 +134,10 @@ json profile(const std::filesystem::path& file) {
 void print_profile(const json& camera) {
   fmt::print("camera {}: {}\n\n", text_of(camera, "name"), text_of(camera, "file"));
   for (const json& value : camera["values"])
-    fmt::print("  {:24} {:9} {}\n", text_of(value, "key"), value["measured"].get<bool>() ? "measured" : "nominal",
+    fmt::print("  {:24} {:9} {}\n", text_of(value, "key"),
+               value["measured"].get<bool>()  ? "measured"
+               : value["assumed"].get<bool>() ? "assumed"
+                                              : "nominal",
                text_of(value, "value"));
   const json& range = camera["unambiguous_range_m"];
   fmt::print("\na frame: {}{}\n", text_of(camera, "exposures"),

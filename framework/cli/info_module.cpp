@@ -70,7 +70,7 @@ json described(const io::CaptureReader& reader) {
                  {"camera", header.camera},       {"width", header.width},
                  {"height", header.height},       {"frames", reader.frames()},
                  {"finished", reader.finished()}, {"comment", header.comment},
-                 {"serial", header.serial}};
+                 {"serial", header.serial},       {"sources", fmt::format("{}", fmt::join(header.sources, ", "))}};
   for (const io::CaptureChannel& channel : reader.channels()) {
     result["channels"].push_back({{"name", channel.name},
                                   {"type", element_name(channel.type)},
@@ -147,7 +147,7 @@ void print(const std::string& file, const json& info) {
              info["width"].get<int>(), info["height"].get<int>(), info["frames"].get<std::size_t>(),
              info["frames"] == 1 ? "" : "s", info["finished"].get<bool>() ? "" : ": still being recorded, or cut off");
   if (!info["finished"].get<bool>()) fmt::print("tofgraph repair {} makes a capture of what was cut off\n", file);
-  for (const char* key : {"comment", "serial"})
+  for (const char* key : {"comment", "serial", "sources"})
     if (!info[key].get<std::string>().empty()) fmt::print("{}: {}\n", key, info[key].get<std::string>());
   fmt::print("\nchannels\n");
   for (const json& channel : info["channels"]) {

@@ -11,7 +11,12 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
+
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace tofgraph::cli {
 namespace {
@@ -51,6 +56,34 @@ json cameras() {
   return list;
 }
 
+/// Tables 1.1 and 1.2 of the reference for all profiles: one column a property.
+void compare_cameras() {
+  fmt::print("{:20} {:>10}  {:26} {:>14} {:>13} {:>12} {:>16} {:12}\n", "camera", "pixels", "sensor", "range", "view",
+             "frames/s", "unambiguous", "interface");
+  const auto shown = [](double value, const char* format) {
+    return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("?");
+  };
+  for (const std::string& name : io::profile_names()) {
+    const auto camera = io::load_profile(io::find_profile(name, {}));
+    const tofgraph_camera& c = camera->view();
+    const io::DataSheet& sheet = camera->data_sheet;
+    const auto angle = [&](int axis, double pixels) {  // of the pinhole where the data sheet does not state it
+      const double stated = sheet.field_of_view[static_cast<std::size_t>(axis)];
+      return (std::isfinite(stated) ? stated : 2 * std::atan(pixels / 2 / c.focal_px[axis])) * 180 / std::numbers::pi;
+    };
+    const std::string range = std::isfinite(sheet.measuring_range[0])
+                                  ? fmt::format("{:g} to {:g} m", sheet.measuring_range[0], sheet.measuring_range[1])
+                                  : "?";
+    const double unambiguous = physics::unambiguous_range(
+        physics::common_frequency(physics::frequencies_of(physics::exposures_of(c), c.modulation_frequency)));
+    fmt::print("{:20} {:>10}  {:26} {:>14} {:>13} {:>12} {:>16} {:12}\n", name,
+               fmt::format("{} x {}", c.width, c.height), sheet.sensor.empty() ? "?" : sheet.sensor, range,
+               fmt::format("{:.0f} x {:.0f} deg", angle(0, c.width), angle(1, c.height)), shown(c.frame_rate, "{:g}"),
+               shown(unambiguous, "{:.2f} m"), sheet.interface.empty() ? "?" : sheet.interface);
+  }
+  fmt::print("?: the profile does not state it. A view without a data sheet is that of its focal length.\n");
+}
+
 /// Files in the folders of plugins that no plugin is called like, one remark a folder.
 void tell_strays(const Common& common) {
   for (const auto& folder : common.plugin_folders) {
@@ -83,7 +116,13 @@ void print(const json& list, bool with_files) {
   }
 }
 
-int list(const std::string& what, bool as_json, const Common& common) {
+int list(const std::string& what, bool as_json, bool compare, const Common& common) {
+  if (compare && (what != "cameras" || as_json))
+    throw config::ConfigurationError("--compare: error: is for the table of cameras: tofgraph list cameras --compare");
+  if (compare) {
+    compare_cameras();
+    return done;
+  }
   json entries;
   if (what == "effects")
     entries = stages(common, true);
@@ -107,13 +146,15 @@ int list(const std::string& what, bool as_json, const Common& common) {
 
 void add_list(CLI::App& app, Common& common) {
   auto what = std::make_shared<std::string>("stages");
-  auto as_json = std::make_shared<bool>(false);
+  auto as_json = std::make_shared<bool>(false), compare = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand("list", "List stages, effects, cameras or plugin files");
   command->footer("Example: tofgraph list effects");
   command->add_option("WHAT", *what, "stages (default), effects, cameras or plugins")
       ->check(one_of({"stages", "effects", "cameras", "plugins"}));
   command->add_flag("--json", *as_json, "As JSON");
-  command->callback([=, &common] { common.command = [=, &common] { return list(*what, *as_json, common); }; });
+  command->add_flag("--compare", *compare, "cameras: sensor, range, view, frame rate and interface side by side");
+  command->callback(
+      [=, &common] { common.command = [=, &common] { return list(*what, *as_json, *compare, common); }; });
 }
 
 }  // namespace tofgraph::cli

@@ -104,6 +104,7 @@ int main(int argc, char** argv) {
   cli::add_info(app, common);
   cli::add_record(app, common);
   cli::add_repair(app, common);
+  cli::add_pose(app, common);
   cli::add_devices(app, common);
   cli::add_calibrate(app, common);
   cli::add_report(app, common);

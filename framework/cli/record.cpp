@@ -38,6 +38,11 @@ void add_plan(CLI::App& command, RecordArguments& arguments) {
   command.add_flag("--still", arguments.still,
                    "With a plan: records as soon as the board stands still where it belongs, instead of on Enter");
   command
+      .add_option("--alignment", arguments.alignment,
+                  "With a plan: how far the depths in the image's corners may differ where a board without tilt fills "
+                  "the image, e.g. 3mm; default: not asked")
+      ->option_text("LENGTH");
+  command
       .add_option("--tolerance", arguments.tolerance,
                   "With a plan: how far the measured distance may be from the planned one; default: 250 mm")
       ->option_text("LENGTH");
@@ -53,9 +58,10 @@ void add_record(CLI::App& app, Common& common) {
       "          tofgraph record --camera simulated:pipelines/scenes/board.yaml -o board.h5 --frames 100\n"
       "          tofgraph record --plan campaign.yaml --camera camcube -o monday");
   add_camera(*command, *arguments);
-  command->add_option("-o,--out", arguments->out, "The capture (.h5); with a plan, a folder")
-      ->option_text("OUT")
-      ->required();
+  command->add_option("-o,--out", arguments->out, "The capture (.h5); with a plan, a folder")->option_text("OUT");
+  command->add_flag("--align", arguments->align,
+                    "Records nothing: shows the distance in the middle and in the corners until Ctrl-C; equal corners "
+                    "mean that the board is perpendicular");
   command->add_option("--frames", arguments->frames, "Stop after this number of frames; with a plan, of each condition")
       ->option_text("N")
       ->check(whole_number(1, 1000000000));

@@ -40,7 +40,15 @@ double positive(const char* option, const std::string& text, const char* unit, c
 
 /// What would have no effect, or break what the other options ask for.
 void check_options(const RecordArguments& arguments) {
+  if (arguments.align) {
+    if (!arguments.plan.empty()) refuse("--align", "records nothing; with a plan, answer 'look'");
+    if (!arguments.out.empty()) refuse("--align", "records nothing: remove -o");
+  } else if (arguments.out.empty()) {
+    refuse("--out", "is missing: the capture to write\n         example: -o board.h5");
+  }
   if (arguments.plan.empty()) {
+    if (!arguments.alignment.empty())
+      refuse("--alignment", "is for --plan, which says which boards are perpendicular; remove it, or use --align");
     if (arguments.still) refuse("--still", "is for --plan, which says where the board has to be; remove it");
     if (!arguments.tolerance.empty())
       refuse("--tolerance", "is for --plan, which says where the board has to be; remove it");
@@ -149,7 +157,7 @@ int record_capture(const RecordArguments& arguments) {
                                                  : positive("--for", arguments.duration, "s", "30 s");
   check_folder_of(arguments.out);
   std::atomic<std::uint64_t> overtaken{0};
-  const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment,
+  const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment, {},
                                                 graph_options(arguments, overtaken));
   graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
@@ -206,6 +214,41 @@ class Answers {
   std::string text_;
 };
 
+/// Ends a run in order where the user interrupts it.
+graph::RunResult run_or_interrupt(graph::Runner& runner) {
+  const Watch watch(runner, true);
+  graph::RunResult result = runner.run();
+  if (signals != 0) throw recording::Interrupted();
+  return result;
+}
+
+void wait_a_moment() {
+  for (int i = 0; i < 10 && signals == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  if (signals != 0) throw recording::Interrupted();
+}
+
+/// Shows what the camera sees until an interrupt: on a terminal in one line, else a line a look.
+int align(const RecordArguments& arguments) {
+  std::atomic<std::uint64_t> overtaken{0};
+  graph::GraphOptions quiet = graph_options(arguments, overtaken);
+  quiet.message = nullptr;
+  handle_signals();
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  try {
+    for (;;) {
+      const std::string seen = recording::look(arguments.camera, quiet, run_or_interrupt).text();
+      if (terminal)
+        fmt::print(stderr, "\r\033[K{}", seen);
+      else
+        say(seen);
+      wait_a_moment();
+    }
+  } catch (const recording::Interrupted&) {
+    if (terminal) fmt::print(stderr, "\n");
+  }
+  return 130;
+}
+
 recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers,
                                       std::atomic<std::uint64_t>& overtaken) {
   recording::GuideOptions options;
@@ -219,18 +262,11 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
   options.frames = arguments.frames;
   options.still = arguments.still;
   if (!arguments.tolerance.empty()) options.tolerance = positive("--tolerance", arguments.tolerance, "m", "250 mm");
-  options.run = [](graph::Runner& runner) {
-    const Watch watch(runner, true);
-    graph::RunResult result = runner.run();
-    if (signals != 0) throw recording::Interrupted();
-    return result;
-  };
+  if (!arguments.alignment.empty()) options.alignment = positive("--alignment", arguments.alignment, "m", "3 mm");
+  options.run = run_or_interrupt;
   options.read_line = [&answers] { return answers.line(); };
   options.say = [](const std::string& text) { say(text); };
-  options.wait = [] {
-    for (int i = 0; i < 10 && signals == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    if (signals != 0) throw recording::Interrupted();
-  };
+  options.wait = wait_a_moment;
   return options;
 }
 
@@ -275,6 +311,7 @@ int record_plan(const RecordArguments& arguments) {
 
 int record(const RecordArguments& arguments) {
   check_options(arguments);
+  if (arguments.align) return align(arguments);
   return arguments.plan.empty() ? record_capture(arguments) : record_plan(arguments);
 }
 

@@ -92,6 +92,14 @@ class CampaignRun {
 
   /// Builds the graph; a warning or message is printed once for all conditions.
   std::unique_ptr<graph::Graph> graph_of(const io::Condition& condition) {
+    config::Diagnostics diagnostics;
+    auto graph = unshown_graph(condition, diagnostics);
+    show_new(diagnostics);
+    return graph;
+  }
+
+  /// @throws config::ConfigurationError
+  std::unique_ptr<graph::Graph> unshown_graph(const io::Condition& condition, config::Diagnostics& diagnostics) {
     graph::GraphOptions options;
     options.plugin_folders = common_.plugin_folders;
     options.overwrite = arguments_.force;
@@ -99,13 +107,16 @@ class CampaignRun {
     options.message = [this, id = condition.id](const std::string& node, const std::string& text, bool warning) {
       say_once(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text), id);
     };
-    config::Diagnostics diagnostics, shown;
     auto graph = std::make_unique<graph::Graph>(pipeline_->of(condition), options, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    return graph;
+  }
+
+  void show_new(const config::Diagnostics& diagnostics) {
+    config::Diagnostics shown;
     for (const config::Diagnostic& one : diagnostics.all())
       if (is_new(one.message)) shown.add(std::vector<config::Diagnostic>{one});
     if (!common_.quiet && !shown.all().empty()) say(shown.text());
-    return graph;
   }
 
   void say_once(const std::string& text, const std::string& id) {
@@ -130,15 +141,17 @@ class CampaignRun {
 
   /// The first graph shows which node's frames are recorded where the pipeline records none.
   std::unique_ptr<graph::Graph> first_graph(const io::Condition& condition) {
-    auto graph = graph_of(condition);
+    config::Diagnostics diagnostics;
+    auto graph = unshown_graph(condition, diagnostics);
     looked_ = true;
-    if (!result_of(*graph).empty()) return graph;
-    if (!pipeline_->add_recorder(*graph)) {
+    const bool records = !result_of(*graph).empty();
+    // The recorder reads what nothing read before: the warnings are those of the graph with it.
+    if (!records && pipeline_->add_recorder(*graph)) return graph_of(condition);
+    show_new(diagnostics);
+    if (!records)
       say_once("warning: no node gives images of distance, range or depth: no campaign of the results is written",
                condition.id);
-      return graph;
-    }
-    return graph_of(condition);
+    return graph;
   }
 
   void run_condition(const io::Condition& condition) {

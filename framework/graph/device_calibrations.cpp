@@ -92,6 +92,13 @@ std::string insert_behind(PipelineSpec& pipeline, const std::string& behind, con
   node.stage = stage;
   node.at = node.stage_at = at;
   node.inputs = std::vector<InputSpec>{{"", behind, at}};
+  if (stage == offset_stage) {  // boards of a calibrated camera stand close together
+    config::Value path;
+    path.kind = config::Value::Kind::scalar;
+    path.text = "per_path";
+    path.at = at;
+    node.parameters.push_back({"method", at, std::move(path)});
+  }
   for (NodeSpec& other : pipeline.nodes) {
     if (!other.inputs) continue;
     for (InputSpec& input : *other.inputs)

@@ -114,7 +114,9 @@ struct HostCalls {
             usable(needed(changed.exposures, "a camera's exposures"), changed.exposure_size, changed.exposure_count));
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
       changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
-      leaves.own_camera = leaves.stream.camera = std::make_shared<io::Camera>(changed);
+      auto made = std::make_shared<io::Camera>(changed);
+      if (leaves.stream.camera) made->keep_bad_pixels(*leaves.stream.camera);
+      leaves.own_camera = leaves.stream.camera = std::move(made);
       leaves.stream.camera_made_by = self.index_;
       if (Channel* rays = leaves.stream.find("rays")) {
         rays->made_by = self.index_;

@@ -3,8 +3,11 @@
 /// @file A camera profile that owns what the border's struct points to.
 #pragma once
 
+#include "io/unknown.hpp"
+
 #include <tofgraph/plugin.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -15,6 +18,13 @@ namespace tofgraph::io {
 
 struct CameraFolder;
 
+/// Properties of a camera that no stage needs, as its data sheet states them. NaN or empty: not stated.
+struct DataSheet {
+  std::string sensor, interface;
+  std::array<double, 2> measuring_range = {unknown, unknown};  ///< m
+  std::array<double, 2> field_of_view = {unknown, unknown};    ///< rad, horizontal and vertical
+};
+
 class Camera {
  public:
   explicit Camera(const tofgraph_camera& camera);  ///< copies all; makes the rays where they are null
@@ -22,8 +32,17 @@ class Camera {
   Camera& operator=(const Camera&) = delete;
 
   const tofgraph_camera& view() const { return view_; }
-  std::filesystem::path file;             ///< where the profile is from; empty: not from a file
-  std::vector<std::string> measured;      ///< keys whose values were measured on a device
+  /// Takes over the map of bad pixels of a camera of the same size.
+  void keep_bad_pixels(const Camera& other) {
+    if (other.view_.width != view_.width || other.view_.height != view_.height) return;
+    bad_pixels = other.bad_pixels;
+    bad_pixels_file = other.bad_pixels_file;
+    missing_bad_pixels = other.missing_bad_pixels;
+  }
+  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
+  std::vector<std::string> measured;  ///< keys whose values were measured on a device
+  std::vector<std::string> assumed;   ///< keys whose values no source states
+  DataSheet data_sheet;
   std::vector<std::uint8_t> bad_pixels;   ///< of each pixel, row by row, not 0: bad; empty: the profile names no map
   std::filesystem::path bad_pixels_file;  ///< where the map is from; empty: none
   std::shared_ptr<const CameraFolder> folder;  ///< of the device, which the profile is from; null: a profile alone

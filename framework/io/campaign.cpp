@@ -19,42 +19,6 @@ using config::Entry;
 using config::Reader;
 using config::Value;
 
-/// Two whole numbers, first and last; `most` is the largest last.
-template <class Number> std::optional<std::array<Number, 2>> read_span(const config::Entry& entry, Number most,
-                                                                       std::string_view example,
-                                                                       config::Diagnostics& diagnostics) {
-  const config::Value& value = entry.value;
-  std::array<Number, 2> span{};
-  bool right = value.is_list() && value.items.size() == 2;
-  for (std::size_t i = 0; right && i < 2; ++i) {
-    const auto number = config::parse_quantity(value.items[i].text, "");
-    right = value.items[i].is_scalar() && number.ok() && number.value >= 0 && number.value <= 1e15 &&
-            number.value == std::floor(number.value);
-    if (right) span[i] = static_cast<Number>(number.value);
-  }
-  if (right && span[0] <= span[1] && span[1] <= most) return span;
-  const std::string limit = most < std::numeric_limits<Number>::max() ? fmt::format(", at most {}", most) : "";
-  diagnostics.error(
-      value.at, fmt::format("'{}' must be two whole numbers, the first and the last, from 0 on{}", entry.key, limit),
-      fmt::format("example: {}: {}", entry.key, example));
-  return std::nullopt;
-}
-
-std::optional<Roi> read_roi(const config::Value& value, const io::Camera* camera, config::Diagnostics& diagnostics) {
-  config::Reader reader(value, diagnostics, "'roi'");
-  constexpr std::uint32_t any = std::numeric_limits<std::uint32_t>::max();
-  const std::uint32_t last_column = camera != nullptr ? camera->view().width - 1 : any;
-  const std::uint32_t last_row = camera != nullptr ? camera->view().height - 1 : any;
-  const config::Entry* columns = reader.need("columns", "[0, 203]");
-  const config::Entry* rows = reader.need("rows", "[0, 203]");
-  reader.finish();
-  if (columns == nullptr || rows == nullptr) return std::nullopt;
-  const auto c = read_span<std::uint32_t>(*columns, last_column, "[0, 203]", diagnostics);
-  const auto r = read_span<std::uint32_t>(*rows, last_row, "[0, 203]", diagnostics);
-  if (!c || !r) return std::nullopt;
-  return Roi{c->at(0), c->at(1), r->at(0), r->at(1)};
-}
-
 void read_board(const config::Value& value, const io::Camera* camera, Condition& condition,
                 config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
@@ -99,12 +63,10 @@ Condition read_condition(const Campaign& campaign, const config::Value& map, Cap
   condition.id = reader.word("id", fmt::format("{}", campaign.conditions.size()));
   condition.capture = reader.input_file("capture", "captures/white_0500.h5", captures == Captures::must_be_there);
   if (const config::Entry* frames = reader.take("frames"))
-    condition.frames =
-        read_span<std::uint64_t>(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
+    condition.frames = read_span(*frames, std::numeric_limits<std::uint64_t>::max(), "[0, 19]", diagnostics);
   if (const config::Entry* board = reader.take("board")) read_board(board->value, camera, condition, diagnostics);
   condition.reflectivity = reader.number_within("reflectivity", "", "0.8", condition.reflectivity, 0, 1);
   read_settings(reader, map, camera, condition, diagnostics);
-  if (const config::Entry* roi = reader.take("roi")) condition.roi = read_roi(roi->value, camera, diagnostics);
   if (map.find("scene") != nullptr) condition.scene = reader.input_file("scene", "corner.yaml");
   reader.take("scene");
   if (map.find("order") != nullptr)

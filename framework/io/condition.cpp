@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/condition.hpp"
 
+#include "config/quantity.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace tofgraph::io {
 namespace {
@@ -49,12 +52,49 @@ void read_sources(const config::Value& value, const io::Camera* camera, std::vec
   for (const config::Value& item : value.items) add_source(item, camera, sources, diagnostics);
 }
 
+Roi read_roi(const config::Value& value, const io::Camera* camera, config::Diagnostics& diagnostics) {
+  config::Reader reader(value, diagnostics, "'roi'");
+  const auto last = [&](std::uint32_t size) {
+    return camera != nullptr ? size - 1 : std::numeric_limits<std::uint32_t>::max();
+  };
+  const config::Entry* columns = reader.need("columns", "[0, 203]");
+  const config::Entry* rows = reader.need("rows", "[0, 203]");
+  reader.finish();
+  if (columns == nullptr || rows == nullptr) return {};
+  const std::uint32_t width = camera != nullptr ? camera->view().width : 0;
+  const std::uint32_t height = camera != nullptr ? camera->view().height : 0;
+  const auto c = read_span(*columns, last(width), "[0, 203]", diagnostics);
+  const auto r = read_span(*rows, last(height), "[0, 203]", diagnostics);
+  if (!c || !r) return {};
+  const auto pixel = [](std::uint64_t v) { return static_cast<std::uint32_t>(v); };
+  return {pixel(c->at(0)), pixel(c->at(1)), pixel(r->at(0)), pixel(r->at(1))};
+}
+
 }  // namespace
 
+std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry, std::uint64_t max,
+                                                      std::string_view example, config::Diagnostics& diagnostics) {
+  const config::Value& value = entry.value;
+  std::array<std::uint64_t, 2> span{};
+  bool right = value.is_list() && value.items.size() == 2;
+  for (std::size_t i = 0; right && i < 2; ++i) {
+    const auto number = config::parse_quantity(value.items[i].text, "");
+    right = value.items[i].is_scalar() && number.ok() && number.value >= 0 && number.value <= 1e15 &&
+            number.value == std::floor(number.value);
+    if (right) span[i] = static_cast<std::uint64_t>(number.value);
+  }
+  if (right && span[0] <= span[1] && span[1] <= max) return span;
+  const std::string limit = max < std::numeric_limits<std::uint32_t>::max() ? fmt::format(", at most {}", max) : "";
+  diagnostics.error(
+      value.at, fmt::format("'{}' must be two whole numbers, the first and the last, from 0 on{}", entry.key, limit),
+      fmt::format("example: {}: {}", entry.key, example));
+  return std::nullopt;
+}
+
 const std::vector<std::string>& setting_keys() {
-  static const std::vector<std::string> keys = {"integration_time", "sources", "ambient", "time_since_power_on",
-                                                "velocity",         "target",  "roll",    "session",
-                                                "reference",        "lens",    "rail",    "temperature"};
+  static const std::vector<std::string> keys = {
+      "integration_time", "sources", "ambient", "time_since_power_on", "velocity", "target", "roll", "session",
+      "reference",        "lens",    "rail",    "temperature",         "roi"};
   return keys;
 }
 
@@ -75,6 +115,7 @@ void read_settings(config::Reader& reader, const config::Value& map, const io::C
   read_choice(reader, map, "reference", {"rail", "laser"}, condition.reference);
   read_choice(reader, map, "lens", {"open", "capped"}, condition.lens);
   read_choice(reader, map, "rail", {"bare", "covered"}, condition.rail);
+  if (const config::Entry* roi = reader.take("roi")) condition.roi = read_roi(roi->value, camera, diagnostics);
 }
 
 }  // namespace tofgraph::io

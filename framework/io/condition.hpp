@@ -77,6 +77,10 @@ struct Condition {
   bool has_board() const { return !std::isnan(board_distance); }
 };
 
+/// First and last of a list of two whole numbers, e.g. `[0, 19]`; a mistake otherwise. @param max largest last
+std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry, std::uint64_t max,
+                                                      std::string_view example, config::Diagnostics& diagnostics);
+
 /// The keys that read_settings knows.
 const std::vector<std::string>& setting_keys();
 

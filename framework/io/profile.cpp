@@ -170,6 +170,21 @@ std::string read_model_path(config::Reader& reader, const config::Value& documen
   return file.string();
 }
 
+/// What a data sheet says beside what the stages use.
+DataSheet read_data_sheet(config::Reader& reader, config::Diagnostics& diagnostics) {
+  const auto pair = [&](std::string_view key, std::string_view unit, std::string_view example) {
+    std::array<double, 2> values = {unknown, unknown};
+    if (const config::Entry* entry = reader.take(key)) read_pair(*entry, unit, example, values.data(), diagnostics);
+    return values;
+  };
+  DataSheet sheet;
+  sheet.sensor = reader.word("sensor", "");
+  sheet.interface = reader.word("interface", "");
+  sheet.measuring_range = pair("measuring_range", "m", "[0.3 m, 7 m]");
+  sheet.field_of_view = pair("field_of_view", "rad", "[40 deg, 30 deg]");
+  return sheet;
+}
+
 std::uint32_t read_size(config::Reader& reader, std::string_view key, config::Diagnostics& diagnostics) {
   const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
@@ -236,10 +251,15 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   camera.read_noise = optional_number(reader, "read_noise", "counts", "3 counts");
   camera.shot_noise = optional_number(reader, "shot_noise", "counts", "0.012 counts");
   camera.full_well = optional_number(reader, "full_well", "counts", "30000 counts");
-  std::vector<std::string> measured;
-  if (const config::Entry* entry = reader.take("measured")) {
-    for (const config::Value& item : entry->value.items) measured.push_back(item.text);
-  }
+  const auto words = [&reader](std::string_view key) {
+    std::vector<std::string> list;
+    if (const config::Entry* entry = reader.take(key)) {
+      for (const config::Value& item : entry->value.items) list.push_back(item.text);
+    }
+    return list;
+  };
+  std::vector<std::string> measured = words("measured"), assumed = words("assumed");
+  DataSheet sheet = read_data_sheet(reader, diagnostics);
   reader.word("source", "");
   const std::string model = read_model_path(reader, document, diagnostics);
   camera.model = model.c_str();
@@ -249,6 +269,8 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   camera.profile = document.at.source ? document.at.source->text.c_str() : "";
   auto result = std::make_shared<io::Camera>(camera);
   result->measured = std::move(measured);
+  result->assumed = std::move(assumed);
+  result->data_sheet = std::move(sheet);
   if (map != nullptr) read_bad_pixels(map->value, *result, diagnostics);
   return diagnostics.errors() == before ? result : nullptr;
 }

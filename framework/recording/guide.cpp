@@ -151,8 +151,12 @@ Seen Guide::look_at(std::size_t index) const {
 }
 
 std::string Guide::wrong_with(const Seen& seen, std::size_t index) const {
-  return contradiction(seen, plan_.campaign.conditions[index].board_distance, before_, options_.tolerance,
-                       unambiguous_range_);
+  const io::Condition& condition = plan_.campaign.conditions[index];
+  std::string wrong = contradiction(seen, condition.board_distance, before_, options_.tolerance, unambiguous_range_);
+  const bool untilted = !(std::abs(condition.board_tilt_x) > 0) && !(std::abs(condition.board_tilt_y) > 0);
+  if (wrong.empty() && options_.alignment && condition.has_board() && untilted && !condition.board_size)
+    wrong = misaligned(seen, *options_.alignment);
+  return wrong;
 }
 
 void Guide::record(std::size_t index) {
@@ -174,7 +178,8 @@ std::string Guide::record_once(std::size_t index) const {
   quiet.message = [this](const std::string& node, const std::string& text, bool warning) {
     if (warning) options_.say(fmt::format("  {}: warning: {}", node, text));
   };
-  const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]), quiet);
+  const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]),
+                                     plan_.campaign.conditions[index].sources, quiet);
   graph::RunOptions run_options;
   run_options.frames = frames();
   graph::Runner runner(*graph, run_options);

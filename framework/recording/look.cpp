@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::uint64_t frames_of_a_look = 5;
 constexpr std::size_t half_window = 10;   // px
+constexpr std::size_t corner = 11;        // px
 constexpr double min_change_seen = 0.03;  // m, by which a distance's offset may differ between two boards
 constexpr double noise_of_look = 0.01;    // m, of the difference of two looks
 constexpr double share_of_change = 0.5;   // of a planned change, that must be seen
@@ -31,6 +32,7 @@ class Middle {
   void add(const tofgraph_frame& frame) {
     const std::scoped_lock lock(mutex_);
     collect(frame, "depth", depth_);
+    collect_corners(frame);
     collect(frame, "amplitude", amplitude_);
     const tofgraph_frame::Channel* channel = frame.find("flags");
     if (channel == nullptr) return;
@@ -41,10 +43,26 @@ class Middle {
   }
   Seen seen() {
     const double share = pixels_ == 0 ? 0 : static_cast<double>(saturated_) / static_cast<double>(pixels_);
-    return {physics::median(depth_), physics::median(amplitude_), share};
+    Seen seen{physics::median(depth_), physics::median(amplitude_), share};
+    for (std::size_t k = 0; k < corners_.size(); ++k) seen.corners[k] = physics::median(corners_[k]);
+    return seen;
   }
 
  private:
+  void collect_corners(const tofgraph_frame& frame) {
+    const tofgraph_frame::Channel* channel = frame.find("depth");
+    if (channel == nullptr) return;
+    const Array<const float> image(graph::view_of(*channel));
+    const std::size_t rows = std::min(corner, image.rows()), columns = std::min(corner, image.columns());
+    for (std::size_t k = 0; k < corners_.size(); ++k) {
+      const std::size_t top = k < 2 ? 0 : image.rows() - rows, left = k % 2 == 0 ? 0 : image.columns() - columns;
+      for (std::size_t i = 0; i < rows * columns; ++i) {
+        const float value = image(top + i / columns, left + i % columns);
+        if (std::isfinite(value)) corners_[k].push_back(value);
+      }
+    }
+  }
+
   static void collect(const tofgraph_frame& frame, const char* name, std::vector<float>& values) {
     const tofgraph_frame::Channel* channel = frame.find(name);
     if (channel == nullptr) return;
@@ -63,6 +81,7 @@ class Middle {
 
   std::mutex mutex_;
   std::vector<float> depth_, amplitude_;
+  std::array<std::vector<float>, 4> corners_;
   std::size_t pixels_ = 0, saturated_ = 0;
 };
 
@@ -76,8 +95,31 @@ std::string difference_text(double difference) {
 std::string Seen::text() const {
   const std::string where =
       std::isnan(distance) ? "no distance in the middle" : fmt::format("distance {:.0f} mm", distance * 1e3);
-  return fmt::format("{}, amplitude {:.0f} counts, {:.1f} % saturated", where, std::isnan(amplitude) ? 0 : amplitude,
-                     saturated * 100);
+  std::string text = fmt::format("{}, amplitude {:.0f} counts, {:.1f} % saturated", where,
+                                 std::isnan(amplitude) ? 0 : amplitude, saturated * 100);
+  if (std::isfinite(misalignment()))
+    text += fmt::format("; corners: top {:.0f} and {:.0f} mm, bottom {:.0f} and {:.0f} mm", corners[0] * 1e3,
+                        corners[1] * 1e3, corners[2] * 1e3, corners[3] * 1e3);
+  return text;
+}
+
+double Seen::misalignment() const {
+  if (std::ranges::any_of(corners, [](double c) { return std::isnan(c); })) return io::unknown;
+  const auto [least, most] = std::ranges::minmax(corners);
+  return most - least;
+}
+
+std::string misaligned(const Seen& seen, double tolerance) {
+  const double difference = seen.misalignment();
+  if (std::isnan(difference)) return "no distance can be seen in a corner of the image";
+  if (difference <= tolerance) return {};
+  const double right = (seen.corners[1] + seen.corners[3] - seen.corners[0] - seen.corners[2]) / 2;
+  const double bottom = (seen.corners[2] + seen.corners[3] - seen.corners[0] - seen.corners[1]) / 2;
+  return fmt::format(
+      "the board is not perpendicular: its corners differ by {:.1f} mm; its right side is {:.1f} mm {}, "
+      "its bottom {:.1f} mm {}",
+      difference * 1e3, std::abs(right) * 1e3, right > 0 ? "farther" : "nearer", std::abs(bottom) * 1e3,
+      bottom > 0 ? "farther" : "nearer");
 }
 
 Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const Run& run) {

@@ -7,6 +7,7 @@
 #include "io/condition.hpp"
 #include "recording/pipelines.hpp"
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,12 +22,20 @@ struct Seen {
   double distance = io::unknown;   ///< m, median depth of the image's middle (21 x 21 px) over the frames
   double amplitude = io::unknown;  ///< counts, median of the middle
   double saturated = 0;            ///< share of the image's pixels
+  /// m, median depth of 11 x 11 px in each corner: top left, top right, bottom left, bottom right. They are equal for a
+  /// board that is perpendicular to the axis (sections 5.6, 6.3 and 7.3 of the reference).
+  std::array<double, 4> corners = {io::unknown, io::unknown, io::unknown, io::unknown};
 
+  /// Largest difference of the corners, m; NaN where one of them is not seen.
+  double misalignment() const;
   std::string text() const;
 };
 
 /// Looks at some frames. @throws std::runtime_error what the camera fails with @throws config::ConfigurationError
 Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const Run& run);
+
+/// Reason why a board that should be perpendicular is not, or nothing. @param tolerance m, of the corners' difference
+std::string misaligned(const Seen& seen, double tolerance);
 
 /// Whether a board that was not moved between two planned distances would show: smaller changes are within what the
 /// offset of a distance may differ by. @param a, b m; NaN: not known

@@ -6,6 +6,7 @@
 #include "graph/camera_spec.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -67,10 +68,13 @@ std::unique_ptr<graph::Graph> built(const config::Value& document, const std::ve
 }  // namespace
 
 std::unique_ptr<graph::Graph> recording_graph(const CameraRequest& camera, const std::filesystem::path& capture,
-                                              const std::string& comment, const graph::GraphOptions& options) {
+                                              const std::string& comment, const std::vector<std::string>& sources,
+                                              const graph::GraphOptions& options) {
   std::string text = fmt::format("name: {}\nstage: capture_writer\npath: {}\n", capture_node_name,
                                  config::yaml_word(std::filesystem::absolute(capture).string()));
   if (!comment.empty()) text += fmt::format("comment: {}\n", config::yaml_word(comment));
+  if (!sources.empty())
+    text += fmt::format("sources: {}\n", config::yaml_word(fmt::format("{}", fmt::join(sources, " "))));
   return built(document(camera, {node(text)}), settings_of(camera, true), options);
 }
 

@@ -25,10 +25,11 @@ struct CameraRequest {
 /// Names of the nodes.
 inline constexpr const char *camera_node_name = "camera", *capture_node_name = "capture", *depth_node_name = "depth";
 
-/// camera -> capture_writer. @param comment is kept in the capture; may be empty
+/// camera -> capture_writer. @param comment is kept in the capture; may be empty @param sources that are on; empty: all
 /// @throws config::ConfigurationError with every mistake
 std::unique_ptr<graph::Graph> recording_graph(const CameraRequest& camera, const std::filesystem::path& capture,
-                                              const std::string& comment, const graph::GraphOptions& options);
+                                              const std::string& comment, const std::vector<std::string>& sources,
+                                              const graph::GraphOptions& options);
 
 /// camera -> decoder -> distance model: the frames of `depth` have depth, amplitude and flags. Without the settings
 /// that are the capture's. @throws config::ConfigurationError

@@ -5,6 +5,7 @@
 #include "config/json_text.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
+#include "io/light_sources.hpp"
 #include "io/output_file.hpp"
 #include "simulation/scene_text.hpp"
 
@@ -112,7 +113,7 @@ bool is_plain_board(const SceneCondition& condition) {
          physics::norm(object.velocity) == 0;
 }
 
-io::CaptureHeader header_of(const Simulation& simulation) {
+io::CaptureHeader header_of(const Simulation& simulation, const io::Condition& condition) {
   const tofgraph_camera& camera = simulation.camera();
   const nlohmann::json provenance = {
       {"simulated",
@@ -124,7 +125,8 @@ io::CaptureHeader header_of(const Simulation& simulation) {
           "",
           camera.profile != nullptr ? camera.profile : "",
           config::json_text(provenance),
-          camera.exposure_count > 0 ? physics::exposures_of(camera) : physics::Exposures{}};
+          camera.exposure_count > 0 ? physics::exposures_of(camera) : physics::Exposures{},
+          condition.sources.empty() ? io::source_names(camera) : condition.sources};
 }
 
 }  // namespace
@@ -133,7 +135,8 @@ void record(const Simulation& simulation, std::size_t index, const std::filesyst
             const RecordingOptions& options) {
   const auto condition = simulation.prepare(index);
   Images images(simulation, *condition, options.truth);
-  io::CaptureWriter writer(capture, header_of(simulation), images.channels(), {options.compression, options.overwrite});
+  io::CaptureWriter writer(capture, header_of(simulation, condition->condition), images.channels(),
+                           {options.compression, options.overwrite});
   for (std::uint64_t frame = 0; frame < simulation.frames(); ++frame) {
     writer.append(simulation.metadata(condition->condition, frame), images.fill(frame));
     if (options.frame_done) options.frame_done();

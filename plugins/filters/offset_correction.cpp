@@ -29,8 +29,10 @@ HWY_EXPORT(Correct);
 
 /// per_pixel: each pixel's depth z and reflectivity, averaged over the pixels beside it on the same surface, say which
 /// depth T a board would really have had that was measured there; D(T) - D(z) of the pixel's ray is added (6.5), (6.6).
-/// As what is looked up is averaged, the noise of the distance stays as it is, and with it sigma.
-/// board: one offset matrix from the means over the whole image, as the reference does it: for one board.
+/// per_path: the same with the z of a board at whose mean range over the image the pixel measures, and the change of
+/// that board's mean range; light that falls off towards the corners counts as a darker surface. As what is looked up
+/// is averaged, the noise of the distance stays as it is, and with it sigma. board: one offset matrix from the means
+/// over the whole image, as the reference does it: for one board.
 ///
 /// D(z) is that of one source in the middle of the sources, with their mean square distance: for sources 10 cm apart
 /// the difference of two such distances is right to 0.1 % of the offset from 300 mm on.
@@ -49,8 +51,10 @@ struct OffsetCorrection final : Filter {
   Param<Choice> method{this,
                        "method",
                        {.default_value = "per_pixel",
-                        .choices = "per_pixel board",
-                        .text = "per_pixel: any scene; board: one offset matrix for one board that fills the image"}};
+                        .choices = "per_pixel per_path board",
+                        .text = "per_pixel: any scene, by depth and reflectivity; per_path: by range and light, as a "
+                                "camera errs, for boards that stand close together; board: one offset matrix for one "
+                                "board that fills the image"}};
   Param<std::string> target{
       this, "target", {.text = "the calibration's target that all surfaces are like; default: found by amplitude"}};
   Param<std::int64_t> window{
@@ -156,10 +160,23 @@ struct OffsetCorrection final : Filter {
     for (std::size_t i = 0; i < rows_ * columns_; ++i) {
       rays.push_back(physics::unit_ray(camera.rays + 3 * i));
       cosine_.push_back(static_cast<float>(rays.back().z));
-      const double response = io::response_of(calibration_.falloff, camera.rays + 3 * i);
-      brightness_.push_back(static_cast<float>(4 / (calibration_.gain * response)));
+      response_.push_back(static_cast<float>(io::response_of(calibration_.falloff, camera.rays + 3 * i)));
     }
+    seen_cosine_ = cosine_;
+    if (*method == "per_path") take_means();
+    for (const float response : response_) brightness_.push_back(static_cast<float>(4 / calibration_.gain) / response);
     tables_ = std::make_unique<physics::BistaticTables>(physics::geometry_of(camera), rays);
+  }
+
+  /// Errors follow the light's path and how much arrives, boards were averaged over the image: a pixel is taken for
+  /// that of a board at whose mean range it measures, and one that gets less light for one of a darker surface.
+  void take_means() {
+    double inverse = 0, level = 0;
+    for (const float cosine : cosine_) inverse += 1 / double{cosine};
+    for (const float response : response_) level += std::log(double{response});
+    const auto n = static_cast<double>(cosine_.size());
+    seen_cosine_.assign(cosine_.size(), static_cast<float>(n / inverse));
+    response_.assign(response_.size(), static_cast<float>(std::exp(level / n)));
   }
 
   /// Where the pixels of a row are.
@@ -172,7 +189,7 @@ struct OffsetCorrection final : Filter {
             .amplitude = nullptr,
             .sensor_path = camera.sensor_path + first,
             .mean_along = camera.mean_along + first,
-            .cosine = &cosine_[first],
+            .cosine = &seen_cosine_[first],
             .brightness = &brightness_[first],
             .sources = tables_->sources().data(),
             .source_count = tables_->sources().size(),
@@ -259,7 +276,8 @@ struct OffsetCorrection final : Filter {
   std::optional<std::size_t> only_;  // target
   OffsetGrid grid_;
   std::unique_ptr<physics::BistaticTables> tables_;
-  std::vector<float> cosine_, brightness_;  // of the pixels; brightness: 4 / (gain response)
+  std::vector<float> cosine_, response_, brightness_;  // of the pixels; brightness: 4 / (gain response)
+  std::vector<float> seen_cosine_;                     // by which a range is looked up as a depth
   std::size_t rows_ = 0, columns_ = 0;
   OtherLengths lengths_;
 };

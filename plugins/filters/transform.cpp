@@ -9,6 +9,8 @@
 #include <limits>
 #include <string>
 
+#include "io/calibration.hpp"
+
 namespace tofgraph {
 
 /// p_world = R p_camera + t - shift for every point. R is given by the rows of a 3 x 3 matrix or by angles about the
@@ -16,6 +18,8 @@ namespace tofgraph {
 /// with a shift to a round number nearby, points keep their digits in frames such as UTM.
 struct Transform final : Filter {
   InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
+  InOut<float> normals{
+      this, "normals", {.shape = "H W 3", .unit = "", .optional = true, .text = "turned with the points"}};
   Param<std::vector<double>> rotation{
       this, "rotation", {.default_value = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
   Param<std::vector<double>> angles{
@@ -32,7 +36,11 @@ struct Transform final : Filter {
        .text = "subtracted from the moved points in double precision, e.g. [500000 m, 5400000 m, 0 m]; what leaves is "
                "relative to it, a viewpoint too"}};
 
-  void prepare(Setup&) {
+  Param<InputFile> pose{
+      this, "pose", {.text = "instead: T_world_camera as found by tofgraph pose; the world is the pattern's frame"}};
+
+  void prepare(const Setup& setup) {
+    if (!pose->empty()) return read_pose(setup.camera());
     if (rotation->size() != 9)
       throw ConfigError("rotation", "has " + std::to_string(rotation->size()) + " numbers, expected nine");
     if (angles->size() != 3)
@@ -42,7 +50,7 @@ struct Transform final : Filter {
     if (shift->size() != 3)
       throw ConfigError("shift", "has " + std::to_string(shift->size()) + " numbers, expected three");
     if (rotation.given() && angles.given()) throw ConfigError("angles", "give either rotation or angles");
-    if (rotation.given()) check_rotation();
+    if (rotation.given()) check_rotation("rotation", *rotation);
     const std::array<double, 9> r = rotation.given() ? matrix(*rotation) : from_angles();
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t k = 0; k < 3; ++k) t_world_camera_[row][k] = r[3 * row + k];
@@ -59,9 +67,36 @@ struct Transform final : Filter {
       for (std::size_t k = 0; k < 3; ++k)
         all[i + k] = static_cast<float>(t[k][0] * x + t[k][1] * y + t[k][2] * z + t[k][3]);
     }
+    const auto directions = normals(frame);
+    for (std::size_t i = 0; i < directions.size(); i += 3) {
+      const double x = directions[i], y = directions[i + 1], z = directions[i + 2];
+      for (std::size_t k = 0; k < 3; ++k)
+        directions[i + k] = static_cast<float>(t[k][0] * x + t[k][1] * y + t[k][2] * z);
+    }
   }
 
  private:
+  void read_pose(const tofgraph_camera& camera) {
+    if (rotation.given() || angles.given() || translation.given())
+      throw ConfigError("pose", "gives rotation and translation: give either these or pose");
+    io::Calibrated r, t;
+    try {
+      io::CalibrationReader file(std::string(*pose), "pose", camera.name);
+      r = file.need("rotation", "", 9, "{value: [1, 0, 0, 0, 1, 0, 0, 0, 1]}");
+      t = file.need("translation", "m", 3, "{value: [0 mm, 0 mm, 500 mm]}");
+      if (file.has("rms")) static_cast<void>(file.need("rms", "px", 1, "{value: 0.05 px}"));
+      file.finish();
+    } catch (const std::exception& problem) {
+      throw ConfigError("pose", problem.what());
+    }
+    check_rotation("pose", r.value);
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t k = 0; k < 3; ++k) t_world_camera_[row][k] = r.value[3 * row + k];
+      t_world_camera_[row][3] = t.value[row] - (*shift)[row];
+    }
+    warn_of_lost_digits();
+  }
+
   static constexpr double max_step = 0.2e-3;  // m, between neighbouring values of float32
 
   /// The distance to the next float32, m.
@@ -113,8 +148,7 @@ struct Transform final : Filter {
   }
 
   /// Rows of length one, at right angles, and no mirror.
-  void check_rotation() const {
-    const auto& r = *rotation;
+  static void check_rotation(const char* parameter, const std::vector<double>& r) {
     double worst = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
@@ -123,11 +157,11 @@ struct Transform final : Filter {
       }
     }
     if (worst > 1e-4)
-      throw ConfigError("rotation", "is not a rotation: its rows are not unit vectors at right angles (off by " +
-                                        std::to_string(worst) + ")");
+      throw ConfigError(parameter, "is not a rotation: its rows are not unit vectors at right angles (off by " +
+                                       std::to_string(worst) + ")");
     const double determinant =
         r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
-    if (determinant < 0) throw ConfigError("rotation", "is a reflection, not a rotation: its determinant is -1");
+    if (determinant < 0) throw ConfigError(parameter, "is a reflection, not a rotation: its determinant is -1");
   }
 
   std::array<std::array<double, 4>, 3> t_world_camera_{};

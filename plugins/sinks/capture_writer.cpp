@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "io/captures/queued_capture.hpp"
+#include "io/light_sources.hpp"
 #include "plugins/calibrated_serial.hpp"
 
 namespace tofgraph {
@@ -27,6 +28,11 @@ struct CaptureWriter final : Sink {
   Param<std::int64_t> compression{
       this, "compression", {.default_value = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
+  Param<std::string> sources{
+      this,
+      "sources",
+      {.text = "the light sources that were on, kept in the capture; default: those of the camera "
+               "that arrives"}};
   Param<std::int64_t> write_behind{this,
                                    "write_behind",
                                    {.default_value = "256",
@@ -44,6 +50,9 @@ struct CaptureWriter final : Sink {
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
     header_.comment = *comment;
+    std::istringstream listed(*sources);
+    header_.sources.assign(std::istream_iterator<std::string>(listed), {});
+    if (header_.sources.empty() && camera != nullptr) header_.sources = io::source_names(*camera);
     header_.serial = serial_of(setup);
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
     // Whoever reads the capture takes the profile's where it has none of its own.

@@ -19,13 +19,18 @@
 
 namespace tofgraph {
 
-/// Fields: x y z (m, in the frame of the points), intensity, and on request sigma (m) and flags. Organised clouds have
-/// the image's width and height, with NaN for invalid points; dense ones hold the valid points only, row by row.
+/// Fields: x y z (m, in the frame of the points), intensity, and on request sigma (m), flags, normals and curvature.
+/// Organised clouds have the image's width and height, with NaN for invalid points; dense ones hold the valid points
+/// only, row by row.
 struct CloudFile : Sink {
   static constexpr const char* provenance_ending = ".provenance.json";
   In<float> points{this, "points"};
   In<float> sigma_image{this, "sigma", {.optional = true, .text = "for sigma: true"}};
   In<std::uint16_t> flags_image{this, "flags", {.optional = true, .text = "for flags: true"}};
+  In<float> normals_image{
+      this, "normals", {.shape = "H W 3", .unit = "", .optional = true, .text = "for normals: true"}};
+  In<float> curvature_image{
+      this, "curvature", {.shape = "H W", .unit = "", .optional = true, .text = "for normals: true"}};
   Param<FrameFiles> path{this,
                          "path",
                          {.required = true,
@@ -40,6 +45,10 @@ struct CloudFile : Sink {
        .text = "the channel for the field intensity, or none; default: amplitude if it exists"}};
   Param<bool> sigma{this, "sigma", {.default_value = "false", .text = "with the field sigma"}};
   Param<bool> flags{this, "flags", {.default_value = "false", .text = "with the field flags"}};
+  Param<bool> normals{this,
+                      "normals",
+                      {.default_value = "false",
+                       .text = "with the fields normal_x, normal_y, normal_z and curvature, see the filter normals"}};
 
   /// @param dense_default of the parameter dense
   explicit CloudFile(const char* dense_default)
@@ -53,6 +62,8 @@ struct CloudFile : Sink {
     choose_intensity(setup);
     if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
     if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
+    if (*normals && !(normals_image.present() && curvature_image.present()))
+      throw ConfigError("normals", "what arrives has no normals: add the stage normals before");
   }
 
   /// At the end, when the hash of a long input is ready, too.
@@ -136,6 +147,10 @@ struct CloudFile : Sink {
       columns.push_back(column("intensity", Array<const float>(frame.find(intensity_channel_.c_str()))));
     if (*sigma) columns.push_back(column("sigma", sigma_image(frame)));
     if (*flags) columns.push_back(column("flags", flags_image(frame)));
+    if (*normals) {
+      columns.push_back(column("normal_x normal_y normal_z", normals_image(frame)));
+      columns.push_back(column("curvature", curvature_image(frame)));
+    }
     for (const Column& c : columns) {
       if (c.pixels != columns.front().pixels)
         throw std::runtime_error(

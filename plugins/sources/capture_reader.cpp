@@ -21,6 +21,7 @@
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/plausibility.hpp"
+#include "io/light_sources.hpp"
 
 namespace tofgraph {
 
@@ -41,6 +42,8 @@ struct CaptureReader final : Source {
       {.default_value = "recording",
        .choices = "recording camera",
        .text = "which to use: the recording's if it has its own, or those of the camera's profile"}};
+  Param<std::string> sources{
+      this, "sources", {.text = "the light sources that were on, e.g. left; default: as recorded, or all"}};
 
   void prepare(Setup& setup) {
     try {
@@ -52,6 +55,7 @@ struct CaptureReader final : Source {
     choose_channels();
     choose_camera(setup);
     choose_exposures(setup);
+    choose_sources(setup);
     for (const Chosen& chosen : chosen_) setup.provide(described(chosen.channel));
     setup.set_frames(last_ - next_ + 1, reader_->known(next_, last_));
     describe_source();
@@ -211,6 +215,32 @@ struct CaptureReader final : Source {
           fmt::format("the exposures of the capture ({}) are not those of the profile '{}': the capture's are used; "
                       "exposures: camera uses those of the profile",
                       own.size(), camera->name));
+  }
+
+  /// Distance models use the sources that were on.
+  void choose_sources(const Setup& setup) const {
+    const std::vector<std::string>& recorded = reader_->header().sources;
+    std::istringstream words(*sources);
+    const std::vector<std::string> given(std::istream_iterator<std::string>(words), {});
+    const tofgraph_camera* camera = setup.stream().camera;
+    if (camera == nullptr || (given.empty() && recorded.empty())) return;
+    const std::vector<std::string> known = io::source_names(*camera);
+    const auto unknown = [&](const std::vector<std::string>& names) {
+      return std::ranges::find_if(names,
+                                  [&](const std::string& n) { return std::ranges::find(known, n) == known.end(); });
+    };
+    if (const auto name = unknown(given); name != given.end())
+      throw ConfigError("sources", fmt::format("the camera '{}' has no source '{}', it has {}", camera->name, *name,
+                                               fmt::join(known, ", ")));
+    if (const auto name = unknown(recorded); name != recorded.end())
+      return warn(
+          fmt::format("{}: recorded with the source '{}', which the camera '{}' does not have ({}): all sources "
+                      "of the camera are used",
+                      *file, *name, camera->name, fmt::join(known, ", ")));
+    if (!given.empty() && !recorded.empty() && !io::same_sources(*camera, given, recorded))
+      throw ConfigError("sources", fmt::format("are {}, but the capture was recorded with {}", fmt::join(given, ", "),
+                                               fmt::join(recorded, ", ")));
+    io::use_sources(setup, given.empty() ? recorded : given);
   }
 
   void check_profile(const tofgraph_camera& camera) const {

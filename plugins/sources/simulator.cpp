@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/light_sources.hpp"
 #include "plugins/model_reader.hpp"
 #include "simulation/board.hpp"
 #include "simulation/simulation.hpp"
@@ -63,6 +64,7 @@ struct Simulator final : Source {
     else
       prepare_board(setup);
     provide(setup);
+    if (simulation_) choose_sources(setup);
     const bool power = simulation_ && std::isfinite(simulation_->conditions().front().time_since_power_on);
     setup.set_frames(count_ * (simulation_ ? simulation_->conditions().size() : 1),
                      TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_MODULATION_FREQUENCY |
@@ -155,6 +157,20 @@ struct Simulator final : Source {
     ModelReader::Made made = ModelReader(*this).read(setup, "model", std::string(*model), camera);
     physical_ = made.model.physical;
     return std::move(made.effects);
+  }
+
+  /// The camera that is handed on has the sources that are on; the simulation has its own camera.
+  void choose_sources(const Setup& setup) const {
+    const auto& conditions = simulation_->conditions();
+    const std::vector<std::string>& first = conditions.front().sources;
+    for (const auto& condition : conditions) {
+      if (io::same_sources(simulation_->camera(), first, condition.sources)) continue;
+      return warn(
+          *scene +
+          ": conditions differ in the sources that are on: distance models use all sources of the camera, which "
+          "is wrong for single ones; simulate it into captures (tofgraph simulate), which state their sources");
+    }
+    io::use_sources(setup, first);
   }
 
   void load_condition() {

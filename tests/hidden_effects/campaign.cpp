@@ -4,6 +4,7 @@
 
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
+#include "tests/hidden_effects/defects.hpp"
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/draws.hpp"
 #include "tests/hidden_effects/like.hpp"
@@ -100,37 +101,6 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
   return views;
 }
 
-/// What is wrong with a pixel, all the campaign long.
-enum class Defect { none, dead, hot, noisy };
-
-std::vector<Defect> draw_defects(const CampaignOptions& options, const Camera& camera) {
-  std::vector<Defect> defects(camera.pixels(), Defect::none);
-  if (options.noise != NoiseKind::heavy) return defects;
-  std::mt19937_64 random = generator(options.rig_seed(), bad_pixels_draw);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  for (Defect& defect : defects)
-    if (const double u = uniform(random); u < 0.05)
-      defect = u < 0.015 ? Defect::dead : u < 0.03 ? Defect::hot : Defect::noisy;
-  return defects;
-}
-
-double damaged(Defect defect, double tap, std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  switch (defect) {
-    case Defect::none:
-      break;
-    case Defect::dead:
-      return 20;
-    case Defect::hot:
-      return tap + 4000 + 300 * normal(random);
-    case Defect::noisy:
-      return tap + 400 * normal(random);
-  }
-  return tap;
-}
-
-std::uint16_t counts(double tap) { return static_cast<std::uint16_t>(std::lround(std::clamp(tap, 0.0, 65535.0))); }
-
 /// One campaign while it is being written.
 class Writer {
  public:
@@ -142,7 +112,8 @@ class Writer {
         conditions_(conditions_for(options)),
         views_(measured_views(options, conditions_)),
         clutter_(add_clutter(options.clutter, options.seed, options.rig_seed(), conditions_, views_)),
-        defects_(draw_defects(options, physics_.camera)) {
+        defects_(options.noise == NoiseKind::heavy ? draw_defects(physics_.camera, options.rig_seed())
+                                                   : std::vector<Defect>(physics_.camera.pixels(), Defect::none)) {
     for (std::size_t i = 0; i < conditions_.size(); ++i) {
       conditions_[i].capture = folder_ / "captures" / (conditions_[i].id + ".h5");
       if (!clutter_.sessions.empty())

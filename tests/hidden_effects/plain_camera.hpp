@@ -56,6 +56,7 @@ struct View {
   Smooth warp;  ///< m that the board stands out, away from the camera, over its own x and y in m from its point on the
                 ///< axis
   Smooth residue;               ///< m that the distance errs, over column and row
+  Image paint;                  ///< factor on what each pixel's part of the board reflects; empty: 1
   std::size_t order = 0;        ///< place in the order measured
   double earlier_distance = 1;  ///< m, of the condition measured before
 };

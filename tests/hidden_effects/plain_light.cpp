@@ -285,6 +285,7 @@ SensorLight scene_light(const Physics& physics, const View& view, double displac
       }
       double factor = power * std::pow(rays[i].cos_theta, exponent);
       for (const Pattern& pattern : physics.patterns) factor *= light_factor(pattern, view, column, row);
+      if (!view.paint.empty()) factor *= view.paint[i];
       light.phasor[i] = factor * (1.0 + detour) * seen.phasor;
       light.total[i] = factor * (1 + bounce) * seen.total;
     }

@@ -137,9 +137,29 @@ TEST_F(Mistakes, OneTarget) {
 TEST_F(Mistakes, ABoardTwentyMillimetresOff) {
   at("white_2500").written_distance += 0.02;
   const std::string said = calibrated();
-  expect(said, {"white_2500: the board at 2.52 m", "nearer than its neighbours predict", "is its distance right?"});
-  EXPECT_EQ(said.find("dark_2500:"), std::string::npos) << said;
-  EXPECT_EQ(said.find("white_2250:"), std::string::npos) << said;
+  expect(said, {"usage: ", "condition 'white_2500': the board at 2.52 m", "nearer than the others predict",
+                "is its distance right?"});
+  EXPECT_EQ(said.find("'dark_2500'"), std::string::npos) << said;
+  EXPECT_EQ(said.find("'white_2250'"), std::string::npos) << said;
+  expect(calibrated("offset", true), {"notes: ", "nearer than the others predict"});
+}
+
+TEST_F(Mistakes, BothBoardsTwentyMillimetresOffAtTheNearEnd) {
+  at("white_750").written_distance += 0.02;
+  at("dark_750").written_distance += 0.02;
+  expect(calibrated(), {"usage: ", "condition 'white_750': the board at 770 mm", "condition 'dark_750'"});
+}
+
+TEST_F(Mistakes, ABoardTwentyMillimetresOffAtTheFarEnd) {
+  at("white_4000").written_distance -= 0.02;
+  const std::string said = calibrated();
+  expect(said, {"usage: ", "condition 'white_4000': the board at 3.98 m"});
+  EXPECT_EQ(said.find("'dark_4000'"), std::string::npos) << said;
+}
+
+TEST_F(Mistakes, AllDistancesInAnotherUnit) {
+  for (Board& b : boards) b.written_distance /= 10;
+  expect(calibrated(), {"usage: ", "said to stand at 75 mm to 400 mm", "is the unit of the distances right?"});
 }
 
 TEST_F(Mistakes, ABoardAtTenTimesItsDistance) {

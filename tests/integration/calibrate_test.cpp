@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <cstdio>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -144,6 +146,33 @@ TEST_F(IntegrationTime, ARangeAndAnAccuracyNarrowTheAdvice) {
       << two.err;
   const Outcome none = run("tofgraph calibrate integration-time boards.yaml -o out/v.yaml --accuracy 3.5mm");
   EXPECT_NE(none.err.find("2 of 3 targets and distances do not reach 3.5 mm"), std::string::npos) << none.err;
+}
+
+TEST_F(Calibrate, PublishedOptimaAreTheOptimumByTargetAndDistance) {
+  const Outcome outcome =
+      run("tofgraph calibrate integration-time devices/calibrations/camcube2_published_boards.yaml -o out/t.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.find("nothing to compare"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("  white: 500 us at 500 mm, 2 ms at 1 m, 3 ms at 1.5 m"), std::string::npos)
+      << outcome.err;
+  const fs::path file = folder.path() / "out/t.yaml";
+  const std::vector<double> target = column_of(file, "target", ""), distance = column_of(file, "distance", "m"),
+                            time = column_of(file, "integration_time", "s");
+  std::istringstream table(read_text(TOFGRAPH_SOURCE_DIR "/pipelines/chapter6/thesis_optimal_integration_time.csv"));
+  const std::vector<double> black = {0, 12.5, 25, 50, 75, 100};
+  std::string line;
+  std::getline(table, line);
+  std::size_t rows = 0;
+  while (std::getline(table, line)) {
+    double percent = 0, mm = 0, ms = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &percent, &mm, &ms), 3) << line;
+    for (std::size_t k = 0; k < time.size(); ++k) {
+      if (black[static_cast<std::size_t>(target[k])] != percent || std::abs(distance[k] - 1e-3 * mm) > 1e-9) continue;
+      EXPECT_NEAR(time[k], 1e-3 * ms, 1e-9) << line;
+      ++rows;
+    }
+  }
+  EXPECT_EQ(rows, 30U);
 }
 
 TEST_F(Calibrate, SaturatedTimesAreNotRecommended) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: WarmUp.Uncertainties*
+// Slow: WarmUp.Uncertainties*:WarmUp.TheShipped*
 // Rooms: calibration
 // The calibration warm-up against drifts that are drawn here, and the means of table 3.1 of the reference.
 #include <hdf5.h>
@@ -11,6 +11,7 @@
 #include "io/calibration.hpp"
 
 #include <array>
+#include <numbers>
 
 namespace tofgraph::tests {
 namespace {
@@ -21,6 +22,7 @@ constexpr double mm = 1e-3, minute = 60, hour = 3600;
 
 struct Truth {
   double integration_time, start, drift, time_constant;
+  double slow_drift = 0, slow_time_constant = hour;
 };
 
 double warm(double time, double tau) { return 1 - std::exp(-time / tau); }
@@ -41,7 +43,8 @@ class WarmUp : public testing::Test {
       double mean = 0;
       for (std::size_t row = 96; row < 108; ++row) {
         for (std::size_t column = 96; column < 108; ++column) {
-          const double d = truth.start + truth.drift * warm(t, truth.time_constant) + walk + noise * unit(random_);
+          const double d = truth.start + truth.drift * warm(t, truth.time_constant) +
+                           truth.slow_drift * warm(t, truth.slow_time_constant) + walk + noise * unit(random_);
           image[row * plain_side + column] = static_cast<float>(d);
           mean += d / 144;
         }
@@ -128,6 +131,85 @@ TEST_F(WarmUp, TheModelTakesTheDriftOut) {
   const auto after = raw_values<float>(folder.path() / "out.h5", "/frames/distance");
   for (std::size_t f = 0; f * plain_pixels < after.size(); ++f)
     EXPECT_NEAR(after[f * plain_pixels + 100 * plain_side + 100], truth.start, 0.4 * mm) << "frame " << f;
+}
+
+TEST_F(WarmUp, TheShippedCampaignAndModelGiveTable31) {
+  const std::string campaigns = TOFGRAPH_SOURCE_DIR "/pipelines/campaigns/";
+  const Outcome made =
+      run("simulate " + campaigns + "warm_up.yaml --model " + campaigns + "warm_up_published.model.yaml -o sim");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome outcome = run("calibrate warm-up sim/campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::array<double, 3> mean = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm}, sd = {6.6 * mm, 8.2 * mm, 4.8 * mm};
+  const io::Calibrated means = column("mean", "m"), sds = column("sd", "m"), tau = column("time_constant", "s");
+  ASSERT_EQ(means.value.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::printf("mean %.2f mm (%.1f), sd %.2f mm (%.1f), time constant %.2f min\n", means.value[k] / mm, mean[k] / mm,
+                sds.value[k] / mm, sd[k] / mm, tau.value[k] / minute);
+    EXPECT_NEAR(means.value[k], mean[k], 0.5 * mm);
+    EXPECT_NEAR(sds.value[k], sd[k], 2 * mm) << "the drift is the same for all integration times";
+    EXPECT_NEAR(tau.value[k], 15 * minute, 4 * tau.sd[k]);
+    EXPECT_NEAR(tau.value[k], 15 * minute, 0.05 * 15 * minute);
+  }
+}
+
+TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {
+  // Figure 3.3 of the reference: one offset correction for 8 hours. The noise of a frame is 16 mm.
+  const Truth truth{10e-3, 3.05, -30 * mm, 12 * minute, 40 * mm, 12 * hour};
+  const auto length = [&](double t) {
+    return truth.drift * warm(t, truth.time_constant) + truth.slow_drift * warm(t, truth.slow_time_constant);
+  };
+  const double noise = 16 * mm;
+  record("a.h5", truth, 8 * hour, 10 * minute, noise);
+  campaign({"a.h5"});
+  for (const double corrected_at : {60 * minute, 120 * minute}) {
+    const std::string option = corrected_at > hour ? " --corrected-at 120min" : "";
+    const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml --force" + option);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const io::Calibrated time = column("point_time", "s"), rmse = column("point_rmse", "m"),
+                         bias = column("point_bias", "m");
+    ASSERT_EQ(time.value.size(), 48U);
+    // A mean over 144 pixels of one frame, at the point itself and at that of the correction.
+    const double sd = noise / 12 * std::numbers::sqrt2;
+    const double at = 30 + 10 * minute * std::round((corrected_at - 30) / (10 * minute));
+    double least = 1;
+    for (std::size_t k = 0; k < time.value.size(); ++k) {
+      const double expected = length(time.value[k]) - length(at);
+      EXPECT_NEAR(bias.value[k], expected, 4 * sd) << time.value[k] << " s";
+      EXPECT_NEAR(rmse.value[k], std::hypot(expected, noise), 4 * mm) << time.value[k] << " s";
+      least = std::min(least, rmse.value[k]);
+    }
+    EXPECT_NEAR(least, noise, 3 * mm);
+    EXPECT_GT(rmse.value.front(), least + 8 * mm);
+    EXPECT_GT(rmse.value.back(), least + 2 * mm);
+  }
+}
+
+TEST_F(WarmUp, TheMeanIsThatOfTheFourCentrePixelsOrOfAWindow) {
+  record("a.h5", {10e-3, 3.05, 10 * mm, 12 * minute}, 2 * hour, 5 * minute, 4 * mm);
+  const auto values = raw_values<float>(folder.path() / "a.h5", "/frames/distance");
+  const auto mean_of = [&](std::size_t first, std::size_t last) {  // of a square window, and all frames
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t column = i % plain_side, row = i % plain_pixels / plain_side;
+      if (column < first || column > last || row < first || row > last) continue;
+      sum += static_cast<double>(values[i]);
+      count += 1;
+    }
+    return sum / count;
+  };
+  write_text(
+      folder.path() / "campaign.yaml",
+      "campaign: 1\ncamera: camcube2\nconditions:\n  - {capture: a.h5, board: {distance: 3 m, size: [100 mm, 100 "
+      "mm]}, target: white}\n");
+  ASSERT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml").exit_code, 0);
+  EXPECT_NEAR(column("mean", "m").value[0], mean_of(101, 102), 1e-6);
+  ASSERT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml --force --roi 100..103,100..103").exit_code, 0);
+  EXPECT_NEAR(column("mean", "m").value[0], mean_of(100, 103), 1e-6);
+  const Outcome wrong = run("calibrate warm-up campaign.yaml -o w.yaml --force --roi 103..100,100..103");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_NE(wrong.err.find("--roi: error: '103..100,100..103' must be"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run("calibrate offset campaign.yaml -o o.yaml --roi 100..103,100..103").exit_code, 2);
 }
 
 TEST_F(WarmUp, UncertaintiesAllowForErrorsThatHangTogether) {

@@ -154,7 +154,8 @@ TEST(Describe, OfACameraSaysWhatWasMeasured) {
   EXPECT_EQ(camera["source"], "a first try");
   EXPECT_EQ(camera["values"].size(), 6U) << camera;
   for (const auto& value : camera["values"]) EXPECT_EQ(value["measured"], value["key"] == "principal_point") << value;
-  EXPECT_EQ(camera["values"][3], (nlohmann::json{{"key", "focal_length"}, {"value", "12.8 mm"}, {"measured", false}}));
+  EXPECT_EQ(camera["values"][3],
+            (nlohmann::json{{"key", "focal_length"}, {"value", "12.8 mm"}, {"measured", false}, {"assumed", false}}));
   const Outcome shown = shell("\"$TOFGRAPH\" describe camcube2", folder.path());
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_NE(shown.out.find("camera camcube2"), std::string::npos) << shown.out;

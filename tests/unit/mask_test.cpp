@@ -4,6 +4,7 @@
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
 
+#include "tests/program.hpp"
 #include "tests/unit/message_of.hpp"
 
 #include <cmath>
@@ -58,6 +59,30 @@ TEST(Mask, PixelsWithCertainFlagsBecomeInvalid) {
                             {flag::wrapped, flag::mixed, flag::extrapolated | flag::mixed, 0, 0, 0});
   EXPECT_EQ(stage->get<std::uint16_t>("flags"), (Flags{flag::wrapped | flag::invalid, flag::mixed,
                                                        flag::extrapolated | flag::mixed | flag::invalid, 0, 0, 0}));
+}
+
+TEST(Mask, PixelsThatAMapListsBecomeBadAndInvalid) {
+  const tests::TemporaryFolder folder;
+  constexpr std::size_t side = 204, first = 5, second = 3 * side + 7;
+  std::string map = "\x93NUMPY\x01";
+  map.push_back('\0');
+  std::string head = "{'descr': '|u1', 'fortran_order': False, 'shape': (204, 204), }";
+  head.resize(117, ' ');
+  map += std::string{static_cast<char>(118), '\0'} + head + "\n" + std::string(side * side, '\0');
+  map[128 + first] = map[128 + second] = 1;
+  tests::write_text(folder.path() / "map.npy", map);
+  Harness stage("mask bad_pixels='" + (folder.path() / "map.npy").string() + "'");
+  stage.camera("camcube2");
+  stage.put<float>("depth", {side, side}, std::vector<float>(side * side, 1));
+  stage.put<std::uint16_t>("flags", {side, side}, Flags(side * side, 0));
+  stage.run();
+  const auto flags = stage.get<std::uint16_t>("flags");
+  const auto depth = stage.get<float>("depth");
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const bool bad = i == first || i == second;
+    ASSERT_EQ(flags[i], bad ? flag::bad_pixel | flag::invalid : 0) << "pixel " << i;
+    ASSERT_EQ(std::isnan(depth[i]), bad) << "pixel " << i;
+  }
 }
 
 TEST(Mask, SaysWhatIsMissing) {

@@ -6,11 +6,13 @@
 #include "config/say.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_guard.hpp"
+#include "io/light_sources.hpp"
 #include "io/profile.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -105,6 +107,10 @@ class Check {
       obstacle(condition, "capture", "neither it nor its capture says the integration time",
                "example: integration_time: 1 ms");
     exposures(condition, capture);
+    if (camera != nullptr) {
+      const std::string problem = sources_problem(*camera, header.sources, condition.sources);
+      if (!problem.empty()) mistake(condition, "the capture " + problem);
+    }
     return opened;
   }
 

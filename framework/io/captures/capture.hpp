@@ -25,6 +25,7 @@ struct CaptureHeader {
   std::string profile;                       ///< optional: its text
   std::string provenance;                    ///< optional, JSON; where it is not known yet: CaptureWriter::finish
   std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
+  std::vector<std::string> sources;          ///< names of the light sources that were on; empty: not stated
 };
 
 /// One dataset of /frames: N x extent.

@@ -8,6 +8,7 @@
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
 #include "io/captures/capture_metadata.hpp"
+#include "io/light_sources.hpp"
 
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
@@ -201,6 +202,7 @@ void CaptureReader::Impl::read_header() {
   header.comment = h5::text_attribute(h5, "comment");
   header.profile = h5::text_attribute(h5, "profile");
   header.serial = h5::text_attribute(h5, "serial");
+  header.sources = names_between_commas(h5::text_attribute(h5, "sources"));
   header.provenance = h5::text_attribute(h5, layout::provenance);
   // Written last: what a kill has left of it says nothing.
   if (finished && H5Lexists(h5, layout::provenance, H5P_DEFAULT) > 0)

@@ -12,6 +12,7 @@
 #include <tofgraph/array.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <numeric>
 #include <system_error>
@@ -153,6 +154,7 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   write_optional(h5, "comment", header.comment);
   write_optional(h5, "profile", header.profile);
   write_optional(h5, "serial", header.serial);
+  write_optional(h5, "sources", fmt::format("{}", fmt::join(header.sources, ", ")));
   write_optional(h5, layout::provenance, header.provenance);
   if (!header.exposures.empty()) {
     std::vector<double> phases, frequencies;

@@ -7,6 +7,7 @@
 #include "io/noise_calibration.hpp"
 #include "io/offset_calibration.hpp"
 #include "io/output_file.hpp"
+#include "io/response_calibration.hpp"
 #include "simulation/files/model.hpp"
 
 #include <fmt/chrono.h>
@@ -19,19 +20,6 @@ namespace tofgraph::simulation {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The same value with other names of its files.
-config::Value with_paths(config::Value value, const std::map<std::string, std::string>& names) {
-  for (config::Value& item : value.items) item = with_paths(std::move(item), names);
-  for (config::Entry& entry : value.entries) {
-    const auto name = names.find(entry.value.text);
-    if (entry.value.is_scalar() && name != names.end())
-      entry.value.text = name->second;
-    else
-      entry.value = with_paths(std::move(entry.value), names);
-  }
-  return value;
-}
 
 class CalibrationCheck {
  public:
@@ -81,6 +69,8 @@ class CalibrationCheck {
       io::read_noise_calibration(file, view.name);
     } else if (kind == "offset") {
       io::read_offset_calibration(file, view);
+    } else if (kind == "response") {
+      io::read_response_calibration(file, view.name);
     } else {
       const config::Entry* name = document.find("camera");
       if (name == nullptr || name->value.text != view.name)
@@ -144,6 +134,18 @@ class CalibrationCheck {
 };
 
 }  // namespace
+
+config::Value with_paths(config::Value value, const std::map<std::string, std::string>& names) {
+  for (config::Value& item : value.items) item = with_paths(std::move(item), names);
+  for (config::Entry& entry : value.entries) {
+    const auto name = names.find(entry.value.text);
+    if (entry.value.is_scalar() && name != names.end())
+      entry.value.text = name->second;
+    else
+      entry.value = with_paths(std::move(entry.value), names);
+  }
+  return value;
+}
 
 fs::path maps_beside(const fs::path& calibration) { return fs::path(calibration).replace_extension(".maps.h5"); }
 

@@ -34,6 +34,8 @@ void copy_into(const io::CameraFolder& folder, const std::vector<FolderCopy>& co
 
 /// Adds the absolute paths of a value that with_absolute_paths() has changed.
 void collect_files(const config::Value& value, std::set<std::string>& files);
+/// The same value with other names of its files. @param names by what is written
+config::Value with_paths(config::Value value, const std::map<std::string, std::string>& names);
 /// A model as a file, one effect a line. @param head another model, whose serial, light, name and comment are kept
 /// @param names of the effects' files, by their absolute path
 std::string model_text(const config::Value& head, const std::vector<config::Value>& effects, const std::string& camera,

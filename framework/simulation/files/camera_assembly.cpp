@@ -6,6 +6,7 @@
 #include "io/noise_calibration.hpp"
 #include "io/output_file.hpp"
 #include "io/profile.hpp"
+#include "io/response_calibration.hpp"
 #include "io/serial.hpp"
 #include "simulation/files/calibration_copies.hpp"
 
@@ -13,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace tofgraph::simulation {
@@ -43,7 +45,7 @@ void add_measured(config::Value& document, const std::vector<std::string>& keys)
   set_entry(document, "measured", fmt::format("[{}]", fmt::join(measured, ", ")));
 }
 
-/// The folder's profile: the copied one with the calibrated lens and noise, the bad pixels and the model.
+/// The folder's profile: the copied one with the calibrated lens, noise and response, the bad pixels and the model.
 std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& base, bool with_model) {
   config::Value document = config::with_absolute_paths(config::load_document(folder.file_of("profile")));
   std::vector<std::string> measured;
@@ -64,10 +66,63 @@ std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& 
       set_entry(document, "bad_pixels",
                 fmt::format("{{file: {}, dataset: {}}}", config::yaml_word(maps.generic_string()), bad_pixel_dataset));
   }
+  if (const fs::path response = folder.file_of("response"); !response.empty()) {
+    const io::ResponseCalibration light = io::read_response_calibration(response, base.view().name);
+    set_entry(document, "contrast", fmt::format("{}", light.contrast));
+    measured.emplace_back("contrast");
+    if (std::isfinite(light.gain)) {
+      set_entry(document, "gain", fmt::format("{} counts m^2/s", light.gain));
+      measured.emplace_back("gain");
+    }
+  }
   add_measured(document, measured);
   set_entry(document, "model", with_model ? io::folder_model_name : "");
-  return document_text(document);
+  // Files of the profile lie in the folder: it may be moved as a whole.
+  std::set<std::string> files;
+  collect_files(document, files);
+  std::map<std::string, std::string> names;
+  for (const std::string& file : files) names[file] = fs::path(file).lexically_relative(folder.folder).generic_string();
+  return document_text(with_paths(document, names));
 }
+
+/// The files of a folder as they are now. What was written since is undone unless all of it is kept.
+class FilesBefore {
+ public:
+  /// @param changing relative to the folder @throws std::filesystem::filesystem_error
+  FilesBefore(fs::path folder, const std::vector<fs::path>& changing) : folder_(std::move(folder)) {
+    for (const fs::path& file : changing) {
+      const bool there = is_there(folder_ / file);
+      if (there) fs::copy_file(folder_ / file, copy_of(file), fs::copy_options::overwrite_existing);
+      files_[file] = there;
+    }
+  }
+  FilesBefore(const FilesBefore&) = delete;
+  FilesBefore& operator=(const FilesBefore&) = delete;
+  ~FilesBefore() {
+    std::error_code error;
+    for (const auto& [file, was_there] : files_) {
+      if (kept_)
+        fs::remove(copy_of(file), error);
+      else if (was_there)
+        fs::rename(copy_of(file), folder_ / file, error);
+      else
+        fs::remove(folder_ / file, error);
+      // A kind of calibration that was not added leaves no folder behind; others are not empty.
+      if (!kept_ && file.has_parent_path()) fs::remove((folder_ / file).parent_path(), error);
+    }
+  }
+  void keep() { kept_ = true; }
+
+ private:
+  fs::path copy_of(const fs::path& file) const {
+    fs::path copy = folder_ / file;
+    return copy += ".before";
+  }
+
+  fs::path folder_;
+  std::map<fs::path, bool> files_;  ///< relative; whether it was there
+  bool kept_ = false;
+};
 
 /// Removes files of entries that were replaced.
 void remove_stale(const io::CameraFolder& before, const io::CameraFolder& now) {
@@ -110,17 +165,32 @@ io::CameraFolder make_camera_folder(const fs::path& folder, const std::string& n
   config::Value document = config::with_absolute_paths(config::load_document(profile.file));
   const bool names_model = document.find("model") != nullptr;
   set_entry(document, "model", "");
-  std::vector<FolderCopy> copies = {{profile.file, to, names_model ? document_text(document) : ""}};
+  std::set<std::string> files;
+  collect_files(document, files);
+  std::map<std::string, std::string> names;
+  for (const std::string& file : files) names[file] = fs::path(file).filename().string();
+  const bool other_paths = names_model || !files.empty();
+  std::vector<FolderCopy> copies = {{profile.file, to, other_paths ? document_text(with_paths(document, names)) : ""}};
+  std::vector<io::FolderFile> held = {{to, ""}};
+  for (const auto& [file, name] : names) {
+    held.push_back({fs::path("profile") / name, ""});
+    copies.push_back({file, held.back().file, ""});
+  }
   made.entries.push_back({.kind = "profile",
-                          .files = {{to, ""}},
+                          .files = std::move(held),
                           .serial = {},
                           .date = date_of(profile.file),
                           .valid_until = {},
                           .temperature = {}});
-  copy_into(made, copies);
-  made.entries.front().files.front() = io::hashed_file(made.folder, to);
-  assemble_camera(made, registry);
-  if (profile.view().model != nullptr) add_calibrations(made, {profile.view().model}, {}, registry);
+  try {
+    copy_into(made, copies);
+    for (io::FolderFile& file : made.entries.front().files) file = io::hashed_file(made.folder, file.file);
+    assemble_camera(made, registry);
+    if (profile.view().model != nullptr) add_calibrations(made, {profile.view().model}, {}, registry);
+  } catch (...) {
+    fs::remove_all(made.folder, error);  // it was empty, or not there
+    throw;
+  }
   return made;
 }
 
@@ -146,11 +216,15 @@ std::vector<std::string> add_calibrations(io::CameraFolder& folder, const std::v
     remarks.push_back(fmt::format("{} replaces {}", file.string(), there));
     *same = std::move(entry);
   }
+  std::vector<fs::path> changing = {io::folder_index_name, io::folder_profile_name, io::folder_model_name};
+  for (const FolderCopy& copy : copies) changing.push_back(copy.to);
+  FilesBefore before(changed.folder, changing);
   copy_into(changed, copies);
   for (io::FolderEntry& entry : changed.entries)
     for (io::FolderFile& file : entry.files)
       if (file.sha256.empty()) file = io::hashed_file(changed.folder, file.file);
   assemble_camera(changed, registry);
+  before.keep();
   remove_stale(folder, changed);
   folder = std::move(changed);
   return remarks;

@@ -149,8 +149,9 @@ class ModelJoiner {
 
   /// Adds what the sum of the constants differs by from what was measured together.
   void keep_the_constant() {
-    if (!raw_offset_ && model_.empty()) return;  // each constant is measured by itself
-    const double wanted = raw_offset_ ? 0 : sum_of_constants(model_);
+    // Without a model nothing tells the constant of a warm camera but the offset calibration: its distances stay.
+    const bool stays = raw_offset_ || model_.empty();
+    const double wanted = stays ? 0 : sum_of_constants(model_);
     const double difference = wanted - sum_of_constants(used_);
     if (std::abs(difference) < 1e-6) return;
     if (const auto heated = std::ranges::find(used_, warm_up_name, &JoinedEffect::name);
@@ -158,9 +159,10 @@ class ModelJoiner {
       notes_.emplace_back(
           "warm_up: its drift depends on the integration time, the constant that is taken out is that of its "
           "reference_time");
-    notes_.push_back(
-        fmt::format("constant: {:+.2f} mm are added, so that the constants of the joined effects are those of {}, once",
-                    difference * 1e3, raw_offset_ ? "the offset calibration" : "the model"));
+    if (raw_offset_ || !model_.empty())
+      notes_.push_back(fmt::format(
+          "constant: {:+.2f} mm are added, so that the constants of the joined effects are those of {}, once",
+          difference * 1e3, raw_offset_ ? "the offset calibration" : "the model"));
     const auto there = std::ranges::find(used_, constant_name, &JoinedEffect::name);
     const double all = difference + (there != used_.end() ? constant_of(*there) : 0);
     if (there != used_.end()) used_.erase(there);

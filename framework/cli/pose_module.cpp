@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/board_pose.hpp"
+#include "cli/pose.hpp"
+#include "config/diagnostics.hpp"
+#include "config/paths.hpp"
+#include "config/say.hpp"
+#include "io/calibration.hpp"
+#include "io/captures/capture.hpp"
+#include "io/output_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The capture and its pattern as a campaign of one condition, so that both are checked as there.
+io::Campaign campaign_of(const PoseArguments& arguments) {
+  std::string camera = arguments.camera;
+  if (camera.empty()) camera = io::CaptureReader(arguments.capture).header().camera;
+  const std::string text =
+      fmt::format("campaign: 1\ncamera: {}\npattern: {}\nconditions:\n  - {{capture: {}}}\n", config::yaml_word(camera),
+                  arguments.pattern, config::yaml_word(fs::absolute(arguments.capture).string()));
+  config::Diagnostics diagnostics;
+  io::Campaign campaign = io::read_campaign(config::parse_document("--pattern", text), diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return campaign;
+}
+
+std::string text_of(const calibration::BoardPose& pose, const io::Campaign& campaign, const PoseArguments& arguments) {
+  io::CalibrationWriter writer(arguments.out, "pose", campaign.camera->view().name, pose.serial);
+  writer.input(arguments.capture);
+  const auto numbers = [](const auto& values) { return io::Calibrated{{values.begin(), values.end()}, {}}; };
+  writer.numbers("rotation", numbers(pose.world_camera.rotation), "", 1);
+  writer.numbers("translation", numbers(pose.world_camera.translation), "mm", 1e-3);
+  writer.number("rms", pose.rms, std::nan(""), "px", 1);
+  return writer.text();
+}
+
+int pose(const PoseArguments& arguments) {
+  if (!arguments.out.empty()) {
+    const fs::path inputs[] = {arguments.capture};
+    std::string problem = io::input_problem(arguments.out, inputs);
+    if (problem.empty()) problem = io::output_problem(arguments.out, arguments.force, "--force");
+    if (!problem.empty()) throw config::ConfigurationError("--out: error: " + problem);
+  }
+  const io::Campaign campaign = campaign_of(arguments);
+  calibration::BoardPose found;
+  try {
+    found = calibration::pose_of(campaign);
+  } catch (const std::runtime_error& problem) {
+    throw std::runtime_error(fmt::format("{}: {}", arguments.capture, problem.what()));
+  }
+  constexpr double degrees = 180 / std::numbers::pi;
+  if (!arguments.quiet)
+    config::say(
+        fmt::format("{} points of the pattern, {:.3f} px rms; its middle is {:.1f} mm away, it is tilted by "
+                    "{:.2f} deg against the optical axis",
+                    found.points, found.rms, 1e3 * found.distance, degrees * found.tilt));
+  fmt::print("rotation: [{:.9g}]\ntranslation: [{:.6g} mm, {:.6g} mm, {:.6g} mm]\n",
+             fmt::join(found.world_camera.rotation, ", "), 1e3 * found.world_camera.translation[0],
+             1e3 * found.world_camera.translation[1], 1e3 * found.world_camera.translation[2]);
+  if (!arguments.out.empty()) {
+    io::write_file(arguments.out, text_of(found, campaign, arguments));
+    if (!arguments.quiet) config::say("wrote " + arguments.out);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::pose(*static_cast<const tofgraph::cli::PoseArguments*>(arguments));
+}

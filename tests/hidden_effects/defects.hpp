@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Bad pixels of a camera: 1.5 % dead, 1.5 % hot, 2 % noisy.
+#pragma once
+
+#include "tests/hidden_effects/plain_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace tofgraph::hidden {
+
+/// A pixel's fault, as long as the camera lives.
+enum class Defect { none, dead, hot, noisy };
+
+/// One entry a pixel.
+std::vector<Defect> draw_defects(const Camera& camera, std::uint64_t seed);
+
+/// The counts of a tap, as the pixel hands them out.
+double damaged(Defect defect, double tap, std::mt19937_64& random);
+
+inline std::uint16_t counts(double tap) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(tap, 0.0, 65535.0)));
+}
+
+}  // namespace tofgraph::hidden

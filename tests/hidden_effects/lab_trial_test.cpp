@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: *
+// Rooms: calibration simulation plugins cli
+// A camera with everything wrong at once, of physics that are not the simulator's, calibrated from one end to the other
+// with the camera's folder and judged by surfaces that no calibration saw: one camera of
+// tests/hidden_effects/lab_trial.py.
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace tofgraph::tests {
+namespace {
+
+TEST(LabTrial, ADirtyCameraIsCalibratedFromOneEndToTheOther) {
+  const TemporaryFolder folder;
+  const Outcome outcome = shell("python3 '" TOFGRAPH_SOURCE_DIR
+                                "/tests/hidden_effects/lab_trial.py' --build \"${TOFGRAPH%/bin/*}\" --last "
+                                "--seeds 1 -o trial",
+                                folder.path());
+  ASSERT_NE(outcome.exit_code, 2) << outcome.err;
+  const nlohmann::json result = nlohmann::json::parse(read_text(folder.path() / "trial/trial.json"))["1"]["figures"];
+  EXPECT_LE(result["mean_bias"].get<double>(), 0.8) << "mm";
+  EXPECT_LE(result["worst_bias"].get<double>(), 2) << "mm";
+  EXPECT_LE(result["flatness"].get<double>(), 1.5) << "mm";
+  EXPECT_LE(result["corner"].get<double>(), 0.3) << "deg";
+  EXPECT_LE(result["cold"].get<double>(), 1) << "mm";
+  EXPECT_LE(std::abs(result["sigma"].get<double>()), 10) << "% of the real spread";
+  EXPECT_LE(result["slowest"].get<double>(), 60) << "s";
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
