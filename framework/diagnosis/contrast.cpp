@@ -5,6 +5,7 @@
 #include "diagnosis/another_contrast.hpp"
 #include "diagnosis/standing.hpp"
 
+#include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
@@ -75,7 +76,13 @@ bool MeasuredContrast::profile_is_off() const {
   return (profile < low || profile > high) && std::abs(value / profile - 1) > close;
 }
 
-std::string MeasuredContrast::text() const { return with_uncertainty(value, {low, high}, ""); }
+std::string MeasuredContrast::text() const {
+  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits say nothing of a camera
+  const double half = (high - low) / 2;
+  return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", value, std::max(half, least))
+                     : with_uncertainty(value, {low, high}, "")) +
+         " (statistical)";
+}
 
 void hold_contrast(FoldProblem& held, const Problem& fitted, const State& state) {
   if (!has_contrast(fitted.nuisances)) return;

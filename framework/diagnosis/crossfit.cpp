@@ -26,7 +26,7 @@ constexpr int interval_draws = 1000;
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
                      const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                      const SearchOptions& options) {
-  FoldResult result{fold, {}, {}, {}, ""};
+  FoldResult result{.fold = fold};
   const FoldProblem training(design, data, left_by(fold, design.size()), options.deadline);
   FoldProblem held(design, data, fold.held, training);
   try {
@@ -58,6 +58,8 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   } catch (const simulation::EffectError& error) {
     result.chosen.clear();
     result.failed = error.what();
+  } catch (const TimeExpired&) {
+    result.time_expired = true;
   }
   return result;
 }
@@ -124,9 +126,11 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
       if (options.fold_done) options.fold_done(++finished, folds.size());
     });
     done = end;
+    if (std::ranges::any_of(result.folds, &FoldResult::time_expired)) break;
   }
-  result.complete = done == folds.size();
   result.folds.resize(done);
+  result.time_expired = std::erase_if(result.folds, [](const FoldResult& fold) { return fold.time_expired; }) > 0;
+  result.complete = result.folds.size() == folds.size();
   return result;
 }
 

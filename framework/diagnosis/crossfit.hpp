@@ -20,10 +20,11 @@ namespace tofgraph::diagnosis {
 
 struct FoldResult {
   Fold fold;
-  std::vector<std::string> chosen;  ///< effects that were added
-  State state;                      ///< of the model that was fitted without what is put aside
-  std::vector<OutOfFold> conditions;
-  std::string failed;  ///< why it gave no number, or empty
+  std::vector<std::string> chosen = {};  ///< effects that were added
+  State state = {};                      ///< of the model that was fitted without what is put aside
+  std::vector<OutOfFold> conditions = {};
+  std::string failed = {};    ///< why it gave no number, or empty
+  bool time_expired = false;  ///< whether time ended before it gave one
 
   /// Whether one of these was chosen.
   bool chose(const std::vector<std::string>& names) const;
@@ -43,6 +44,7 @@ constexpr bool is_ruined(double before, double after) { return after > 1.05 * be
 struct CrossFit {
   std::vector<FoldResult> folds;
   bool complete = true;               ///< whether these are all
+  bool time_expired = false;          ///< whether others had not ended when time did
   std::vector<std::size_t> clusters;  ///< clusters_of() the design
 
   bool empty() const { return folds.empty(); }

@@ -67,8 +67,8 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
 /// Shares of the progress: by when captures are read, folds begin, and numbers are put on what was found; and what one
 /// step takes of what is left.
 constexpr double read_by = 0.1, folds_from = 0.55, found_by = 0.95, step_share = 0.04;
-/// Shares of a time limit by which the search must have ended, and its verification.
-constexpr double searched_by = 0.65, verified_by = 0.8;
+/// Shares of a time limit by which the search must have ended, its verification, and the comparison with others.
+constexpr double searched_by = 0.65, verified_by = 0.8, compared_by = 0.9;
 
 /// Parameters that are not fitted: refinements that the data do not ask for, and values of the given model that they do
 /// not determine.
@@ -129,7 +129,7 @@ class Run {
     SearchOptions further = search_options;  // of other data: the given model stays as it is by now
     further.hold_given = nullptr;
     further.fold_done = nullptr;
-    further.deadline = further.verification = {};
+    further.deadline = further.verification = further.comparison = {};
     if (options_.resample > 0 && !d_->search.time_expired)
       d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, further);
     if (options_.confidence > 0 && !d_->search.time_expired)
@@ -159,6 +159,7 @@ class Run {
     SearchOptions search = options_.search;
     search.deadline = limit_.at(searched_by);
     search.verification = limit_.at(verified_by);
+    search.comparison = limit_.at(compared_by);
     search.progress = [this](const std::string& what) {
       const std::lock_guard lock(mutex_);
       progress(share_ += step_share * (found_by - share_), what);

@@ -250,11 +250,16 @@ std::string note_on_contrast(const MeasuredContrast& contrast) {
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
   std::vector<std::string> notes;
   if (search.time_expired)
+    notes.push_back(fmt::format(
+        "The time limit of {} ended the search: effects that it had not reached by then are not named, what "
+        "is named is preliminary, and no condition to measure next is proposed.",
+        config::format_quantity(time_limit, "s")));
+  if (search.time_expired && !search.found.empty() && (search.cross_fit.empty() || search.cross_fit.time_expired))
+    notes.push_back(fmt::format("By then {} of the folds that prove out of sample what is named had ended.",
+                                search.cross_fit.folds.size()));
+  if (search.not_compared)
     notes.push_back(
-        fmt::format("The time limit of {} ended the search: effects that it had not reached by then are not named, and "
-                    "no condition "
-                    "to measure next is proposed.",
-                    config::format_quantity(time_limit, "s")));
+        "It left no time to compare all that is named with others: what cannot be told from it may be missing.");
   if (search.is_given)
     notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
   else if (!search.not_better.empty())

@@ -24,13 +24,13 @@ SearchResult Search::run() {
   begin();
   result_.before = best().fit;
   begun_ = kept();
-  keep_established();
   try {
     find();
   } catch (const TimeExpired&) {
     return_to_established();
   }
   verify();
+  compare();
   look_at_rest();
   for (StoodFor& stood : stood_for_)
     if (!stands(stood)) result_.dropped.push_back(std::move(stood.found));
@@ -74,6 +74,7 @@ std::vector<Pattern> Search::patterns_of(const Base& base) {
 
 void Search::dismiss(const Piece& piece, Found found) {
   say(fmt::format("dropping {}", found.name));
+  described_ = false;
   drop(piece);
   std::erase_if(result_.dropped, [&](const Found& one) { return one.name == found.name; });  // the last reason counts
   result_.dropped.push_back(std::move(found));
@@ -128,13 +129,12 @@ bool Search::establish() {
     ++regrown_;
     confirm_all();
   }
-  for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
-  rivals_.add_of_several(result_.found, model_.size());
   keep_established();
   return again;
 }
 
 void Search::confirm_all() {
+  described_ = false;
   do {
     result_.found.clear();
     result_.refinements.clear();
@@ -173,6 +173,13 @@ bool Search::stand_in_for(StoodFor stood) {
         found ? "as good as " + stood.name() : "others do not explain as much: all stays as it was"});
   if (found) stood_for_.push_back(std::move(stood));
   return found;
+}
+
+void Search::describe_all() {
+  if (described_) return;
+  for (std::size_t t = model_.size(); t < terms().size(); ++t) describe(t);
+  rivals_.add_of_several(result_.found, model_.size());
+  described_ = true;
 }
 
 void Search::describe(std::size_t t) {

@@ -36,7 +36,8 @@ struct SearchResult {
   std::string not_better;
   Verification verified;      ///< of the model that is left
   bool is_given = false;      ///< whether the model stays as it was given, with its values
-  bool time_expired = false;  ///< whether the time limit ended the search
+  bool time_expired = false;  ///< whether the time limit ended the search, or the comparison with others
+  bool not_compared = false;  ///< whether it left no time to ask what else could stand in the place of what was found
 
   std::size_t patterns_without_axis() const { return std::accumulate(structure.begin(), structure.end(), 0UL); }
   bool something_left() const { return !rest.empty() || patterns_without_axis() > 0; }

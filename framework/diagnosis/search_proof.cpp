@@ -12,14 +12,16 @@
 
 namespace tofgraph::diagnosis {
 
-void Search::keep_established() { established_ = {kept(), result_.found, result_.refinements}; }
+void Search::keep_established() { established_ = Established{kept(), result_.found, result_.refinements}; }
 
 void Search::return_to_established() {
   result_.time_expired = true;
   mutable_problem().deadline = options_.verification;
-  restore(established_.kept);
-  result_.found = established_.found;
-  result_.refinements = established_.refinements;
+  described_ = false;
+  unconfirmed_ = !established_;
+  restore(established_ ? established_->kept : reached());
+  result_.found = established_ ? established_->found : std::vector<Found>{};
+  result_.refinements = established_ ? established_->refinements : std::vector<Found>{};
 }
 
 bool Search::follow_folds() {
@@ -45,6 +47,7 @@ void Search::verify() {
   say("comparing with the given model");
   mutable_problem().deadline = options_.verification;
   try {
+    if (unconfirmed_) confirm_all();
     while (result_.time_expired && prove()) {
     }
     hold_given_values();
@@ -60,7 +63,21 @@ void Search::verify() {
 
 void Search::hold_given_values() {
   if (!options_.hold_given) return;
-  if (std::optional<Fit> held = options_.hold_given(problem(), best().fit)) take(*std::move(held));
+  if (std::optional<Fit> held = options_.hold_given(problem(), best().fit)) {
+    described_ = false;
+    take(*std::move(held));
+  }
+}
+
+void Search::compare() {
+  mutable_problem().deadline = options_.comparison;
+  try {
+    describe_all();
+  } catch (const TimeExpired&) {
+    result_.time_expired = result_.not_compared = true;
+  }
+  mutable_problem().deadline = {};
+  for (Found& found : result_.found) weigh(found);
 }
 
 std::string Search::why_worse() {
@@ -77,19 +94,14 @@ void Search::drop_least(const std::string& why) {
   Found found = std::move(*least);
   result_.found.erase(least);
   found.refutation = why;
-  for (Found& other : result_.found) {
-    std::erase_if(other.rivals, [&](const Rival& rival) {  // in the place of both
-      return std::ranges::find(rival.in_place_of, found.name) != rival.in_place_of.end();
-    });
-  }
   dismiss({model_.size() + f, std::nullopt}, std::move(found));
   result_.refinements.clear();
 }
 
 void Search::keep_given(const std::string& why) {
-  for (Found& found : result_.found) {
-    found.refutation = why;
-    result_.dropped.push_back(std::move(found));
+  for (const Piece& piece : pieces()) {
+    const Term& term = terms()[piece.term];
+    result_.dropped.push_back({.candidate = term.candidate, .name = name_of(term, piece), .refutation = why});
   }
   result_.found.clear();
   result_.refinements.clear();
@@ -104,11 +116,18 @@ void Search::put_aside() {
   const bool searched = !pieces().empty();
   SearchOptions aside = options_;
   if (!searched) aside.max_effects = 0;
-  std::vector<std::vector<std::string>> names;
-  for (const Found& found : result_.found) names.push_back(found.names());
-  result_.cross_fit = cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_,
-                                aside, names, searched ? searched_folds_ : std::vector<FoldResult>{});
-  if (searched) searched_folds_ = result_.cross_fit.folds;
+  const auto ask = [&] {
+    std::vector<std::vector<std::string>> names;
+    for (const Found& found : result_.found) names.push_back(found.names());
+    result_.cross_fit = cross_fit(folds_of(problem().design), problem().design, problem().data, model_, candidates_,
+                                  aside, names, searched ? searched_folds_ : std::vector<FoldResult>{});
+    if (result_.cross_fit.time_expired) throw TimeExpired();
+    if (searched) searched_folds_ = result_.cross_fit.folds;
+  };
+  ask();
+  if (result_.cross_fit.complete || described_ || result_.found.empty()) return;
+  describe_all();  // what folds did without they may have by another name
+  ask();
 }
 
 bool Search::drop_refuted(const std::function<std::string(Found&)>& question) {
@@ -124,20 +143,40 @@ bool Search::drop_refuted(const std::function<std::string(Found&)>& question) {
   return changed;
 }
 
+void Search::weigh(Found& found) const {
+  if (result_.cross_fit.empty()) return;
+  found.chosen = result_.cross_fit.share_of(found.names());
+  found.fall = fall_of(result_.cross_fit, found.names(), options_.seed);
+}
+
 bool Search::is_proved(const Piece& piece) const {
   if (piece.refinement || result_.cross_fit.empty()) return false;
-  Found found;
-  const std::vector<std::string> names = {terms()[piece.term].candidate->name()};
-  found.chosen = result_.cross_fit.share_of(names);
-  found.fall = fall_of(result_.cross_fit, names, options_.seed);
+  Found found{.name = terms()[piece.term].candidate->name()};
+  weigh(found);
   return unproved(found).empty();
+}
+
+bool Search::all_proved() {
+  const bool each = std::ranges::all_of(result_.found, [&](Found& found) {
+    weigh(found);
+    return unproved(found).empty();
+  });
+  return each && why_not_together().empty();
+}
+
+std::string Search::why_not_together() const {
+  std::vector<std::string> names;
+  for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
+  const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
+  const std::string why = ruined(depth.before, depth.after, "what was found");
+  return why.empty() || depth.alone ? why : "most folds chose others beside it, and with these " + why;
 }
 
 bool Search::prove() {
   if (result_.cross_fit.empty()) return false;
+  if (!result_.time_expired && !all_proved()) describe_all();
   const bool changed = drop_refuted([&](Found& found) {
-    found.chosen = result_.cross_fit.share_of(found.names());
-    found.fall = fall_of(result_.cross_fit, found.names(), options_.seed);
+    weigh(found);
     std::string why = unproved(found);
     note({"proved",
           {found.name},
@@ -145,11 +184,7 @@ bool Search::prove() {
           why.empty() ? "stays" : why});
     return why;
   });
-  std::vector<std::string> names;
-  for (const Found& found : result_.found) std::ranges::copy(found.names(), std::back_inserter(names));
-  const CrossFit::Depth depth = result_.cross_fit.depth_with_only(names);
-  std::string why = ruined(depth.before, depth.after, "what was found");
-  if (!why.empty() && !depth.alone) why = "most folds chose others beside it, and with these " + why;
+  const std::string why = why_not_together();
   return (!why.empty() && drop_refuted([&](Found& found) -> const std::string& {
            note({"proved", {found.name}, {}, why});
            return why;

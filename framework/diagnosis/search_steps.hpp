@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,10 +52,15 @@ class Search : private Selection {
   /// The search itself. @throws TimeExpired
   void find();
   void keep_established();
+  /// The time limit ended the search: the last model that passed the gates, or if none has been put to them, that which
+  /// effects had been added to by then.
   void return_to_established();
 
   /// Fits a model on which most folds agree to all data. @returns whether it is better, and taken
   bool follow_folds();
+
+  /// Asks what else could stand in the place of what is written, as far as the time limit allows.
+  void compare();
 
   /// Drops effects until the model predicts distances no worse than the given one; where it does not without any, the
   /// given values stay.
@@ -104,8 +110,18 @@ class Search : private Selection {
   /// folds that have nothing else beside it, where most are such. @returns whether there was such a one
   bool prove();
 
+  /// What else could stand in the place of each effect: asked where an effect's own name does not prove it, and of what
+  /// is written, as fitting all the others takes as long as a search.
+  void describe_all();
+  /// Whether all that was found proves itself out of fold by the names that it has.
+  bool all_proved();
+  /// Why what was found does not pass together, or nothing.
+  std::string why_not_together() const;
+
   /// What the gap looks like without an effect, and what else could stand in its place.
   void describe(std::size_t t);
+  /// Shares and falls out of fold of what was found, by all its names.
+  void weigh(Found& found) const;
   void look_at_rest();
   bool stands(const StoodFor& stood) const;
 
@@ -117,10 +133,12 @@ class Search : private Selection {
   Trials trials_;
   Rivals rivals_;
   int regrown_ = 0;
+  bool described_ = false;  ///< whether what was found is compared with others
   std::vector<StoodFor> stood_for_;
   std::vector<FoldResult> searched_folds_;
-  Kept begun_;  ///< before any effect
-  Established established_;
+  Kept begun_;                ///< before any effect
+  bool unconfirmed_ = false;  ///< whether the time limit came before the gates
+  std::optional<Established> established_;
   SearchResult result_;
 };
 

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/selection.hpp"
 
+#include "diagnosis/least_rise.hpp"
 #include "diagnosis/map_gauge.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -14,6 +16,9 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double worthwhile = 0.1;  ///< of the excess of chi-square: what an addition beside others must take away
+
+/// What is clearly worth its parameters is not fitted without: so many times what it must be worth, linearised.
+constexpr double clearly = 3;
 
 /// What tells models apart: effects, and which of their parameters are free.
 std::vector<const Candidate*> forms_of(const std::vector<Term>& terms) {
@@ -42,6 +47,7 @@ void Selection::begin() {
   take(fit(problem_, start, weight_));
   original_ = best_;
   original_.brightening = problem_.brightening;
+  reached_ = kept();
   problem_.deadline = options_.deadline;
 }
 
@@ -147,7 +153,9 @@ void Selection::add_all() {
       const bool more = next && bic(*next) < bic(*maps);
       if (!more || !try_refine(std::move(next->state))) try_refine(std::move(maps->state));
     }
+    reached_ = kept();
     drop_needless();
+    reached_ = kept();
     // What was added came out again, as maps took over what it did: so it would for ever.
     const bool allows_more = problem_.allowed.residue != allowed.residue || !problem_.allowed.boards != !allowed.boards;
     if (!allows_more && forms_of(terms()) == having && bic(best_.fit) > reached - worth) break;
@@ -220,7 +228,12 @@ void Selection::drop_needless() {
   while (pieces().size() > 1) {
     const Fit* least = nullptr;
     std::string name;
-    for (const Piece& piece : pieces()) {
+    const std::vector<Piece> all = pieces();
+    const std::vector<double> rises = least_rises(problem_, best_, all);
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      const Piece& piece = all[p];
+      const auto parameters = static_cast<double>(values_of(terms()[piece.term], piece).size());
+      if (rises[p] > clearly * (worth + parameters * std::log(static_cast<double>(problem_.data.size())))) continue;
       const Fit& less = without(piece).fit;
       if (!(bic(less) < bic(least != nullptr ? *least : best_.fit) + (least != nullptr ? 0 : worth))) continue;
       least = &less;

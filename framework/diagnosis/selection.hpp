@@ -11,6 +11,7 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 
 namespace tofgraph::diagnosis {
 
@@ -28,6 +29,7 @@ struct SearchOptions {
   /// determined. May be empty.
   std::function<std::optional<Fit>(const Problem& problem, const Fit& fit)> hold_given;
   Deadline verification = {};  ///< of that; where it passes, the model stays as it was given
+  Deadline comparison = {};    ///< of what is written with what else could stand in its place
 };
 
 /// What a set of effects gains in the linearised problem.
@@ -98,6 +100,8 @@ class Selection {
   };
 
   Kept kept() const;
+  /// The last model to which effects were added: what there is where time ends before all have been.
+  const Kept& reached() const { return *reached_; }
   void restore(Kept before);
   bool try_refine(State state);
   void take(Fit fit);
@@ -153,6 +157,7 @@ class Selection {
   std::vector<const Candidate*> barred_;  ///< roots that are not tried: exchanged, or they gave no number
   std::vector<double> weight_;
   Base original_, best_;
+  std::optional<Kept> reached_;
   std::deque<std::pair<Piece, Base>> without_;  ///< what was asked for of the best one; references stay
   Alternatives alternatives_;
   std::vector<Promise> promised_;              ///< beside the model as it is, when it was looked at first

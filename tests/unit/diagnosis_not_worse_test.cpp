@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <set>
+#include <thread>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -111,6 +112,27 @@ TEST_F(SearchInTime, ASearchWithoutTimeGivesTheModelBack) {
   EXPECT_TRUE(result.found.empty());
   ASSERT_EQ(result.after.state.terms.size(), 1U);
   EXPECT_EQ(result.after.state.terms[0].values, std::vector<double>{0.001}) << "not refitted";
+}
+
+/// What was selected by then is verified and written, before the gates as after them.
+TEST_F(SearchInTime, WhatWasSelectedWhenTimeEndsIsWritten) {
+  using namespace std::chrono_literals;
+  const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
+  std::erase_if(candidates, [](const auto& c) { return c->name() != "wiggling" && c->name() != "crosstalk"; });
+  for (const std::string step : {"checking", "predicting what was put aside"}) {
+    const auto end = Deadline::Clock::now() + 4s;
+    SearchOptions options;
+    options.deadline = Deadline(end);
+    options.progress = [&](const std::string& what) {
+      if (what.starts_with(step)) std::this_thread::sleep_until(end);
+    };
+    const SearchResult result = search(make_problem(*design, data), {}, candidates, options);
+    EXPECT_TRUE(result.time_expired) << step;
+    EXPECT_FALSE(result.is_given) << step;
+    EXPECT_EQ(names(result), std::vector<std::string>{"wiggling"}) << step;
+    EXPECT_TRUE(result.cross_fit.empty()) << step;
+    EXPECT_LT(result.verified.held_out.model, 0.5 * result.verified.held_out.given) << step;
+  }
 }
 
 TEST_F(SearchInTime, ASearchThatHasTimeIsNotTouched) {
