@@ -228,8 +228,9 @@ class Rings {
 
  private:
   double radius(std::size_t pixel) const {
-    return std::hypot(static_cast<double>(pixel % camera_.width) - camera_.principal_point[0],
-                      static_cast<double>(pixel / camera_.width) - camera_.principal_point[1]);
+    const std::size_t column = pixel % camera_.width, row = pixel / camera_.width;
+    return std::hypot(static_cast<double>(column) - camera_.principal_point[0],
+                      static_cast<double>(row) - camera_.principal_point[1]);
   }
   const tofgraph_camera& camera_;
   double width_ = 1;
