@@ -26,7 +26,9 @@ class Align : public testing::Test {
         "white, integration_time: 2 ms}\n");
   }
   Outcome run(const std::string& command) const { return shell(command, folder.path()); }
-  Outcome look() const { return run("timeout --preserve-status -s INT 3 \"$TOFGRAPH\" record --align --camera simulated:world.yaml"); }
+  Outcome look() const {
+    return run("timeout --preserve-status -s INT 3 \"$TOFGRAPH\" record --align --camera simulated:world.yaml");
+  }
   /// Depths in mm: top left, top right, bottom left, bottom right.
   static std::array<double, 4> corners(const std::string& text) {
     std::array<double, 4> c{};
