@@ -11,17 +11,6 @@
 namespace tofgraph::calibration {
 namespace {
 
-LensParameters lens_of(const tofgraph_camera& camera) {
-  LensParameters p{};
-  p[lens::fx] = camera.focal_px[0];
-  p[lens::fy] = camera.focal_px[1];
-  p[lens::cx] = camera.principal_point[0];
-  p[lens::cy] = camera.principal_point[1];
-  constexpr lens::Parameter order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
-  for (std::size_t i = 0; i < std::size(order); ++i) p[order[i]] = camera.distortion[i];
-  return p;
-}
-
 /// p_world = R^T (p_camera - t).
 Pose inverse_of(const Pose& pose) {
   Pose inverse;

@@ -9,7 +9,6 @@
 #include "io/light_sources.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/robust.hpp>

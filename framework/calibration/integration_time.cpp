@@ -29,7 +29,8 @@ void check_enough(const Request& request, const Campaign& campaign, const Integr
                        format_quantity(times.places.back().distance, "m")));
 }
 
-/// Of a table of published optima, say: the one time of each target and distance, a line a target.
+/// Text lines, one for each target, with the single integration time of each distance, as tables of published optima
+/// have them.
 std::vector<std::string> given_times(const Boards& boards, const IntegrationTimes& times) {
   std::vector<std::string> lines = {"the optimum is the one integration time that each target and distance has here"};
   std::map<std::size_t, std::vector<std::string>> by_target;

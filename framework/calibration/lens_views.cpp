@@ -155,15 +155,9 @@ void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& se
   }
 }
 
-/// What the profile says of the lens, to begin with, and the paths of light where they are known.
+/// Sets the initial lens from the profile, and the paths of light where they are known.
 void use_profile(const tofgraph_camera& camera, Observations& observations) {
-  LensParameters lens{};
-  lens[lens::fx] = camera.focal_px[0];
-  lens[lens::fy] = camera.focal_px[1];
-  lens[lens::cx] = camera.principal_point[0];
-  lens[lens::cy] = camera.principal_point[1];
-  constexpr std::size_t order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
-  for (std::size_t i = 0; i < 5; ++i) lens[order[i]] = camera.distortion[i];
+  const LensParameters lens = lens_of(camera);
   const auto finite = [](double x) { return std::isfinite(x); };
   if (std::ranges::all_of(lens, finite) && lens[lens::fx] > 0 && lens[lens::fy] > 0) observations.expected = lens;
   if (!(camera.focal_length > 0 && camera.pitch[0] > 0 && camera.pitch[1] > 0)) return;
@@ -175,6 +169,17 @@ void use_profile(const tofgraph_camera& camera, Observations& observations) {
 }
 
 }  // namespace
+
+LensParameters lens_of(const tofgraph_camera& camera) {
+  LensParameters lens{};
+  lens[lens::fx] = camera.focal_px[0];
+  lens[lens::fy] = camera.focal_px[1];
+  lens[lens::cx] = camera.principal_point[0];
+  lens[lens::cy] = camera.principal_point[1];
+  constexpr std::size_t order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
+  for (std::size_t i = 0; i < 5; ++i) lens[order[i]] = camera.distortion[i];
+  return lens;
+}
 
 LensViews read_lens_views(const io::Campaign& campaign, const std::function<void(double share)>& progress) {
   LensViews all{.pattern = *campaign.pattern};

@@ -38,6 +38,9 @@ struct LensViews {
   std::string serial;
 };
 
+/// Lens of a camera's profile, px; without skew and rational terms.
+LensParameters lens_of(const tofgraph_camera& camera);
+
 /// Reads all conditions and finds the pattern, on all threads. Views that are the same are merged.
 /// @throws config::ConfigurationError captures that cannot be read, two serials or cameras, too few views with the
 /// pattern

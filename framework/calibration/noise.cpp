@@ -103,8 +103,8 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
     notes.emplace_back("the read noise cannot be seen beside the shot noise: it is taken as 0");
 }
 
-/// Where sigma is 5 % off in conditions that were left out, it must tell their noise better than the profile does. It
-/// may be as good as that: then the map of bad pixels is what is new.
+/// Errors of sigma in held-out conditions. If they exceed 5 %, the calibration must predict the noise better than the
+/// profile does; below that it may be as good, because the map of bad pixels is new.
 std::optional<HeldOutErrors> judged(const NoiseFit& fit) {
   const double before = std::abs(std::log(fit.by_profile)), after = std::abs(std::log(fit.held_out.value));
   if (!(after > 0.05) || !std::isfinite(before)) return std::nullopt;

@@ -25,7 +25,8 @@ constexpr std::size_t min_distances = 6;
 constexpr double min_error = 5e-3, min_spreads = 6;  // m; standard deviations
 constexpr double placing_sd = 0.3e-3;                // m, of where a board stands
 
-/// What a board's z - T may consist of, a column each, times the standard deviation that it is expected to have.
+/// Design matrix of the boards' depth errors z - T: one column for each smooth cause, scaled by its prior standard
+/// deviation.
 MatrixXd columns_of(const Boards& boards, double range) {
   const auto n = static_cast<Eigen::Index>(boards.boards.size());
   const auto targets = static_cast<Eigen::Index>(boards.targets.size());

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Whether the contrast is an unknown of a search: where the taps alone, before any effect, contradict the
-/// profile.
+/// @file Decision whether a search estimates the contrast: it does if the taps alone contradict the profile.
 #pragma once
 
 #include "diagnosis/design.hpp"
@@ -13,17 +12,16 @@
 
 namespace tofgraph::diagnosis {
 
-/// Whether amplitudes beside intensities show a contrast that is not the profile's: by more than 1 %, and much the same
-/// in the brighter half of the conditions, where what adds to the intensity alone, as ambient light, is least.
+/// True if the ratio of amplitude to intensity shows a contrast that differs from the profile's by more than 1 %,
+/// consistently over the brighter half of the conditions, where ambient light matters least.
 bool shows_another_contrast(const Design& design, const std::vector<Observations>& data);
 
 inline bool has_contrast(const Nuisances& nuisances) {
   return std::ranges::find(nuisances.sd, &Variances::contrast) != nuisances.sd.end();
 }
 
-/// Where the contrast is an unknown of a problem: puts the value that suits a fit of it in the place of the unknown of
-/// conditions that were put aside. The contrast is the camera's, as effects are; were it fitted to these conditions
-/// once more, with an effect and without, it would follow what else they have, as boards that are not flat.
+/// Fixes the contrast of held-out conditions at the value of a fit that estimated it. Fitted to the held-out conditions
+/// again, it would absorb other errors in them, such as boards that are not flat.
 void hold_contrast(FoldProblem& held, const Problem& fitted, const State& state);
 
 }  // namespace tofgraph::diagnosis

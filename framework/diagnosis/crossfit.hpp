@@ -21,7 +21,7 @@ namespace tofgraph::diagnosis {
 struct FoldResult {
   Fold fold;
   std::vector<std::string> chosen = {};  ///< effects that were added
-  State state = {};                      ///< of the model that was fitted without what is put aside
+  State state = {};                      ///< of the model fitted without the held-out conditions
   std::vector<OutOfFold> conditions = {};
   std::string failed = {};    ///< why it gave no number, or empty
   bool time_expired = false;  ///< whether time ended before it gave one

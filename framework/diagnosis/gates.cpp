@@ -15,9 +15,9 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double least_capture = 0.8;    ///< of the gain of the best generic pattern that the effect lowers
-constexpr double least_of_proved = 0.5;  ///< likewise, of an effect that folds proved
-constexpr double lowered = 0.2;          ///< of a pattern's gain: what falls by less has other reasons
+constexpr double min_explained = 0.8;         ///< share of the best generic pattern's gain that an effect must reach
+constexpr double min_explained_proved = 0.5;  ///< the same for an effect that cross-fitting proved
+constexpr double lowered = 0.2;               ///< of a pattern's gain: what falls by less has other reasons
 
 }  // namespace
 
@@ -87,7 +87,7 @@ Found Gates::examined(const Base& best, const Base& less, const PatternScan& lef
   } else if (importance(problem_, group.columns[0]) <= 1 &&
              !(nothing_left && left_of(problem_, less.fit, less.columns) >= diagnosis::explained)) {
     found.refutation = too_small;  // unless the data ask for it: without it something is left, with it nothing
-  } else if (found.capture < (proved ? least_of_proved : least_capture)) {
+  } else if (found.capture < (proved ? min_explained_proved : min_explained)) {
     found.refutation = fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.capture);
   }
   return found;
