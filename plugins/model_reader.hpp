@@ -34,7 +34,7 @@ class ModelReader {
                          : simulation::load_model(file, registry(), diagnostics),
                 {}};
       made.effects = simulation::make_effects(made.model, camera, diagnostics, host());
-      simulation::look_closely(made.model, camera, diagnostics);
+      simulation::validate_effects(made.model, camera, diagnostics);
       use_files(setup, made.model, made.effects);
       pass_on(diagnostics);
       if (diagnostics.ok()) return made;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the house to its plan: no arrow from a lower room to a higher one, no long file, no long function, no old name.
+"""Holds the house to its plan: no arrow from a lower room to a higher one, no long function, no old name.
 
     tests/rooms.py [--build BUILD] [--root ROOT] [--dot]
 
 Arrows are the includes in the sources and the links that CMake writes to BUILD/rooms.txt; --dot prints them as a graph.
-Prints each breach and exits with 1 when there is any. Sources are the files that git knows; all in the folders of
+Prints each breach and exits with 1 when there is any; warns of long files. Sources are the files that git knows; all in the folders of
 sources where the tree is no git repository.
 """
 
@@ -20,18 +20,29 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each may use those before it.
 ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "simulation/files", "recording",
-         "simulation", "report", "calibration", "diagnosis", "cli"]
+         "simulation", "report", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
+         "diagnosis/report", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "simulation/files", "simulation"}
 DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli what their commands are asked for
 FOLDERS = ["framework", "plugins", "devices", "tests"]  # of sources
-MAX_FILE_LINES, MAX_FUNCTION_LINES = 350, 60
-# Names that were replaced by the field's own. framework/diagnosis still has its old ones.
+LONG_FILE_LINES = 350  # a warning: a limit makes fragments
+MAX_FUNCTION_LINES = 60
+# Names that were replaced by the field's own: identifiers of all rooms, of the gap search alone, and names of files.
 OLD_NAMES = re.compile(
-    r"\b(Catalogue|WrittenNodes|SourceExit|fallback|Shot|shine|develop|Uncleared|why_not_writable|usual_limit|mood|"
-    r"look_at_plugin_path|reflected|Variances|brighten|brightening|InLightOf|own_columns|importance|least_change|"
-    r"worth_a_name|beyond_wandering|HeldOutFall|hardly_differ|guilty|take_out_jitter|carriers|"
-    r"(?:most|least|greatest|farthest)_\w+)\b|\bis no (?!longer\b|such\b)")
+    r"\b(Catalogue|WrittenNodes|SourceExit|fallback|Shot|shine|shine_(?:at|again)|develop|Uncleared|why_not_writable|"
+    r"usual_limit|mood|look_at_plugin_path|reflected|worth_a_name|beyond_wandering|(?:InLightOf|brighten)\w*|"
+    r"mutable_problem|own_columns|Variances|Silence|silence_of\w*|Standing|holds_zero|told_of_\w+|looseness\w*|unproved|"
+    r"ruined|is_ruined|HeldOutFall|is_proof|is_rise|importance|least_change|drop_needless|carriers|guilty|take_out_jitter|"
+    r"hardly_differ|BoardShapes|Residue\w*|residue_of|wander\w*|Allowances|Piece|structure_rank|lens_judgement|one_camera|"
+    r"overtaken\w*|Leaving|Told|Token|Hashing|tell_(?:crashes|hidden|strays)|spares_inputs|look_closely|EffectFate|try_main|"
+    r"(?:most|least|greatest|farthest)_\w+|say(?=\())\b|\bis no (?!longer\b|such\b)")
+OLD_NAMES_OF_SEARCH = re.compile(
+    r"\b(Apart|apart|Part|Share|Tried|Places|Fall|fall_of|Found|Base|residue|allowed|examined|standing|told|silence|"
+    r"correct|correction|worth|leap\w*|grow|settle|settled|take(?=\()|Shapes|sizes)\b|"
+    r"(?<=[.>])(?:shape|capture(?=[;,)} ]))|(?<=state\.)light\b|(?<=State\.)light\b")
+OLD_FILES = re.compile(r"/(?:told|standing|apart|part|places|proof|found|shares|boards|by_condition|one_camera|lens_judgement|"
+                       r"say|overtaken|try_main)\.[ch]pp$|calibration/board\.[ch]pp$")
 
 
 def without_comments_and_strings(text):
@@ -122,24 +133,38 @@ def long_functions(text):
             yield first + 1, end - first + 1
 
 
+def old_names(file, text, code):
+    """(line, name) of names that were replaced."""
+    search = file.parts[1] == "diagnosis" and len(file.parts) > 2 and file.parts[2] in ("model", "search")
+    for number, (plain, line) in enumerate(zip(code.split("\n"), text.split("\n")), 1):
+        found = OLD_NAMES.search(plain) or (search and OLD_NAMES_OF_SEARCH.search(plain))
+        found = found or re.search(r"(?<!there )\bis no (?!longer\b|such\b)", line)
+        if found:
+            yield number, found.group(0)
+
+
 def breaches(build):
     for room, target, place in [*include_arrows(), *link_arrows(build)]:
         if not allowed(room, target):
             yield f"{place}: {room} uses {target}"
     for file in sources("*.[ch]pp", "*.h"):
         text = (ROOT / file).read_text()
-        lines = text.count("\n")
-        if lines > MAX_FILE_LINES:
-            yield f"{file}: {lines} lines, at most {MAX_FILE_LINES}"
         code = without_comments_and_strings(text)
         if file.parts[0] in ("framework", "plugins", "devices"):
             for line, length in long_functions(code):
                 yield f"{file}:{line}: a function of {length} lines, at most {MAX_FUNCTION_LINES}"
-        if file.parts[0] == "framework" and file.parts[1] != "diagnosis":
-            for number, (plain, line) in enumerate(zip(code.split("\n"), text.split("\n")), 1):
-                found = OLD_NAMES.search(plain) or re.search(r"(?<!there )\bis no (?!longer\b|such\b)", line)
-                if found:
-                    yield f"{file}:{number}: '{found.group(0)}' is an old name"
+        if file.parts[0] == "framework":
+            if OLD_FILES.search(str(file)):
+                yield f"{file}: an old name"
+            for line, name in old_names(file, text, code):
+                yield f"{file}:{line}: '{name}' is an old name"
+
+
+def long_files():
+    for file in sources("*.[ch]pp", "*.h"):
+        lines = (ROOT / file).read_text().count("\n")
+        if lines > LONG_FILE_LINES:
+            yield f"warning: {file}: {lines} lines; does it hold more than one idea?"
 
 
 def main():
@@ -159,8 +184,8 @@ def main():
         print("}")
         return 0
     found = list(breaches(build))
-    for breach in found:
-        print(breach)
+    for line in [*found, *long_files()]:
+        print(line)
     return 1 if found else 0
 
 

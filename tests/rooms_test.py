@@ -15,7 +15,8 @@ SCRIPT = pathlib.Path(__file__).resolve().parent / "rooms.py"
 GOOD = {
     "framework/graph/graph.cpp": '#include "io/frame.hpp"\n#include <tofgraph/plugin.h>\n\nint f() { return 0; }\n',
     "framework/io/frame.hpp": "#pragma once\n",
-    "framework/diagnosis/search.cpp": '#include "graph/graph.hpp"\nint fallback;\n',
+    "framework/diagnosis/search/search.cpp": '#include "diagnosis/model/fit.hpp"\n#include "graph/graph.hpp"\n',
+    "framework/diagnosis/model/fit.hpp": "#pragma once\n",
     "plugins/filters/crop.cpp": '#include "physics/lens.hpp"\n',
     "tests/unit/long_enough_test.cpp": "\n" * 350,
     "build/rooms.txt": "tofgraph_graph:tofgraph_io;tofgraph_config\ntofgraph_io:tofgraph_config\n",
@@ -92,17 +93,46 @@ class Rooms(unittest.TestCase):
         self.write("plugins/filters/crop.cpp", "struct Crop {\n" + body + "};\n")
         self.expect("plugins/filters/crop.cpp:2: a function of 70 lines, at most 60")
 
-    def test_a_long_file(self):
-        self.write("tests/unit/long_enough_test.cpp", "\n" * 351)
-        self.expect("tests/unit/long_enough_test.cpp: 351 lines, at most 350")
+    def test_a_long_file_is_a_warning(self):
+        self.write("devices/camera/driver.h", "\n" * 351)
+        self.assertEqual(self.said(),
+                         (0, "warning: devices/camera/driver.h: 351 lines; does it hold more than one idea?\n"))
 
-    def test_a_long_header_of_a_device(self):
-        self.write("devices/camera/driver.h", "\n" * 400)
-        self.expect("devices/camera/driver.h: 400 lines, at most 350")
+    def test_a_lower_room_of_the_search(self):
+        self.write("framework/diagnosis/model/fit.hpp", '#include "diagnosis/search/gates.hpp"\n')
+        self.expect("framework/diagnosis/model/fit.hpp:1: diagnosis/model uses diagnosis/search")
 
     def test_an_old_name(self):
         self.write("framework/io/frame.cpp", "// in a comment fallback is a word\nint fallback = 1;\n")
         self.expect("framework/io/frame.cpp:2: 'fallback' is an old name")
+
+    def test_old_names_of_the_search(self):
+        """Each left column of the table of standard names, as far as a word can be an identifier."""
+        everywhere = """Silence silence_of Standing holds_zero told_of_values looseness unproved ruined is_proof is_rise
+            own_columns brighten brightening Variances least_change importance drop_needless carriers guilty
+            take_out_jitter hardly_differ BoardShapes Residue wander Allowances Piece structure_rank most_effects
+            least_chosen greatest_time farthest_board lens_judgement one_camera overtaken Leaving Told Token Hashing
+            tell_crashes tell_hidden tell_strays spares_inputs look_closely EffectFate shine_at shine_again try_main
+            mutable_problem InLightOf InLightOfOne""".split()
+        search = """told standing Apart apart Part Share Tried Places Fall Found Base residue allowed examined worth leap
+            grow settle correct correction Shapes sizes""".split()
+        lines = [f"int {name} = 1;" for name in [*everywhere, *search]]
+        self.write("framework/io/frame.cpp", "\n".join(lines))
+        self.write("framework/diagnosis/search/search.cpp", "\n".join(
+            lines + ["x = state.light[0];", "if (p.shape) {", "a = found.capture;", "take(fit);", "say(text);"]))
+        files = ["framework/" + file for file in """calibration/board.hpp calibration/boards.hpp calibration/lens_judgement.hpp
+            calibration/one_camera.cpp cli/try_main.cpp config/overtaken.hpp config/say.hpp diagnosis/boards.hpp
+            diagnosis/by_condition.hpp diagnosis/found.hpp diagnosis/part.hpp diagnosis/places.cpp diagnosis/proof.hpp
+            diagnosis/search/apart.hpp diagnosis/shares.hpp diagnosis/standing.cpp diagnosis/told.hpp""".split()]
+        for file in files:
+            self.write(file, "")
+        names = [*everywhere, *search, "light", "shape", "capture", "take", "say"]
+        expected = [f"{file}: an old name" for file in files]
+        expected += [f"framework/diagnosis/search/search.cpp:{line}: '{name}' is an old name"
+                     for line, name in enumerate(names, 1)]
+        expected += [f"framework/io/frame.cpp:{line}: '{name}' is an old name" for line, name in enumerate(everywhere, 1)]
+        code, said = self.said()
+        self.assertEqual((code, sorted(said.splitlines())), (1, sorted(expected)))
 
     def test_an_old_word_in_a_message(self):
         self.write("framework/io/frame.cpp", 'auto a = "there is no file", b = "is no longer", c = "is no such file";\n')
@@ -113,9 +143,9 @@ class Rooms(unittest.TestCase):
     def test_all_at_once(self):
         self.write("framework/io/frame.hpp", '#include "graph/graph.hpp"\n' + function(62) + "int mood;\n" + "\n" * 400)
         self.expect("framework/io/frame.hpp:1: io uses graph",
-                    "framework/io/frame.hpp: 464 lines, at most 350",
                     "framework/io/frame.hpp:2: a function of 62 lines, at most 60",
-                    "framework/io/frame.hpp:64: 'mood' is an old name")
+                    "framework/io/frame.hpp:64: 'mood' is an old name",
+                    "warning: framework/io/frame.hpp: 464 lines; does it hold more than one idea?")
 
     def test_arrows_as_a_graph(self):
         code, said = self.said("--dot")

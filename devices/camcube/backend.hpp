@@ -82,7 +82,7 @@ class Backend {
   /// Each frame says its own. @throws Fault
   virtual void set_integration_time(double) {}
   /// Frames that came faster than they were read, so far.
-  virtual std::uint64_t overtaken() const { return 0; }
+  virtual std::uint64_t lost_frames() const { return 0; }
   /// Makes a running read() return soon. [any thread]
   virtual void stop() noexcept {}
 };

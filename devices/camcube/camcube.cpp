@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "config/json_text.hpp"
-#include "config/overtaken.hpp"
+#include "config/lost_frames.hpp"
 #include "config/quantity.hpp"
 #include "devices/camcube/backend.hpp"
 #include "devices/camcube/camcube_parameters.hpp"
@@ -61,7 +61,7 @@ struct CamCube final : CamCubeParameters {
 
   void finish() {
     camera_->close();
-    if (const std::uint64_t frames = camera_->overtaken(); frames != 0) warn(config::overtaken_text(frames));
+    if (const std::uint64_t frames = camera_->lost_frames(); frames != 0) warn(config::lost_frames_text(frames));
   }
   void stop() {
     stopped_ = true;

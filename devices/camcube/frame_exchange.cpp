@@ -23,7 +23,7 @@ void FrameExchange::offer(RawFrame& frame) {
       MaybeFault before = std::exchange(waiting_[first_].before, std::nullopt);
       first_ = (first_ + 1) % waiting_.size();
       --count_;
-      ++overtaken_;
+      ++lost_frames_;
       MaybeFault& next = count_ == 0 ? last_fault_ : waiting_[first_].before;
       merge(before, std::exchange(next, std::nullopt));
       next = std::move(before);
@@ -74,9 +74,9 @@ void FrameExchange::clear() {
   first_ = count_ = 0;
 }
 
-std::uint64_t FrameExchange::overtaken() const {
+std::uint64_t FrameExchange::lost_frames() const {
   const std::scoped_lock lock(mutex_);
-  return overtaken_;
+  return lost_frames_;
 }
 
 }  // namespace tofgraph::camcube

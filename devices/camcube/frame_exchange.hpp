@@ -48,7 +48,7 @@ class FrameExchange {
   /// Forgets frames and faults, for a new beginning.
   void clear();
   /// Frames that made room, as nobody read them in time.
-  std::uint64_t overtaken() const;
+  std::uint64_t lost_frames() const;
 
  private:
   using MaybeFault = std::optional<std::pair<std::string, bool>>;  // text, device lost: an exception has one thread
@@ -63,7 +63,7 @@ class FrameExchange {
   std::vector<Waiting> waiting_;  // a ring
   std::size_t first_ = 0, count_ = 0;
   MaybeFault last_fault_;  // behind the last frame
-  std::uint64_t overtaken_ = 0;
+  std::uint64_t lost_frames_ = 0;
   bool woken_ = false;
 };
 

@@ -14,7 +14,7 @@ namespace tofgraph::camcube {
 namespace {
 
 constexpr std::size_t waiting_frames = 4;
-constexpr auto least_pause = std::chrono::milliseconds(5);  ///< between two calls that bring nothing
+constexpr auto min_pause = std::chrono::milliseconds(5);  ///< between two calls that bring nothing
 
 std::size_t bytes_of(const RawSourceData& layout, bool images) {
   return images ? 4 * layout.pixels() * sizeof(float) : layout.frame_bytes();
@@ -120,7 +120,7 @@ void PmdSession::work() {
       const auto start = std::chrono::steady_clock::now();
       const int result = update(handle_);
       if (result == pmd::timed_out) {  // whoever waits for the frame knows for how long
-        std::this_thread::sleep_until(start + least_pause);
+        std::this_thread::sleep_until(start + min_pause);
         continue;
       }
       if (result == pmd::disconnected)

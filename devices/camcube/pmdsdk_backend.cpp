@@ -72,7 +72,7 @@ class PmdSdk final : public Backend {
 
   void close() noexcept override {
     if (session_) {
-      overtaken_ += session_->frames().overtaken();
+      lost_frames_ += session_->frames().lost_frames();
       if (!PmdSession::close(session_)) stuck_ = session_;
     }
     session_.reset();
@@ -82,7 +82,7 @@ class PmdSdk final : public Backend {
   std::string why_not_adjustable() const override { return {}; }
   void set_integration_time(double time) override { session_->change_integration_time(time); }
 
-  std::uint64_t overtaken() const override { return overtaken_ + (session_ ? session_->frames().overtaken() : 0); }
+  std::uint64_t lost_frames() const override { return lost_frames_ + (session_ ? session_->frames().lost_frames() : 0); }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {
     if (!started_) session_->start();
@@ -174,7 +174,7 @@ class PmdSdk final : public Backend {
   std::shared_ptr<PmdSession> session_;
   std::weak_ptr<PmdSession> stuck_;  // closed, but its thread waits in the library
   RawFrame frame_;
-  std::uint64_t overtaken_ = 0;
+  std::uint64_t lost_frames_ = 0;
   bool started_ = false, told_ = false;
 };
 

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "devices/camcube/frame_exchange.hpp"
 #include "devices/camcube/raw_output.hpp"
 #include "io/captures/capture.hpp"
@@ -23,7 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // Of the pace, ns: a pause may be as long as so many periods, and in any case so long.
-constexpr std::int64_t periods_in_a_pause = 10, least_longest_pause = 5'000'000'000;
+constexpr std::int64_t periods_in_a_pause = 10, min_longest_pause = 5'000'000'000;
 constexpr std::int64_t longest_period = 86400 * 1'000'000'000LL;
 
 /// A recording, as a camera that gives its frames again.
@@ -226,7 +226,7 @@ class Replay final : public Backend {
     std::ranges::sort(forward);
     const std::int64_t nominal = std::isfinite(period_) ? std::llround(period_ * 1e9) : 0;
     const std::int64_t typical = forward.empty() ? nominal : std::min(forward[forward.size() / 2], longest_period);
-    const std::int64_t longest = std::max(periods_in_a_pause * typical, least_longest_pause);
+    const std::int64_t longest = std::max(periods_in_a_pause * typical, min_longest_pause);
     const auto back = std::ranges::count_if(pauses_, [](std::int64_t pause) { return pause < 0; });
     const auto cut = std::ranges::count_if(pauses_, [&](std::int64_t pause) { return pause > longest; });
     for (std::int64_t& pause : pauses_) pause = std::clamp<std::int64_t>(pause, 0, longest);

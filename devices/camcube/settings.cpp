@@ -12,17 +12,17 @@ namespace tofgraph::camcube {
 
 namespace {
 
-double least_time(const Settings& settings) {
+double min_time(const Settings& settings) {
   return std::isfinite(settings.integration_range[0]) ? settings.integration_range[0] : 1e-6;
 }
-double greatest_time(const Settings& settings) {
+double max_time(const Settings& settings) {
   return std::isfinite(settings.integration_range[1]) ? settings.integration_range[1] : 1;
 }
 
 }  // namespace
 
 double nearest_integration_time(const Settings& settings, double time) {
-  return std::round(std::clamp(time, least_time(settings), greatest_time(settings)) * 1e6) * 1e-6;
+  return std::round(std::clamp(time, min_time(settings), max_time(settings)) * 1e6) * 1e-6;
 }
 
 void check_integration_time(const Settings& settings) {
@@ -33,8 +33,8 @@ void check_integration_time(const Settings& settings) {
         fmt::format("{} is not valid for the camera '{}', which has whole microseconds from {} to {}; the "
                     "nearest valid time is {}",
                     config::format_quantity(wanted, "s"), settings.camera,
-                    config::format_quantity(least_time(settings), "s"),
-                    config::format_quantity(greatest_time(settings), "s"), config::format_quantity(nearest, "s")));
+                    config::format_quantity(min_time(settings), "s"),
+                    config::format_quantity(max_time(settings), "s"), config::format_quantity(nearest, "s")));
 }
 
 }  // namespace tofgraph::camcube

@@ -96,7 +96,7 @@ class Usb final : public Backend {
     if (transport_) transport_->post([this, values] { device_->command("integration_time", values); });
   }
 
-  std::uint64_t overtaken() const override { return frames_.overtaken(); }
+  std::uint64_t lost_frames() const override { return frames_.lost_frames(); }
   void stop() noexcept override { frames_.wake(); }
 
  private:

@@ -225,16 +225,16 @@ void UsbDevice::transfer(const std::string& name, const Step& step, const Comman
   } else {
     result = libusb_bulk_transfer(handle_, step.bulk, data.data(), static_cast<int>(data.size()), &sent, answer_ms);
   }
-  const auto say = [&](const std::string& what, bool lost) {
+  const auto print_message = [&](const std::string& what, bool lost) {
     throw Fault(fmt::format("{}: the command '{}' {}", camera_.text(), name, what), lost);
   };
-  if (result == LIBUSB_ERROR_TIMEOUT) say(fmt::format("was not answered within {} ms", answer_ms), true);
-  if (result == LIBUSB_ERROR_PIPE) say("is refused by the camera", true);
-  if (result < 0) say("failed: " + problem_text(result), true);
+  if (result == LIBUSB_ERROR_TIMEOUT) print_message(fmt::format("was not answered within {} ms", answer_ms), true);
+  if (result == LIBUSB_ERROR_PIPE) print_message("is refused by the camera", true);
+  if (result < 0) print_message("failed: " + problem_text(result), true);
   const bool right =
       data.size() >= step.answer.size() && std::equal(step.answer.begin(), step.answer.end(), data.begin());
   if (!step.answer.empty() && !right)
-    say(fmt::format("is answered by {:02x}, the protocol description {} expects {:02x}", fmt::join(data, " "),
+    print_message(fmt::format("is answered by {:02x}, the protocol description {} expects {:02x}", fmt::join(data, " "),
                     protocol_.file.string(), fmt::join(step.answer, " ")),
         true);
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/campaign_checks.hpp"
 
-#include "calibration/one_camera.hpp"
+#include "calibration/camera_identity.hpp"
 #include "calibration/plausibility.hpp"
 
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 /// cameras, boards that were corrected already.
 #pragma once
 
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
 #include "calibration/board_phasors.hpp"
 #include "io/campaign.hpp"
 

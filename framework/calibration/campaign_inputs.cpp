@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/campaign_inputs.hpp"
 
-#include "calibration/one_camera.hpp"
+#include "calibration/camera_identity.hpp"
 #include "config/quantity.hpp"
 #include "io/captures/capture.hpp"
 #include "io/sha256.hpp"

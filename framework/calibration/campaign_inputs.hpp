@@ -3,7 +3,7 @@
 /// @file What every calibration from boards begins and ends with.
 #pragma once
 
-#include "calibration/boards.hpp"
+#include "calibration/board_measurements.hpp"
 #include "calibration/calibrate.hpp"
 
 #include <string>

@@ -3,7 +3,7 @@
 /// @file The mean of the frames of one condition, read once, one frame in memory.
 #pragma once
 
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
 #include "io/camera.hpp"
 #include "io/captures/recording.hpp"
 

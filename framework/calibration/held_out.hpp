@@ -3,7 +3,7 @@
 /// @file How well an offset table tells what it was not made from: one level of one axis at a time is left out.
 #pragma once
 
-#include "calibration/boards.hpp"
+#include "calibration/board_measurements.hpp"
 #include "calibration/interval.hpp"
 
 #include <tofgraph/physics/offset_table.hpp>

@@ -3,7 +3,7 @@
 /// @file Numbers with an interval that says how far a new campaign may differ.
 #pragma once
 
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
 
 #include <map>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The view that lowers the projection uncertainty most.
-#include "calibration/lens_judgement.hpp"
 #include "calibration/lens_linearisation.hpp"
+#include "calibration/lens_validation.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether the residuals have a pattern that the fitted model cannot make: Rao's score test on further terms.
-#include "calibration/lens_judgement.hpp"
 #include "calibration/lens_linearisation.hpp"
+#include "calibration/lens_validation.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>

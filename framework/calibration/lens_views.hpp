@@ -3,9 +3,9 @@
 /// @file The views of a campaign for a lens: images averaged over frames, the pattern found in them, distances of it.
 #pragma once
 
+#include "calibration/camera_identity.hpp"
 #include "calibration/corners.hpp"
-#include "calibration/lens_judgement.hpp"
-#include "calibration/one_camera.hpp"
+#include "calibration/lens_validation.hpp"
 #include "io/campaign.hpp"
 
 #include <functional>

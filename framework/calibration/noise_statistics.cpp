@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "calibration/camera_identity.hpp"
 #include "calibration/frame_mean.hpp"
 #include "calibration/noise.hpp"
-#include "calibration/one_camera.hpp"
 #include "config/quantity.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 /// @file Boards that did not stand where the campaign says.
 #pragma once
 
-#include "calibration/boards.hpp"
+#include "calibration/board_measurements.hpp"
 
 #include <vector>
 

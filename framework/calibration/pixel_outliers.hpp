@@ -3,7 +3,7 @@
 /// @file Rejection of pixels that are unlike their neighbours, before anything is averaged over pixels.
 #pragma once
 
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
 
 #include <cstddef>
 #include <span>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/plane_evaluation.hpp"
 
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
 #include "calibration/frame_mean.hpp"
 #include "io/captures/capture.hpp"
 #include "io/serial.hpp"

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An evaluation against planes as text, as JSON and as a page.
 #include "calibration/plane_evaluation.hpp"
+#include "config/log.hpp"
 #include "config/quantity.hpp"
-#include "config/say.hpp"
 #include "report/plot.hpp"
 
 #include <fmt/format.h>

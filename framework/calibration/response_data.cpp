@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/board.hpp"
+#include "calibration/board_measurement.hpp"
+#include "calibration/camera_identity.hpp"
 #include "calibration/frame_mean.hpp"
-#include "calibration/one_camera.hpp"
 #include "calibration/response.hpp"
 
 #include <fmt/format.h>

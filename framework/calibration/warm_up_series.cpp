@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/one_camera.hpp"
+#include "calibration/camera_identity.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/diagnostics.hpp"
 #include "io/captures/recording.hpp"

@@ -5,8 +5,8 @@
 #include "cli/notes.hpp"
 #include "cli/progress.hpp"
 #include "config/diagnostics.hpp"
+#include "config/log.hpp"
 #include "config/quantity.hpp"
-#include "config/say.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -117,7 +117,7 @@ int calibrate(const CalibrateArguments& arguments) {
   std::vector<std::string> written;
   for (const fs::path& file : calibration::outputs_of(kind, arguments.out)) written.push_back(file.string());
   std::ranges::reverse(written);
-  config::say(fmt::format("{}\nwrote {}", result.summary, fmt::join(written, ", ")));
+  config::print_message(fmt::format("{}\nwrote {}", result.summary, fmt::join(written, ", ")));
   return 0;
 }
 

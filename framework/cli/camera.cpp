@@ -62,8 +62,8 @@ int new_camera(const CameraArguments& arguments, const Common& common) {
   const io::CameraFolder made = simulation::make_camera_folder(folder, arguments.name, *profile, arguments.serial,
                                                                graph::PluginRegistry(common.plugin_folders));
   if (!common.quiet)
-    say(fmt::format("made {}\n  in a pipeline: camera: {}", made.folder.string(),
-                    arguments.folder.empty() ? arguments.name : made.folder.string()));
+    print_message(fmt::format("made {}\n  in a pipeline: camera: {}", made.folder.string(),
+                              arguments.folder.empty() ? arguments.name : made.folder.string()));
   return done;
 }
 
@@ -100,10 +100,11 @@ int add_to_camera(const CameraArguments& arguments, const Common& common) {
   const std::vector<std::string> remarks =
       simulation::add_calibrations(folder, files, options, graph::PluginRegistry(common.plugin_folders));
   if (common.quiet) return done;
-  for (const std::string& remark : remarks) say("note: " + remark);
+  for (const std::string& remark : remarks) print_message("note: " + remark);
   for (const std::string& note : folder.notes)
-    if (std::ranges::find(before, note) == before.end()) say("note: " + note);
-  say(fmt::format("{} has {}", folder.folder.string(), config::counted(folder.entries.size() - 1, "calibration")));
+    if (std::ranges::find(before, note) == before.end()) print_message("note: " + note);
+  print_message(
+      fmt::format("{} has {}", folder.folder.string(), config::counted(folder.entries.size() - 1, "calibration")));
   return done;
 }
 

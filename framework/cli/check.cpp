@@ -97,14 +97,14 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
     config::Diagnostics diagnostics;
     const std::string said = kind.check(document, diagnostics, common);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
-    if (!common.quiet) say(fmt::format("{}: {}", arguments.pipeline, said));
+    if (!common.quiet && !diagnostics.all().empty()) print_message(diagnostics.text());
+    if (!common.quiet) print_message(fmt::format("{}: {}", arguments.pipeline, said));
     return done;
   }
   const auto graph = build(document, arguments, common, force);
   if (!common.quiet)
-    say(fmt::format("{}: the pipeline is valid, {}", arguments.pipeline,
-                    config::counted(graph->nodes().size(), "node")));
+    print_message(fmt::format("{}: the pipeline is valid, {}", arguments.pipeline,
+                              config::counted(graph->nodes().size(), "node")));
   return done;
 }
 

@@ -3,7 +3,7 @@
 /// @file The commands: each adds itself to the command line and gives back its exit code.
 #pragma once
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "graph/graph.hpp"
 
 #include <filesystem>
@@ -17,7 +17,7 @@ class App;
 
 namespace tofgraph::cli {
 
-using config::say;
+using config::print_message;
 
 inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
 
@@ -66,7 +66,7 @@ struct PipelineArguments {
 int run_module(const std::string& name, const void* arguments);
 
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
-void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");
+void warn_shadowed(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");
 
 /// Builds the graph; warnings are printed. @throws config::ConfigurationError with every mistake
 std::unique_ptr<graph::Graph> build(const config::Value& document, const PipelineArguments& arguments,

@@ -171,7 +171,7 @@ int describe(const std::string& name, bool as_json, const Common& common) {
   }
   const json plugin = registry.describe({*file}).at(file->path.string());
   if (plugin.contains("error")) throw config::ConfigurationError("error: " + plugin["error"].get<std::string>());
-  tell_hidden(registry, common, name);
+  warn_shadowed(registry, common, name);
   if (as_json)
     fmt::print("{}\n", config::json_text(plugin, 2));
   else

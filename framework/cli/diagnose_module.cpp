@@ -5,8 +5,8 @@
 #include "config/diagnostics.hpp"
 #include "config/json_text.hpp"
 #include "config/quantity.hpp"
-#include "diagnosis/diagnosis.hpp"
-#include "diagnosis/gap_report.hpp"
+#include "diagnosis/diagnose.hpp"
+#include "diagnosis/report/gap_report.hpp"
 #include "io/output_files.hpp"
 
 #include <fmt/chrono.h>
@@ -125,7 +125,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.resample = arguments.resample;
   options.search.seed = arguments.seed;
   options.warn = [&](const std::string& text) {
-    if (!arguments.quiet) say(text);
+    if (!arguments.quiet) print_message(text);
   };
   options.progress = [&](double share, const std::string& what) { bar.show(share, what); };
   std::unique_ptr<diagnosis::Diagnosis> result;
@@ -141,7 +141,7 @@ int diagnose(const DiagnoseArguments& arguments) {
                     std::chrono::duration<double>(end - begin).count()};
   const fs::path out(arguments.out);
   write_outputs(*result, out);
-  if (!arguments.quiet) say(fmt::format("{}\nwrote {}", diagnosis::summary(*result), written(out)));
+  if (!arguments.quiet) print_message(fmt::format("{}\nwrote {}", diagnosis::summary(*result), written(out)));
   return 0;
 }
 

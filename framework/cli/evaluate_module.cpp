@@ -43,7 +43,7 @@ int evaluate(const EvaluateArguments& arguments) {
   fmt::print("{}", calibration::evaluation_table(result));
   if (arguments.quiet) return 0;
   say_notes(result.now.notes);
-  config::say(fmt::format("wrote {} and {}", (out / page_name).string(), (out / json_name).string()));
+  config::print_message(fmt::format("wrote {} and {}", (out / page_name).string(), (out / json_name).string()));
   return 0;
 }
 

@@ -34,7 +34,7 @@ int gallery(const GalleryArguments& arguments) {
       registry, camera->view(), arguments.out,
       {arguments.light == "physical", [&](double share) { progress.show(share, "effects"); }});
   progress.finish();
-  if (!arguments.quiet) say(fmt::format("wrote {}: {}", arguments.out, config::counted(effects, "effect")));
+  if (!arguments.quiet) print_message(fmt::format("wrote {}: {}", arguments.out, config::counted(effects, "effect")));
   return 0;
 }
 

@@ -85,7 +85,7 @@ void compare_cameras() {
 }
 
 /// Files in the folders of plugins that no plugin is called like, one remark a folder.
-void tell_strays(const Common& common) {
+void warn_unrecognised(const Common& common) {
   for (const auto& folder : common.plugin_folders) {
     std::vector<std::string> strays;
     std::error_code error;
@@ -94,7 +94,7 @@ void tell_strays(const Common& common) {
     }
     std::ranges::sort(strays);
     if (strays.empty()) continue;
-    say(fmt::format(
+    print_message(fmt::format(
         "warning: {}: ignored, because a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
         "effect): {}",
         folder.string(), fmt::join(strays, ", ")));
@@ -111,7 +111,7 @@ void print(const json& list, bool with_files) {
       const std::string text = entry.contains("error") ? "cannot be used" : entry["summary"].get<std::string>();
       fmt::print("  {:28} {}\n", entry["name"].get<std::string>(),
                  with_files ? entry["file"].get<std::string>() : text);
-      if (entry.contains("error")) say(fmt::format("warning: {}", entry["error"].get<std::string>()));
+      if (entry.contains("error")) print_message(fmt::format("warning: {}", entry["error"].get<std::string>()));
     }
   }
 }
@@ -133,8 +133,8 @@ int list(const std::string& what, bool as_json, bool compare, const Common& comm
   if (what == "plugins") {
     for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
   }
-  if (what != "cameras" && !common.quiet) tell_strays(common);
-  if (what != "cameras") tell_hidden(graph::PluginRegistry(common.plugin_folders), common);
+  if (what != "cameras" && !common.quiet) warn_unrecognised(common);
+  if (what != "cameras") warn_shadowed(graph::PluginRegistry(common.plugin_folders), common);
   if (as_json)
     fmt::print("{}\n", config::json_text(entries, 2));
   else

@@ -22,8 +22,8 @@ int with_output_written(int code) {
   errno = 0;
   const bool written = std::cout.flush().good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
   if (written || code != done) return code;
-  say(fmt::format("tofgraph: error: standard output cannot be written{}{}", errno != 0 ? ": " : "",
-                  errno != 0 ? std::strerror(errno) : ""));
+  print_message(fmt::format("tofgraph: error: standard output cannot be written{}{}", errno != 0 ? ": " : "",
+                            errno != 0 ? std::strerror(errno) : ""));
   return failed;
 }
 
@@ -44,11 +44,11 @@ void PipelineArguments::add_to(CLI::App& command) {
                    "Use calibrations of a device with another serial number, with a warning");
 }
 
-void tell_hidden(const graph::PluginRegistry& registry, const Common& common, const std::string& name) {
+void warn_shadowed(const graph::PluginRegistry& registry, const Common& common, const std::string& name) {
   for (const auto& [hidden, before] : registry.hidden()) {
     if (common.quiet || (!name.empty() && hidden.name != name)) continue;
-    say(fmt::format("warning: {} hides {}: the first in the plugin path is used", before.path.string(),
-                    hidden.path.string()));
+    print_message(fmt::format("warning: {} hides {}: the first in the plugin path is used", before.path.string(),
+                              hidden.path.string()));
   }
 }
 
@@ -61,14 +61,14 @@ std::unique_ptr<graph::Graph> build(const config::Value& document, const Pipelin
   options.overwrite = overwrite;
   options.other_serial = arguments.other_serial;
   options.message = [&common](const std::string& node, const std::string& text, bool warning) {
-    if (!common.quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
+    if (!common.quiet) print_message(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
   };
   config::Diagnostics diagnostics;
   std::optional<SlowCalls> slow;
   if (!common.quiet) slow.emplace(5.0);
   auto graph = graph::build_graph(document, arguments.settings, options, diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-  if (!common.quiet && !diagnostics.all().empty()) say(diagnostics.text());
+  if (!common.quiet && !diagnostics.all().empty()) print_message(diagnostics.text());
   return graph;
 }
 
@@ -76,7 +76,7 @@ std::unique_ptr<graph::Graph> build(const config::Value& document, const Pipelin
 
 int main(int argc, char** argv) {
   using namespace tofgraph;
-  graph::tell_crashes();
+  graph::install_crash_handler();
   cli::Common common;
   CLI::App app("tofgraph turns what a time-of-flight camera measures into correct point clouds.", "tofgraph");
   app.formatter(cli::help_in_words());
@@ -115,19 +115,19 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;
     common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
-      if (!common.quiet) cli::say("warning: " + problem);
+      if (!common.quiet) cli::print_message("warning: " + problem);
     });
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help, version
     const std::string unknown = cli::unknown_word(app);
-    cli::say(unknown.empty() ? cli::usage_problem(app, error) : unknown);
+    cli::print_message(unknown.empty() ? cli::usage_problem(app, error) : unknown);
     return cli::wrong_usage;
   } catch (const config::ConfigurationError& error) {
-    cli::say(error.what());
+    cli::print_message(error.what());
     return cli::wrong_usage;
   } catch (const std::exception& error) {
-    cli::say(fmt::format("tofgraph: error: {}", error.what()));
+    cli::print_message(fmt::format("tofgraph: error: {}", error.what()));
     return cli::failed;
   }
 }

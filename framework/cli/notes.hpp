@@ -3,7 +3,7 @@
 /// @file What the user should know of a result that has a report.
 #pragma once
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 #include <fmt/format.h>
 
@@ -16,8 +16,8 @@ namespace tofgraph::cli {
 /// The first ones; the report has them all.
 inline void say_notes(const std::vector<std::string>& notes) {
   constexpr std::size_t shown = 8;
-  for (std::size_t i = 0; i < std::min(shown, notes.size()); ++i) config::say("note: " + notes[i]);
-  if (notes.size() > shown) config::say(fmt::format("note: {} more are in the report", notes.size() - shown));
+  for (std::size_t i = 0; i < std::min(shown, notes.size()); ++i) config::print_message("note: " + notes[i]);
+  if (notes.size() > shown) config::print_message(fmt::format("note: {} more are in the report", notes.size() - shown));
 }
 
 }  // namespace tofgraph::cli

@@ -3,8 +3,8 @@
 #include "calibration/board_pose.hpp"
 #include "cli/pose.hpp"
 #include "config/diagnostics.hpp"
+#include "config/log.hpp"
 #include "config/paths.hpp"
-#include "config/say.hpp"
 #include "io/calibration.hpp"
 #include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
@@ -59,7 +59,7 @@ int pose(const PoseArguments& arguments) {
   }
   constexpr double degrees = 180 / std::numbers::pi;
   if (!arguments.quiet)
-    config::say(
+    config::print_message(
         fmt::format("{} points of the pattern, {:.3f} px rms; its middle is {:.1f} mm away, it is tilted by "
                     "{:.2f} deg against the optical axis",
                     found.points, found.rms, 1e3 * found.distance, degrees * found.tilt));
@@ -68,7 +68,7 @@ int pose(const PoseArguments& arguments) {
              1e3 * found.world_camera.translation[1], 1e3 * found.world_camera.translation[2]);
   if (!arguments.out.empty()) {
     io::write_file(arguments.out, text_of(found, campaign, arguments));
-    if (!arguments.quiet) config::say("wrote " + arguments.out);
+    if (!arguments.quiet) config::print_message("wrote " + arguments.out);
   }
   return 0;
 }

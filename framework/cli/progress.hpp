@@ -3,7 +3,7 @@
 /// @file A bar on the terminal for what takes longer than two seconds.
 #pragma once
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/to_integer.hpp>
@@ -21,7 +21,7 @@
 
 namespace tofgraph::cli {
 
-using config::say;
+using config::print_message;
 
 /// `7 s`, `3 min 05 s`, `2 h 10 min`
 inline std::string duration_text(double seconds) {

@@ -3,7 +3,7 @@
 #include "cli/record.hpp"
 #include "cli/watch.hpp"
 #include "config/diagnostics.hpp"
-#include "config/overtaken.hpp"
+#include "config/lost_frames.hpp"
 #include "config/quantity.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/repair.hpp"
@@ -86,14 +86,14 @@ void check_folder_of(const fs::path& out) {
 }
 
 /// @param overtaken where frames are counted that the camera's own queue had no place for
-graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<std::uint64_t>& overtaken) {
+graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<std::uint64_t>& lost_frames) {
   graph::GraphOptions options;
   options.plugin_folders = arguments.plugin_folders;
   options.overwrite = arguments.force;
-  options.message = [&overtaken, quiet = arguments.quiet](const std::string& node, const std::string& text,
-                                                          bool warning) {
-    if (warning && node == recording::camera_node_name) overtaken += config::overtaken_in(text);
-    if (!quiet) say(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
+  options.message = [&lost_frames, quiet = arguments.quiet](const std::string& node, const std::string& text,
+                                                            bool warning) {
+    if (warning && node == recording::camera_node_name) lost_frames += config::lost_frames_in(text);
+    if (!quiet) print_message(fmt::format("{}: {}{}", node, warning ? "warning: " : "", text));
   };
   return options;
 }
@@ -130,35 +130,35 @@ std::optional<Written> written_to(const fs::path& capture, const graph::RunResul
 
 /// In words on standard error. @param overtaken frames that the camera's queue had no place for
 /// @returns the frames that arrived and are not in the capture
-std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, std::uint64_t overtaken,
+std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, std::uint64_t lost_frames,
                      bool quiet) {
   const std::uint64_t arrived = result.nodes.front().frames, kept = written ? written->frames : 0;
   const std::uint64_t lost = arrived > kept ? arrived - kept : 0;
-  if (quiet) return lost + overtaken;
+  if (quiet) return lost + lost_frames;
   if (written) {
     const double rate = written->seconds > 0 ? static_cast<double>(kept - 1) / written->seconds : 0;
-    say(fmt::format(
+    print_message(fmt::format(
         "{}: {}{}", written->file.string(), config::counted(kept, "frame"),
         rate > 0 ? fmt::format(" in {}, {:.1f} frames/s", config::format_quantity(written->seconds, "s"), rate) : ""));
     if (written->missing != 0)
-      say(fmt::format("  {} missing between them, by the camera's counter ('tofgraph info' shows where)",
-                      config::counted(written->missing, "frame")));
+      print_message(fmt::format("  {} missing between them, by the camera's counter ('tofgraph info' shows where)",
+                                config::counted(written->missing, "frame")));
   }
   if (result.dropped != 0)
-    say(fmt::format("  {} dropped, as the disk was too slow", config::counted(result.dropped, "frame")));
+    print_message(fmt::format("  {} dropped, as the disk was too slow", config::counted(result.dropped, "frame")));
   if (lost > result.dropped)
-    say(fmt::format("  {} from the camera {} not in it", config::counted(lost - result.dropped, "frame"),
-                    lost - result.dropped == 1 ? "is" : "are"));
-  return lost + overtaken;
+    print_message(fmt::format("  {} from the camera {} not in it", config::counted(lost - result.dropped, "frame"),
+                              lost - result.dropped == 1 ? "is" : "are"));
+  return lost + lost_frames;
 }
 
 int record_capture(const RecordArguments& arguments) {
   const double most = arguments.duration.empty() ? std::numeric_limits<double>::infinity()
                                                  : positive("--for", arguments.duration, "s", "30 s");
   check_folder_of(arguments.out);
-  std::atomic<std::uint64_t> overtaken{0};
+  std::atomic<std::uint64_t> lost_frames{0};
   const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment, {},
-                                                graph_options(arguments, overtaken));
+                                                graph_options(arguments, lost_frames));
   graph::RunOptions options;
   if (arguments.frames != 0) options.frames = arguments.frames;
   graph::Runner runner(*graph, options);
@@ -170,20 +170,20 @@ int record_capture(const RecordArguments& arguments) {
   }
   const auto written = written_to(arguments.out, result);
   const bool unknown = !written && !result.error.empty();  // the error says how many were written
-  const std::uint64_t lost = unknown ? 0 : report(result, written, overtaken, arguments.quiet);
+  const std::uint64_t lost = unknown ? 0 : report(result, written, lost_frames, arguments.quiet);
   if (!result.error.empty()) {
-    say("error: " + result.error);
+    print_message("error: " + result.error);
     if (written && written->file.extension() == ".part")
-      say(fmt::format("         tofgraph repair {} makes a capture of it", written->file.string()));
+      print_message(fmt::format("         tofgraph repair {} makes a capture of it", written->file.string()));
     return 1;
   }
   if (lost != 0) {
-    say(fmt::format("error: {} that came from the camera {} not in the recording", config::counted(lost, "frame"),
-                    lost == 1 ? "is" : "are"));
+    print_message(fmt::format("error: {} that came from the camera {} not in the recording",
+                              config::counted(lost, "frame"), lost == 1 ? "is" : "are"));
     return 1;
   }
   if (signals != 0) {
-    say("interrupted: the frames up to here are complete");
+    print_message("interrupted: the frames up to here are complete");
     return 130;
   }
   return written ? 0 : 1;
@@ -229,8 +229,8 @@ void wait_a_moment() {
 
 /// Shows what the camera sees until an interrupt: on a terminal in one line, else a line a look.
 int align(const RecordArguments& arguments) {
-  std::atomic<std::uint64_t> overtaken{0};
-  graph::GraphOptions quiet = graph_options(arguments, overtaken);
+  std::atomic<std::uint64_t> lost_frames{0};
+  graph::GraphOptions quiet = graph_options(arguments, lost_frames);
   quiet.message = nullptr;
   handle_signals();
   const bool terminal = isatty(STDERR_FILENO) != 0;
@@ -240,7 +240,7 @@ int align(const RecordArguments& arguments) {
       if (terminal)
         fmt::print(stderr, "\r\033[K{}", seen);
       else
-        say(seen);
+        print_message(seen);
       wait_a_moment();
     }
   } catch (const recording::Interrupted&) {
@@ -250,7 +250,7 @@ int align(const RecordArguments& arguments) {
 }
 
 recording::GuideOptions guide_options(const RecordArguments& arguments, const recording::Plan& plan, Answers& answers,
-                                      std::atomic<std::uint64_t>& overtaken) {
+                                      std::atomic<std::uint64_t>& lost_frames) {
   recording::GuideOptions options;
   options.camera = arguments.camera;
   if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube")) {
@@ -258,14 +258,14 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
     std::error_code error;
     options.camera.profile = fs::is_regular_file(beside, error) ? beside.string() : plan.campaign.camera_name;
   }
-  options.graph = graph_options(arguments, overtaken);
+  options.graph = graph_options(arguments, lost_frames);
   options.frames = arguments.frames;
   options.still = arguments.still;
   if (!arguments.tolerance.empty()) options.tolerance = positive("--tolerance", arguments.tolerance, "m", "250 mm");
   if (!arguments.alignment.empty()) options.alignment = positive("--alignment", arguments.alignment, "m", "3 mm");
   options.run = run_or_interrupt;
   options.read_line = [&answers] { return answers.line(); };
-  options.say = [](const std::string& text) { say(text); };
+  options.print_message = [](const std::string& text) { print_message(text); };
   options.wait = wait_a_moment;
   return options;
 }
@@ -289,8 +289,8 @@ int record_plan(const RecordArguments& arguments) {
     throw config::ConfigurationError("--out: error: " + problem);
   check_folder_of(arguments.out / "campaign.yaml");
   Answers answers;
-  std::atomic<std::uint64_t> overtaken{0};  // a capture with a gap is recorded again
-  const recording::GuideOptions options = guide_options(arguments, plan, answers, overtaken);
+  std::atomic<std::uint64_t> lost_frames{0};  // a capture with a gap is recorded again
+  const recording::GuideOptions options = guide_options(arguments, plan, answers, lost_frames);
   recording::CampaignFolder folder(plan, arguments.out, check_camera(options, plan), frames_of(plan, options));
   handle_signals();
   recording::Outcome outcome = recording::Outcome::stopped;
@@ -299,11 +299,11 @@ int record_plan(const RecordArguments& arguments) {
   } catch (const recording::Interrupted&) {
   }
   const std::size_t all = plan.campaign.conditions.size();
-  say(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
-                  folder.campaign_file().string()));
+  print_message(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
+                            folder.campaign_file().string()));
   if (outcome == recording::Outcome::complete) return 0;
-  if (outcome == recording::Outcome::no_answer) say("standard input has ended: there is nobody to answer");
-  say("the same command goes on with those that are not recorded");
+  if (outcome == recording::Outcome::no_answer) print_message("standard input has ended: there is nobody to answer");
+  print_message("the same command goes on with those that are not recorded");
   return outcome == recording::Outcome::stopped ? 130 : 1;
 }
 

@@ -37,14 +37,14 @@ int repair(const RepairArguments& arguments) {
       });
   progress.finish();
   if (arguments.quiet) return 0;
-  say(fmt::format("wrote {}: {}{}", file.string(), config::counted(repaired.frames, "frame"),
-                  repaired.missing == 0
-                      ? ", none is missing between them"
-                      : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame"))));
+  print_message(fmt::format(
+      "wrote {}: {}{}", file.string(), config::counted(repaired.frames, "frame"),
+      repaired.missing == 0 ? ", none is missing between them"
+                            : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame"))));
   if (repaired.lost > 0)
-    say(fmt::format("{} was cut off: {} of {} are lost", arguments.part.string(), repaired.lost,
-                    config::counted(repaired.lost + repaired.frames, "frame")));
-  if (arguments.part.extension() == ".part") say(arguments.part.string() + " is not needed any more");
+    print_message(fmt::format("{} was cut off: {} of {} are lost", arguments.part.string(), repaired.lost,
+                              config::counted(repaired.lost + repaired.frames, "frame")));
+  if (arguments.part.extension() == ".part") print_message(arguments.part.string() + " is not needed any more");
   return 0;
 }
 

@@ -41,8 +41,8 @@ int report(const ReportArguments& arguments) {
   io::write_file(out / "report.json", config::json_text(calibration::characterisation_json(data), 2) + "\n");
   if (arguments.quiet) return 0;
   say_notes(data.campaign.boards.notes);
-  config::say(fmt::format("{}\nwrote {} and {}", calibration::summary_of(data), (out / "report.html").string(),
-                          (out / "report.json").string()));
+  config::print_message(fmt::format("{}\nwrote {} and {}", calibration::summary_of(data),
+                                    (out / "report.html").string(), (out / "report.json").string()));
   return 0;
 }
 

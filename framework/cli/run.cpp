@@ -42,7 +42,7 @@ int write_statistics(const RunArguments& arguments, const graph::Graph& graph, c
     io::write_file(arguments.stats, config::json_text(graph::statistics_json(graph, result), 2) + "\n");
     return code;
   } catch (const std::exception& error) {
-    say(fmt::format("error: the statistics of the run could not be written: {}", error.what()));
+    print_message(fmt::format("error: the statistics of the run could not be written: {}", error.what()));
     return code == done ? failed : code;
   }
 }
@@ -53,11 +53,11 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
     if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
     for (const io::OutputPattern& pattern : node->outputs()) {
       if (pattern.text().empty()) continue;
-      say(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(pattern.text()).string()));
+      print_message(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(pattern.text()).string()));
     }
     for (const io::OutputPattern& pattern : graph::output_files(*node)) {
       if (const std::string older = files.older(pattern); !older.empty())
-        say(fmt::format("  {}: {}", node->name, older));
+        print_message(fmt::format("  {}: {}", node->name, older));
     }
   }
 }
@@ -65,30 +65,31 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
 /// What came of a run, in words on standard error. @returns the exit code
 int report(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files, const Common& common) {
   if (!common.quiet) {
-    say(fmt::format("{} in {}, {:.1f} frames/s{}", config::counted(result.frames, "frame"),
+    print_message(
+        fmt::format("{} in {}, {:.1f} frames/s{}", config::counted(result.frames, "frame"),
                     config::format_quantity(result.wall_s, "s"),
                     result.wall_s > 0 ? static_cast<double>(result.frames) / result.wall_s : 0.0,
                     result.dropped != 0 ? fmt::format(", {} dropped", config::counted(result.dropped, "frame")) : ""));
   }
   if (common.verbose) {
     for (const graph::NodeStatistics& node : result.nodes) {
-      say(fmt::format("  {:20} {:>15}, median {}, 99 % {}, longest {}", node.name,
-                      config::counted(node.frames, "frame"), config::format_quantity(node.median_s, "s"),
-                      config::format_quantity(node.p99_s, "s"), config::format_quantity(node.max_s, "s")));
+      print_message(fmt::format("  {:20} {:>15}, median {}, 99 % {}, longest {}", node.name,
+                                config::counted(node.frames, "frame"), config::format_quantity(node.median_s, "s"),
+                                config::format_quantity(node.p99_s, "s"), config::format_quantity(node.max_s, "s")));
     }
   }
   const std::string written = common.quiet ? "" : files.summary(graph);
   for (const std::string& warning : result.warnings)
-    if (!common.quiet) say("warning: " + warning);
+    if (!common.quiet) print_message("warning: " + warning);
   if (!result.error.empty()) {
-    if (!written.empty()) say(written);
-    say("error: " + result.error);
+    if (!written.empty()) print_message(written);
+    print_message("error: " + result.error);
     return failed;
   }
   if (!common.quiet && result.frames != 0) report_outputs(graph, result, files);
-  if (!written.empty()) say(written);
+  if (!written.empty()) print_message(written);
   if (result.interrupted) {
-    say("interrupted: the frames up to here are complete");
+    print_message("interrupted: the frames up to here are complete");
     return interrupted;
   }
   const bool loss_allowed = graph.queue().policy == graph::QueuePolicy::drop_oldest;

@@ -116,11 +116,11 @@ class CampaignRun {
     config::Diagnostics shown;
     for (const config::Diagnostic& one : diagnostics.all())
       if (is_new(one.message)) shown.add(std::vector<config::Diagnostic>{one});
-    if (!common_.quiet && !shown.all().empty()) say(shown.text());
+    if (!common_.quiet && !shown.all().empty()) print_message(shown.text());
   }
 
   void say_once(const std::string& text, const std::string& id) {
-    if (!common_.quiet && is_new(text)) say(fmt::format("{}: {}", id, text));
+    if (!common_.quiet && is_new(text)) print_message(fmt::format("{}: {}", id, text));
   }
   /// Stages report from several threads.
   bool is_new(const std::string& text) {
@@ -167,7 +167,7 @@ class CampaignRun {
     }
     if (problem.empty()) return;
     failures_.push_back(condition.id);
-    say(fmt::format("error: condition '{}': {}", condition.id, problem));
+    print_message(fmt::format("error: condition '{}': {}", condition.id, problem));
   }
 
   /// @returns what went wrong, or nothing
@@ -222,11 +222,12 @@ class CampaignRun {
       io::write_campaign(result_, out_ / campaign_name);
     }
     if (common_.quiet) return;
-    say(fmt::format("{} of {}, {} in {}", result_.conditions.size(),
+    print_message(
+        fmt::format("{} of {}, {} in {}", result_.conditions.size(),
                     config::counted(campaign_.conditions.size(), "condition"), config::counted(frames_, "frame"),
                     duration_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count())));
-    if (!failures_.empty()) say(fmt::format("failed: {}", fmt::join(failures_, ", ")));
-    if (!result_.conditions.empty()) say(fmt::format("wrote {}", (out_ / campaign_name).string()));
+    if (!failures_.empty()) print_message(fmt::format("failed: {}", fmt::join(failures_, ", ")));
+    if (!result_.conditions.empty()) print_message(fmt::format("wrote {}", (out_ / campaign_name).string()));
   }
 
   const RunArguments& arguments_;

@@ -70,12 +70,12 @@ int simulate(const SimulateArguments& arguments) {
   config::Diagnostics diagnostics;
   const auto simulation = Simulation::read(arguments.scene, registry, changes, diagnostics);
   if (!simulation) throw config::ConfigurationError(diagnostics);
-  if (!arguments.quiet && !diagnostics.all().empty()) say(diagnostics.text());
+  if (!arguments.quiet && !diagnostics.all().empty()) print_message(diagnostics.text());
   const bool campaign = !simulation->scene().sequence.empty();
   check_outputs(arguments, campaign);
   if (!arguments.preview.empty()) {
     io::write_file(arguments.preview, preview_of(*simulation));
-    if (!arguments.quiet) say(fmt::format("wrote {}: a picture of the first frame", arguments.preview));
+    if (!arguments.quiet) print_message(fmt::format("wrote {}: a picture of the first frame", arguments.preview));
   }
   if (arguments.out.empty()) return 0;
 
@@ -95,8 +95,9 @@ int simulate(const SimulateArguments& arguments) {
     simulation::record(*simulation, 0, arguments.out, options);
   progress.finish();
   if (!arguments.quiet)
-    say(fmt::format("wrote {}: {}, {}", arguments.out, config::counted(simulation->conditions().size(), "condition"),
-                    config::counted(all, "frame")));
+    print_message(fmt::format("wrote {}: {}, {}", arguments.out,
+                              config::counted(simulation->conditions().size(), "condition"),
+                              config::counted(all, "frame")));
   return 0;
 }
 

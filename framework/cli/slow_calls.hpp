@@ -25,7 +25,7 @@ class SlowCalls {
     while (!stop.stop_requested()) {
       wake_.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
       const std::vector<std::string> calls = graph::calls_longer_than(seconds);
-      for (const std::string& call : calls) say(call);
+      for (const std::string& call : calls) print_message(call);
       if (!calls.empty()) return;
     }
   }

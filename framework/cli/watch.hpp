@@ -76,8 +76,9 @@ class Watch {
   /// @returns whether there was one
   static bool tell_whom_it_waits_for() {
     const std::vector<std::string> calls = graph::calls_longer_than(patience);
-    for (const std::string& call : calls) say("still waiting: " + call);
-    if (!calls.empty()) say("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
+    for (const std::string& call : calls) print_message("still waiting: " + call);
+    if (!calls.empty())
+      print_message("a second interrupt (Ctrl-C) ends the program at once, with its outputs incomplete");
     return !calls.empty();
   }
 

@@ -5,51 +5,48 @@
 namespace tofgraph::graph {
 
 FrameQueue::FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& queue, BufferPool& pool)
-    : in_flight_limit_(in_flight),
-      queue_(queue),
-      tokens_(in_flight + queue.capacity + 1),
-      waiting_(queue.capacity + 1) {
-  free_.reserve(tokens_.size());
-  for (Token& token : tokens_) {
-    token.frames.resize(nodes);
-    token.absent.resize(nodes);
-    for (tofgraph_frame& frame : token.frames) frame.pool = &pool;
-    free_.push_back(&token);
+    : in_flight_limit_(in_flight), queue_(queue), slots_(in_flight + queue.capacity + 1), waiting_(queue.capacity + 1) {
+  free_.reserve(slots_.size());
+  for (FrameSlot& slot : slots_) {
+    slot.frames.resize(nodes);
+    slot.absent.resize(nodes);
+    for (tofgraph_frame& frame : slot.frames) frame.pool = &pool;
+    free_.push_back(&slot);
   }
 }
 
-Token* FrameQueue::acquire(const std::function<bool()>& stopped) {
+FrameSlot* FrameQueue::acquire(const std::function<bool()>& stopped) {
   const bool drop = queue_.policy == QueuePolicy::drop_oldest;
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return stopped() || (!free_.empty() && (drop || waiting_.size() < queue_.capacity)); });
   if (stopped()) return nullptr;
-  Token* token = free_.back();
+  FrameSlot* slot = free_.back();
   free_.pop_back();
-  return token;
+  return slot;
 }
 
-void FrameQueue::put_back(Token* token) {
-  token->clear();
+void FrameQueue::put_back(FrameSlot* slot) {
+  slot->clear();
   const std::scoped_lock lock(mutex_);
-  free_.push_back(token);
+  free_.push_back(slot);
 }
 
-Token* FrameQueue::next() {
-  Token* token = waiting_.front();
+FrameSlot* FrameQueue::next() {
+  FrameSlot* slot = waiting_.front();
   waiting_.pop_front();
-  token->sequence = next_sequence_++;
-  return token;
+  slot->sequence = next_sequence_++;
+  return slot;
 }
 
-Token* FrameQueue::submit(Token* token) {
+FrameSlot* FrameQueue::submit(FrameSlot* slot) {
   const std::scoped_lock lock(mutex_);
-  waiting_.push_back(token);
+  waiting_.push_back(slot);
   if (in_flight_ < in_flight_limit_) {
     ++in_flight_;
     return next();
   }
   if (queue_.policy == QueuePolicy::drop_oldest && waiting_.size() > queue_.capacity) {
-    Token* oldest = waiting_.front();
+    FrameSlot* oldest = waiting_.front();
     waiting_.pop_front();
     oldest->clear();
     free_.push_back(oldest);
@@ -58,12 +55,12 @@ Token* FrameQueue::submit(Token* token) {
   return nullptr;
 }
 
-Token* FrameQueue::release(Token* token) {
-  token->clear();
-  Token* following = nullptr;
+FrameSlot* FrameQueue::release(FrameSlot* slot) {
+  slot->clear();
+  FrameSlot* following = nullptr;
   {
     const std::scoped_lock lock(mutex_);
-    free_.push_back(token);
+    free_.push_back(slot);
     if (waiting_.empty())
       --in_flight_;
     else

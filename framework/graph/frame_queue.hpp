@@ -17,7 +17,7 @@
 namespace tofgraph::graph {
 
 /// One frame on its way: a slot for what each node made of it.
-struct Token {
+struct FrameSlot {
   std::size_t sequence = 0;  ///< of those that were not dropped
   std::vector<tofgraph_frame> frames;
   std::vector<bool> absent;  ///< of a node: nothing left it for this frame
@@ -35,29 +35,29 @@ class FrameQueue {
   FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& queue, BufferPool& pool);
 
   /// Waits for a token that the source may fill. @returns null once stopped() says so; wake() makes it ask again
-  Token* acquire(const std::function<bool()>& stopped);
+  FrameSlot* acquire(const std::function<bool()>& stopped);
   /// A token that was not filled after all.
-  void put_back(Token* token);
+  void put_back(FrameSlot* slot);
   /// A filled token. @returns what is to go on its way now: this one, one that waited longer, or null
-  Token* submit(Token* token);
+  FrameSlot* submit(FrameSlot* slot);
   /// A token at the end of its way. @returns what is to go on its way in its place, or null
-  Token* release(Token* token);
+  FrameSlot* release(FrameSlot* slot);
   void wake();
 
   std::uint64_t dropped() const { return dropped_.load(); }
 
  private:
-  Token* next();
+  FrameSlot* next();
 
   const std::size_t in_flight_limit_;
   const Queue queue_;
-  std::vector<Token> tokens_;
+  std::vector<FrameSlot> slots_;
   std::atomic<std::uint64_t> dropped_{0};
 
   std::mutex mutex_;  // those below
   std::condition_variable changed_;
-  std::vector<Token*> free_;
-  boost::circular_buffer<Token*> waiting_;
+  std::vector<FrameSlot*> free_;
+  boost::circular_buffer<FrameSlot*> waiting_;
   std::size_t in_flight_ = 0;
   std::size_t next_sequence_ = 0;
 };

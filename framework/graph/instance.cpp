@@ -17,7 +17,7 @@ namespace {
 
 /// @throws std::runtime_error what the plugin said
 void fail(const Plugin& plugin, const char* otherwise) {
-  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().told(plugin));
+  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().message(plugin));
 }
 
 void forget_failure() {
@@ -39,7 +39,7 @@ Failure& last_failure() {
   return failure;
 }
 
-std::string Failure::told(const Plugin& plugin) const {
+std::string Failure::message(const Plugin& plugin) const {
   return defect ? fmt::format("{}\n         this is a bug in the plugin {}", text, plugin.file.path.string()) : text;
 }
 
@@ -75,13 +75,13 @@ std::optional<Failure> Instance::create(const tofgraph_value* values) {
 }
 
 std::optional<Failure> Instance::prepare(std::span<const tofgraph_stream* const> streams, std::size_t index,
-                                         Leaving* leaving) {
+                                         OutputStream* output_stream) {
   forget_failure();
   index_ = index;
-  leaving_ = leaving;
+  output_stream_ = output_stream;
   const RunningCall call(*this, "prepare");
   const int status = plugin_.prepare(self_, streams.data(), streams.size());
-  leaving_ = nullptr;
+  output_stream_ = nullptr;
   starting_ = false;
   return outcome(status, "failed without saying why");
 }

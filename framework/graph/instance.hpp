@@ -49,7 +49,7 @@ struct Failure {
   std::string parameter, text;
   bool defect = false;  ///< the host noticed that the plugin did what no plugin should
   /// The text; with the plugin's file where the user can only take the plugin out.
-  std::string told(const Plugin& plugin) const;
+  std::string message(const Plugin& plugin) const;
 };
 /// That of the running call of this thread.
 Failure& last_failure();
@@ -57,7 +57,7 @@ Failure& last_failure();
 void keep_failure() noexcept;
 
 /// What a stage does to its stream, in prepare.
-struct Leaving {
+struct OutputStream {
   Stream stream;
   io::CameraPtr own_camera;             ///< when this node changed it
   tofgraph_stream* arriving = nullptr;  ///< what a source is shown, with its camera once it chose one
@@ -78,7 +78,8 @@ class Instance {
   /// @param values in the order of the descriptor's parameters. @returns what went wrong
   std::optional<Failure> create(const tofgraph_value* values);
   /// @param index of the node @param leaving null: an effect, which has no stream
-  std::optional<Failure> prepare(std::span<const tofgraph_stream* const> streams, std::size_t index, Leaving* leaving);
+  std::optional<Failure> prepare(std::span<const tofgraph_stream* const> streams, std::size_t index,
+                                 OutputStream* output_stream);
   /// @returns the call's status. @throws std::runtime_error what went wrong
   int process(std::span<tofgraph_frame* const> frames);
   void finish();  ///< @throws std::runtime_error
@@ -112,7 +113,7 @@ class Instance {
   bool starting_ = true;  ///< create and prepare are not over
   bool overwrite_ = false;
   std::size_t index_ = 0;
-  Leaving* leaving_ = nullptr;  ///< during prepare of a stage
+  OutputStream* output_stream_ = nullptr;  ///< during prepare of a stage
   std::vector<std::string> warnings_, notes_;
   std::vector<UsedFile> files_;
   std::vector<io::OutputPattern> outputs_;

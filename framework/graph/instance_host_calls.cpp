@@ -35,8 +35,8 @@ struct HostCalls {
   }
 
   /// The stream that the running prepare shapes.
-  static Leaving& leaving(Instance& self, const char* service) {
-    if (self.leaving_ != nullptr) return *self.leaving_;
+  static OutputStream& output_stream(Instance& self, const char* service) {
+    if (self.output_stream_ != nullptr) return *self.output_stream_;
     throw io::PluginDefect(
         fmt::format("the plugin called {}(){}", service,
                     self.plugin_.effect != nullptr ? ", but an effect has no stream" : " outside of prepare()"));
@@ -74,7 +74,7 @@ struct HostCalls {
   static void provide(void* context, const tofgraph_channel* view) {
     guarded([&] {
       Instance& self = instance(context);
-      Stream& stream = leaving(self, "provide").stream;
+      Stream& stream = output_stream(self, "provide").stream;
       Channel channel = Channel::from_view(*needed(view, "a channel"));
       channel.made_by = self.index_;
       if (is_alias(channel.name)) throw std::runtime_error("a channel's name must not contain @");
@@ -94,7 +94,7 @@ struct HostCalls {
   static void withdraw(void* context, const char* name) {
     guarded([&] {
       const std::string_view wanted = needed(name, "a channel's name");
-      std::erase_if(leaving(instance(context), "withdraw").stream.channels,
+      std::erase_if(output_stream(instance(context), "withdraw").stream.channels,
                     [&](const Channel& c) { return c.name == wanted; });
     });
   }
@@ -102,7 +102,7 @@ struct HostCalls {
   static void set_camera(void* context, const tofgraph_camera* camera) {
     guarded([&] {
       Instance& self = instance(context);
-      Leaving& leaves = leaving(self, "set_camera");
+      OutputStream& leaves = output_stream(self, "set_camera");
       // What an older plugin does not know stays that of the camera that arrives.
       const tofgraph_camera arriving = leaves.stream.camera ? leaves.stream.camera->view() : tofgraph_camera{};
       tofgraph_camera changed = io::host_sized(*needed(camera, "a camera"), arriving);
@@ -151,7 +151,7 @@ struct HostCalls {
     bool found = false;
     const int status = guarded([&] {
       Instance& self = instance(context);
-      Leaving& leaves = leaving(self, "use_profile");
+      OutputStream& leaves = output_stream(self, "use_profile");
       io::CameraPtr camera;
       if (text != nullptr) {
         camera = recorded_profile(needed(name, "a profile's name"), text);
@@ -169,7 +169,7 @@ struct HostCalls {
 
   static void set_frames(void* context, std::uint64_t frames, std::uint64_t known) {
     guarded([&] {
-      Stream& stream = leaving(instance(context), "set_frames").stream;
+      Stream& stream = output_stream(instance(context), "set_frames").stream;
       stream.frames = frames;
       stream.known = known;
     });
@@ -188,7 +188,7 @@ struct HostCalls {
                             std::uint64_t count) {
     guarded([&] {
       Instance& self = instance(context);
-      Leaving& leaves = leaving(self, "set_exposures");
+      OutputStream& leaves = output_stream(self, "set_exposures");
       if (std::string_view(self.plugin().kind) != "source")
         throw std::runtime_error("only a source may call set_exposures()");
       leaves.stream.exposures = usable(needed(exposures, "exposures"), size, count);
@@ -199,7 +199,7 @@ struct HostCalls {
     guarded([&] {
       const auto known = nlohmann::json::parse(needed(json, "what is known of the source"), nullptr, false);
       if (!known.is_object()) throw std::runtime_error("set_source() was given no JSON object");
-      leaving(instance(context), "set_source").stream.source = config::json_text(known);
+      output_stream(instance(context), "set_source").stream.source = config::json_text(known);
     });
   }
 

@@ -85,7 +85,7 @@ bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diag
   const std::string text = values_.text_of(failure->parameter);
   if (known && !failure->parameter.empty() && parameter->kind == TOFGRAPH_KIND_TEXT && text.starts_with('['))
     hint = "a list has no quotes: " + config::assignment(at, failure->parameter, text);
-  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->told(stage())),
+  diagnostics.error(where, fmt::format("node '{}' ({}){}: {}", name, stage().name, which, failure->message(stage())),
                     std::move(hint));
   return false;
 }
@@ -103,24 +103,24 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   }
   const Stream& first = *inputs.front();
   if (first.camera) right = values_.images_fit(first.camera->view(), diagnostics) && right;
-  if (!right || !check_outputs(first, first_bound, diagnostics) || !spares_inputs(diagnostics)) return false;
-  leaving_.stream = first;
-  leaving_.stream.exposures_known = !is_source();
-  leaving_.stream.history.push_back(index);
+  if (!right || !check_outputs(first, first_bound, diagnostics) || !outputs_avoid_inputs(diagnostics)) return false;
+  output_stream_.stream = first;
+  output_stream_.stream.exposures_known = !is_source();
+  output_stream_.stream.history.push_back(index);
   for (const Channel& channel : first.channels) {
     if (is_alias(channel.name)) aliases_.push_back(channel.name);
   }
-  std::erase_if(leaving_.stream.channels, [](const Channel& channel) { return is_alias(channel.name); });
+  std::erase_if(output_stream_.stream.channels, [](const Channel& channel) { return is_alias(channel.name); });
   announce_outputs(first_bound);
 
   std::vector<const tofgraph_stream*> views;
   for (const BorderStream& stream : streams) views.push_back(&stream.view);
-  leaving_.arriving = &streams.front().view;
-  const bool prepared = tell(instance_.prepare(views, index, &leaving_), diagnostics);
-  leaving_.arriving = nullptr;
+  output_stream_.arriving = &streams.front().view;
+  const bool prepared = tell(instance_.prepare(views, index, &output_stream_), diagnostics);
+  output_stream_.arriving = nullptr;
   for (const std::string& warning : instance_.warnings()) diagnostics.warning(at, warning);
   if (!prepared || !choose_files(first.frames, diagnostics)) return false;
-  leaving_.stream.exposures_known = true;
+  output_stream_.stream.exposures_known = true;
   if (is_source()) size_images();
   if (is_source()) complete_history();
   if (is_source()) announce_bad_pixels(diagnostics);
@@ -130,7 +130,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
     if (!first.camera && !values_.images_fit(output().camera->view(), diagnostics)) return false;
     announce_rays();
   }
-  if (output().camera && (is_source() || leaving_.own_camera)) {
+  if (output().camera && (is_source() || output_stream_.own_camera)) {
     const tofgraph_camera& camera = output().camera->view();
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
     rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent), nullptr,
@@ -141,7 +141,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
 
 /// Nothing may be written over what is read meanwhile. Asked before the stage itself is, which would only say that the
 /// file exists.
-bool Node::spares_inputs(config::Diagnostics& diagnostics) const {
+bool Node::outputs_avoid_inputs(config::Diagnostics& diagnostics) const {
   bool right = true;
   for (std::size_t i = 0; i < stage().parameter_count; ++i) {
     const tofgraph_parameter& p = stage().own_parameters[i];
@@ -213,7 +213,7 @@ bool Node::check_exposures(config::Diagnostics& diagnostics) const {
 /// A recording names the stages that its channels went through; what these count as is known from their declarations.
 void Node::complete_history() {
   if (host_.known_stages == nullptr) return;
-  for (Channel& channel : leaving_.stream.channels) {
+  for (Channel& channel : output_stream_.stream.channels) {
     const std::vector<std::string> recorded = channel.applied;
     for (const std::string& stage_name : recorded) {
       if (stage_name == stage().name) continue;
@@ -227,7 +227,7 @@ void Node::complete_history() {
 /// Images that were announced before the source chose camera and exposures have the size that these give them.
 void Node::size_images() {
   for (const tofgraph_port& port : stage().own_ports) {
-    Channel* channel = leaving_.stream.find(port.channel);
+    Channel* channel = output_stream_.stream.find(port.channel);
     if (channel == nullptr || channel->made_by != index) continue;
     const Channel sized = output_channel(stage(), port, output(), index);
     for (std::size_t i = 0; i < sized.rank && sized.rank == channel->rank; ++i) {
@@ -245,7 +245,7 @@ void Node::announce_rays() {
   rays.rank = 3;
   rays.extent = {camera.height, camera.width, 3, 0};
   rays.made_by = index;
-  leaving_.stream.channels.push_back(std::move(rays));
+  output_stream_.stream.channels.push_back(std::move(rays));
 }
 
 /// The pixels that the camera's map names, or a warning where the map is not found and no flags came with the frames.
@@ -258,7 +258,7 @@ void Node::announce_bad_pixels(config::Diagnostics& diagnostics) {
                                     "{}, which is not found from here",
                                     camera->view().name, camera->missing_bad_pixels),
                         "name the profile itself: --camera ./camera.yaml, or camera: ./camera.yaml in the pipeline");
-  bad_pixels_ = BadPixels(leaving_.stream, index);
+  bad_pixels_ = BadPixels(output_stream_.stream, index);
   if (!bad_pixels_.any()) return;
   instance_.add_file(camera->bad_pixels_file.string());
   instance_.add_note(fmt::format("{} bad pixels of the camera are flagged and invalid", bad_pixels_.count()));
@@ -296,7 +296,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     throw std::runtime_error("the sink returned that nothing leaves it, as only a source or filter may");
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
-  if (leaving_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
+  if (output_stream_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
     const tofgraph_camera& camera = output().camera->view();
     tofgraph_frame::Channel& rays = frame.slot("rays");
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};

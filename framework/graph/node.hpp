@@ -42,7 +42,7 @@ class Node {
   const config::Position at;
   const Plugin& stage() const { return instance_.plugin(); }
   const ParameterValues& values() const { return values_; }
-  const Stream& output() const { return leaving_.stream; }
+  const Stream& output() const { return output_stream_.stream; }
   const std::vector<UsedFile>& files() const { return instance_.files(); }
   const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< of the stage, for `explain`
   /// The files of each parameter that names some, at its place; without text: none.
@@ -68,7 +68,7 @@ class Node {
   void announce_outputs(const std::vector<const Channel*>& bound);
   bool check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
                      config::Diagnostics& diagnostics) const;
-  bool spares_inputs(config::Diagnostics& diagnostics) const;
+  bool outputs_avoid_inputs(config::Diagnostics& diagnostics) const;
   bool choose_files(std::uint64_t frames, config::Diagnostics& diagnostics);
   std::vector<std::string> names_made() const;
   std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
@@ -82,7 +82,7 @@ class Node {
   ParameterValues values_;
   Instance instance_;
   Host& host_;
-  Leaving leaving_;
+  OutputStream output_stream_;
   std::vector<io::OutputPattern> outputs_;
   BufferRef rays_;                    ///< of the camera that leaves, where this node chose it
   BadPixels bad_pixels_;              ///< of the camera, where this node is a source

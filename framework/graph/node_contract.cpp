@@ -189,10 +189,10 @@ void Node::announce_outputs(const std::vector<const Channel*>& bound) {
     if (is_sink() || port.direction == TOFGRAPH_DIRECTION_IN) continue;
     if (port.direction == TOFGRAPH_DIRECTION_OUT) {
       if (every || (port.flags & TOFGRAPH_PORT_OPTIONAL) != 0) continue;
-      leaving_.stream.put(output_channel(stage(), port, output(), index));
+      output_stream_.stream.put(output_channel(stage(), port, output(), index));
       continue;
     }
-    for (Channel& channel : leaving_.stream.channels) {
+    for (Channel& channel : output_stream_.stream.channels) {
       if (!every && (bound[i] == nullptr || channel.name != bound[i]->name)) continue;
       channel.made_by = index;
       if (!channel.has_applied(stage().name)) channel.applied.emplace_back(stage().name);

@@ -4,8 +4,8 @@
 // and time. Deleting the cache costs nothing but the time of a scan.
 #include "config/child_process.hpp"
 #include "config/json_text.hpp"
+#include "config/log.hpp"
 #include "config/paths.hpp"
-#include "config/say.hpp"
 #include "graph/plugin.hpp"
 
 #include <fmt/format.h>
@@ -83,7 +83,7 @@ config::ChildResult run_scanner(const std::vector<PluginFile>& files, std::size_
   const auto tell = [&](const std::string& output) {
     const std::size_t loading = first + static_cast<std::size_t>(std::ranges::count(output, '\n'));
     if (loading >= files.size() || loading == told) return;
-    config::say(
+    config::print_message(
         fmt::format("plugin {}: still being loaded after {} s", files[loading].path.string(), patience.count()));
     told = loading;
   };

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/runner.hpp"
 
+#include "graph/background_hasher.hpp"
 #include "graph/frame_queue.hpp"
-#include "graph/hashing.hpp"
 #include "graph/segments.hpp"
 #include "graph/valid_frames.hpp"
 
@@ -66,20 +66,20 @@ class Runner::Impl {
   }
 
  private:
-  using Step = tbb::flow::function_node<Token*, Token*>;
-  using Sequencer = tbb::flow::sequencer_node<Token*>;
+  using Step = tbb::flow::function_node<FrameSlot*, FrameSlot*>;
+  using Sequencer = tbb::flow::sequencer_node<FrameSlot*>;
 
   std::size_t in_flight() const { return std::size_t{2} * threads_; }  ///< enough to keep the threads busy
   void build(tbb::flow::graph& flow);
   void flow();
   void produce();
   bool produce(std::uint64_t number);
-  bool fill(Token& token, std::uint64_t number);
-  void arrived(Token* token);
-  void run_step(const Segment& segment, Token& token, bool last);
-  void run_segment(const Segment& segment, Token& token);
-  void take_inputs(std::size_t index, Token& token);
-  void run_node(std::size_t index, Token& token);
+  bool fill(FrameSlot& slot, std::uint64_t number);
+  void arrived(FrameSlot* slot);
+  void run_step(const Segment& segment, FrameSlot& slot, bool last);
+  void run_segment(const Segment& segment, FrameSlot& slot);
+  void take_inputs(std::size_t index, FrameSlot& slot);
+  void run_node(std::size_t index, FrameSlot& slot);
   void fail(std::size_t node, std::uint64_t frame, const std::string& text);
   void finish();
 
@@ -96,7 +96,7 @@ class Runner::Impl {
   std::vector<Segment> segments_;
   std::vector<std::unique_ptr<Step>> steps_;
   std::vector<std::unique_ptr<Sequencer>> sequencers_;
-  tbb::flow::receiver<Token*>* entry_ = nullptr;
+  tbb::flow::receiver<FrameSlot*>* entry_ = nullptr;
 
   std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
   std::mutex error_mutex_;                               // the two below
@@ -107,8 +107,8 @@ class Runner::Impl {
 void Runner::Impl::build(tbb::flow::graph& flow) {
   namespace tf = tbb::flow;
   segments_ = segments_of(graph_, [this](const Node& node) { return options_.receivers.contains(node.name); });
-  tf::sender<Token*>* previous = nullptr;
-  const auto connect = [&](tf::receiver<Token*>& next) {
+  tf::sender<FrameSlot*>* previous = nullptr;
+  const auto connect = [&](tf::receiver<FrameSlot*>& next) {
     if (previous == nullptr)
       entry_ = &next;
     else
@@ -118,15 +118,15 @@ void Runner::Impl::build(tbb::flow::graph& flow) {
     const Segment& segment = segments_[i];
     if (segment.ordered) {
       auto& sequencer =
-          sequencers_.emplace_back(std::make_unique<Sequencer>(flow, [](Token* token) { return token->sequence; }));
+          sequencers_.emplace_back(std::make_unique<Sequencer>(flow, [](FrameSlot* slot) { return slot->sequence; }));
       connect(*sequencer);
       previous = sequencer.get();
     }
     const bool last = i + 1 == segments_.size();
     auto& step = steps_.emplace_back(std::make_unique<Step>(flow, segment.ordered ? tf::serial : tf::unlimited,
-                                                            [this, &segment, last](Token* token) {
-                                                              run_step(segment, *token, last);
-                                                              return token;
+                                                            [this, &segment, last](FrameSlot* slot) {
+                                                              run_step(segment, *slot, last);
+                                                              return slot;
                                                             }));
     connect(*step);
     previous = step.get();
@@ -161,7 +161,7 @@ RunResult Runner::Impl::run() {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::max(threads_, 1U));
   tbb::task_arena arena(static_cast<int>(threads_), 1);
   {
-    Hashing hashing(graph_);
+    BackgroundHasher hashing(graph_);
     arena.execute([&] { flow(); });
     result.wall_s = seconds_since(start);
     if (!error_.empty()) hashing.stop();  // what went wrong is told at once
@@ -195,20 +195,20 @@ void Runner::Impl::produce() {
 
 /// One frame. @returns false at the end. What waits is sent by whoever finishes a frame.
 bool Runner::Impl::produce(std::uint64_t number) {
-  Token* token =
+  FrameSlot* slot =
       frame_queue_.acquire([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
-  if (token == nullptr) return false;
-  if (!fill(*token, number)) {
-    frame_queue_.put_back(token);
+  if (slot == nullptr) return false;
+  if (!fill(*slot, number)) {
+    frame_queue_.put_back(slot);
     return false;
   }
-  if (Token* next = frame_queue_.submit(token); next != nullptr) entry_->try_put(next);
+  if (FrameSlot* next = frame_queue_.submit(slot); next != nullptr) entry_->try_put(next);
   return true;
 }
 
-bool Runner::Impl::fill(Token& token, std::uint64_t number) {
+bool Runner::Impl::fill(FrameSlot& slot, std::uint64_t number) {
   Node& source = *graph_.nodes().front();
-  tofgraph_frame& frame = token.frames.front();
+  tofgraph_frame& frame = slot.frames.front();
   frame.metadata = {};
   frame.metadata.size = sizeof frame.metadata;
   frame.metadata.number = frame.metadata.device_number = number;
@@ -224,49 +224,49 @@ bool Runner::Impl::fill(Token& token, std::uint64_t number) {
 }
 
 /// The end of a frame's way: its slots are free again, and one that waits may start.
-void Runner::Impl::arrived(Token* token) {
-  if (token->frames.front().metadata.number < first_failed_.load()) done_.fetch_add(1);
-  if (Token* next = frame_queue_.release(token); next != nullptr) entry_->try_put(next);
+void Runner::Impl::arrived(FrameSlot* slot) {
+  if (slot->frames.front().metadata.number < first_failed_.load()) done_.fetch_add(1);
+  if (FrameSlot* next = frame_queue_.release(slot); next != nullptr) entry_->try_put(next);
 }
 
 /// Nothing leaves a task of the flow graph: it would cancel the others, and leave the source waiting for them.
-void Runner::Impl::run_step(const Segment& segment, Token& token, bool last) {
-  const std::uint64_t number = token.frames.front().metadata.number;
+void Runner::Impl::run_step(const Segment& segment, FrameSlot& slot, bool last) {
+  const std::uint64_t number = slot.frames.front().metadata.number;
   try {
-    run_segment(segment, token);
-    if (last) arrived(&token);
+    run_segment(segment, slot);
+    if (last) arrived(&slot);
   } catch (...) {
     fail(segment.nodes.empty() ? 0 : segment.nodes.front(), number, what_was_thrown());
   }
 }
 
-void Runner::Impl::run_segment(const Segment& segment, Token& token) {
+void Runner::Impl::run_segment(const Segment& segment, FrameSlot& slot) {
   for (const std::size_t index : segment.nodes) {
-    if (token.frames.front().metadata.number >= first_failed_.load()) return;
-    const auto absent = [&](std::size_t input) { return token.absent[input]; };
-    token.absent[index] = std::ranges::any_of(graph_.inputs(index), absent);
-    if (!token.absent[index]) run_node(index, token);
+    if (slot.frames.front().metadata.number >= first_failed_.load()) return;
+    const auto absent = [&](std::size_t input) { return slot.absent[input]; };
+    slot.absent[index] = std::ranges::any_of(graph_.inputs(index), absent);
+    if (!slot.absent[index]) run_node(index, slot);
   }
 }
 
 /// What a node reads, as its own frame.
-void Runner::Impl::take_inputs(std::size_t index, Token& token) {
+void Runner::Impl::take_inputs(std::size_t index, FrameSlot& slot) {
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
   const std::size_t first = inputs.front();
-  tofgraph_frame &frame = token.frames[index], &read = token.frames[first];
+  tofgraph_frame &frame = slot.frames[index], &read = slot.frames[first];
   // The last reader takes the frame over, so that it may be changed in place.
   if (last_reader_[first] == index)
     std::swap(frame.channels, read.channels);
   else
     frame.channels = read.channels;
   frame.metadata = read.metadata;
-  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(token.frames[inputs[k]], graph_.aliases(index, k));
+  for (std::size_t k = 1; k < inputs.size(); ++k) frame.merge(slot.frames[inputs[k]], graph_.aliases(index, k));
 }
 
-void Runner::Impl::run_node(std::size_t index, Token& token) {
+void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   Node& node = *graph_.nodes()[index];
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
-  tofgraph_frame& frame = token.frames[index];
+  tofgraph_frame& frame = slot.frames[index];
   const auto receiver = options_.receivers.find(node.name);
   try {
     if (node.is_source()) {  // its frame is there; only the receiver is wanted here
@@ -278,22 +278,22 @@ void Runner::Impl::run_node(std::size_t index, Token& token) {
     thread_local std::vector<tofgraph_frame*> many;
     if (node.many_inputs()) {
       many.clear();
-      for (const std::size_t input : inputs) many.push_back(&token.frames[input]);
+      for (const std::size_t input : inputs) many.push_back(&slot.frames[input]);
       frames = many;
     } else {
-      take_inputs(index, token);
+      take_inputs(index, slot);
     }
     if (node.is_sink()) valid_[index].add(frames);
     const auto start = Clock::now();
     // A stage that waits for its own parallel work must not begin another node's frame meanwhile.
-    tbb::this_task_arena::isolate([&] { token.absent[index] = !node.process(frames.data(), frames.size()); });
+    tbb::this_task_arena::isolate([&] { slot.absent[index] = !node.process(frames.data(), frames.size()); });
     times_[index].add(seconds_since(start));
-    if (receiver != options_.receivers.end() && !token.absent[index]) receiver->second(*frames.front());
+    if (receiver != options_.receivers.end() && !slot.absent[index]) receiver->second(*frames.front());
   } catch (...) {
-    fail(index, token.frames.front().metadata.number, what_was_thrown());
+    fail(index, slot.frames.front().metadata.number, what_was_thrown());
   }
   for (const std::size_t input : inputs) {
-    if (last_reader_[input] == index) token.frames[input].clear();
+    if (last_reader_[input] == index) slot.frames[input].clear();
   }
   if (last_reader_[index] == 0) frame.clear();
 }

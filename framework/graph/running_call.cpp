@@ -163,7 +163,7 @@ RunningCall::~RunningCall() {
     thread->depth.store(thread->depth.load(std::memory_order_relaxed) - 1, std::memory_order_release);
 }
 
-void tell_crashes() {
+void install_crash_handler() {
   static_cast<void>(this_thread());
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
     struct sigaction action {

@@ -27,7 +27,7 @@ class RunningCall {
 };
 
 /// From now on a crash writes which node, frame and plugin this thread was in, and then ends as it would have.
-void tell_crashes();
+void install_crash_handler();
 
 /// Writes that a library is about to end the program, and which node, frame and plugin was at work: on this thread,
 /// else on any other. Safe wherever a library may call exit(). @param call a literal: exit, _exit, quick_exit

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/valid_frames.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 #include <tofgraph/channels.hpp>
 

@@ -17,7 +17,7 @@ inline double min_distance(const Geometry& geometry, Vector3 ray) { return dista
 
 /// Optimized bistatic model (5.111), (5.125) by bisection: D_ref with distance_at(D_ref) = D, any sources anywhere.
 /// The left side rises strictly with D_ref, so the solution is unique. To the last bit of a double; slow.
-/// @returns NaN below least_distance() and for a distance or ray that is not finite
+/// @returns NaN below min_distance() and for a distance or ray that is not finite
 inline double optimized_bistatic_bisection(const Geometry& geometry, Vector3 ray, double distance) {
   if (!(distance > min_distance(geometry, ray)) || !std::isfinite(distance)) {
     return std::numeric_limits<double>::quiet_NaN();

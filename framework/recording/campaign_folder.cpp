@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/campaign_folder.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
 #include "io/profile.hpp"
@@ -124,8 +124,8 @@ fs::path CampaignFolder::prepare_recording(std::size_t condition) const {
   fs::path file = unfinished() / file_of(condition);
   for (const fs::path& left : {file, io::CaptureWriter::part_of(file)}) {
     if (fs::remove(left))
-      config::say(fmt::format("{}: the recording of '{}' was not finished: it is removed, and recorded again",
-                              left.string(), plan_.campaign.conditions[condition].id));
+      config::print_message(fmt::format("{}: the recording of '{}' was not finished: it is removed, and recorded again",
+                                        left.string(), plan_.campaign.conditions[condition].id));
   }
   return file;
 }

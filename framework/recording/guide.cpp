@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/guide.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/repair.hpp"
 
@@ -50,11 +50,11 @@ CameraRequest Guide::camera_for(std::size_t index) const {
 
 Outcome Guide::run() {
   const std::size_t all = plan_.campaign.conditions.size();
-  options_.say(fmt::format("{} of {} recorded so far; {} of each", folder_.recorded_count(),
+  options_.print_message(fmt::format("{} of {} recorded so far; {} of each", folder_.recorded_count(),
                            config::counted(all, "condition"), config::counted(frames(), "frame")));
   for (std::size_t i = 0; i < all; ++i) {
     if (folder_.recorded(i)) continue;
-    options_.say(fmt::format("[{} of {}] {}", i + 1, all, condition_text(plan_.campaign.conditions[i])));
+    options_.print_message(fmt::format("[{} of {}] {}", i + 1, all, condition_text(plan_.campaign.conditions[i])));
     const Answer answer = set_up(i);
     if (answer == Answer::stop || answer == Answer::none)
       return answer == Answer::stop ? Outcome::stopped : Outcome::no_answer;
@@ -68,20 +68,20 @@ Guide::Answer Guide::set_up(std::size_t index) {
   const std::string wanted = setup_text(plan_.campaign.conditions[index]);
   if (standing_ == wanted || plays_the_plan(options_.camera, plan_)) {
     const Seen seen = look_at(index);
-    options_.say("  " + seen.text());
+    options_.print_message("  " + seen.text());
     const std::string wrong = wrong_with(seen, index);
     if (wrong.empty()) return Answer::record;
-    options_.say("  " + wrong);
+    options_.print_message("  " + wrong);
   }
   standing_.reset();
-  options_.say("  set up: " + wanted);
+  options_.print_message("  set up: " + wanted);
   const Answer answer = options_.still ? wait_until_still(index) : ask(index);
   if (answer == Answer::record) standing_ = wanted;
   return answer;
 }
 
 Guide::Answer Guide::ask(std::size_t index) {
-  options_.say(fmt::format("  {}", answers));
+  options_.print_message(fmt::format("  {}", answers));
   for (;;) {
     const auto line = options_.read_line();
     if (!line) return Answer::none;
@@ -91,14 +91,14 @@ Guide::Answer Guide::ask(std::size_t index) {
       return Answer::skip;
     }
     if (!line->empty() && *line != "look" && *line != "record") {
-      options_.say(fmt::format("  '{}' is not an answer: {}", *line, answers));
+      options_.print_message(fmt::format("  '{}' is not an answer: {}", *line, answers));
       continue;
     }
     const Seen seen = look_at(index);
-    options_.say("  " + seen.text());
+    options_.print_message("  " + seen.text());
     const std::string wrong = wrong_with(seen, index);
     if (!wrong.empty())
-      options_.say(fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
+      options_.print_message(fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
     const bool go = *line == "record" || (line->empty() && wrong.empty());
     if (!go) continue;
     before_.reset();
@@ -113,21 +113,21 @@ Guide::Answer Guide::ask(std::size_t index) {
 Guide::Answer Guide::wait_until_still(std::size_t index) {
   const double planned = plan_.campaign.conditions[index].board_distance;
   if (!before_ || std::isnan(planned) || !change_shows(planned, before_->planned)) {
-    options_.say("  nobody can see here whether it was moved: say when it stands there");
+    options_.print_message("  nobody can see here whether it was moved: say when it stands there");
     return ask(index);
   }
-  options_.say("  it is recorded as soon as it stands still there");
+  options_.print_message("  it is recorded as soon as it stands still there");
   double last = io::unknown;
   std::string said;
   for (;;) {
     const Seen seen = look_at(index);
     std::string wrong = wrong_with(seen, index);
     if (wrong.empty() && std::abs(seen.distance - last) <= still_limit) {
-      options_.say("  " + seen.text());
+      options_.print_message("  " + seen.text());
       before_ = Reference{planned, seen.distance};
       return Answer::record;
     }
-    if (wrong != said && !wrong.empty()) options_.say("  " + wrong);
+    if (wrong != said && !wrong.empty()) options_.print_message("  " + wrong);
     said = std::move(wrong);
     last = seen.distance;
     options_.wait();
@@ -165,10 +165,10 @@ void Guide::record(std::size_t index) {
     if (problem.empty()) break;
     if (attempt == attempts)
       throw std::runtime_error(fmt::format("{}: {}", plan_.campaign.conditions[index].id, problem));
-    options_.say(fmt::format("  {}: recorded again", problem));
+    options_.print_message(fmt::format("  {}: recorded again", problem));
   }
   folder_.keep(index);
-  options_.say(fmt::format("  recorded {}", config::counted(frames(), "frame")));
+  options_.print_message(fmt::format("  recorded {}", config::counted(frames(), "frame")));
 }
 
 /// @returns why the recording is not whole, or nothing
@@ -176,7 +176,7 @@ std::string Guide::record_once(std::size_t index) const {
   const fs::path file = folder_.prepare_recording(index);
   graph::GraphOptions quiet = options_.graph;
   quiet.message = [this](const std::string& node, const std::string& text, bool warning) {
-    if (warning) options_.say(fmt::format("  {}: warning: {}", node, text));
+    if (warning) options_.print_message(fmt::format("  {}: warning: {}", node, text));
   };
   const auto graph = recording_graph(camera_for(index), file, condition_text(plan_.campaign.conditions[index]),
                                      plan_.campaign.conditions[index].sources, quiet);

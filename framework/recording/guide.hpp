@@ -23,7 +23,7 @@ struct GuideOptions {
   Run run;
   /// A line of the person's; nothing: there will be none any more. @throws Interrupted
   std::function<std::optional<std::string>()> read_line;
-  std::function<void(const std::string&)> say;
+  std::function<void(const std::string&)> print_message;
   /// Waits a moment. @throws Interrupted
   std::function<void()> wait;
 };

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "recording/pipelines.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "graph/camera_spec.hpp"
 
 #include <fmt/format.h>
@@ -61,7 +61,7 @@ std::unique_ptr<graph::Graph> built(const config::Value& document, const std::ve
   config::Diagnostics diagnostics;
   auto graph = graph::build_graph(document, settings, options, diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-  if (options.message && !diagnostics.all().empty()) config::say(diagnostics.text());
+  if (options.message && !diagnostics.all().empty()) config::print_message(diagnostics.text());
   return graph;
 }
 

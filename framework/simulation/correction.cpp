@@ -107,7 +107,9 @@ void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
   bool images = false;
   constexpr double undoable = 0.5;  // a pattern may be made stronger by two, and so may its noise
   for (const EffectPtr& effect : effects) {
-    const auto tell = [&](bool undone, std::string how) { fates_.push_back({effect->name(), undone, std::move(how)}); };
+    const auto tell = [&](bool undone, std::string how) {
+      treatments_.push_back({effect->name(), undone, std::move(how)});
+    };
     if (effect->border().scope == TOFGRAPH_SCOPE_SETUP) {
       tell(false, "belongs to the set-up, not to the camera");
     } else if (effect->level() == TOFGRAPH_LEVEL_GEOMETRY) {

@@ -17,7 +17,7 @@
 namespace tofgraph::simulation {
 
 /// What becomes of one effect of a model, in words.
-struct EffectFate {
+struct EffectTreatment {
   std::string effect;
   bool undone;
   std::string how;  ///< how it is undone, or why it is left
@@ -86,7 +86,7 @@ class Correction {
   /// it is the one given.
   const io::Camera* corrected_camera() const { return changed_ ? camera_.get() : nullptr; }
   std::size_t pixels() const { return pixels_->pixels().size(); }
-  const std::vector<EffectFate>& fates() const { return fates_; }
+  const std::vector<EffectTreatment>& treatments() const { return treatments_; }
   const CorrectionNeeds& needs() const { return needs_; }
 
   /// Tables for a frame's settings and those near it. @throws std::exception
@@ -109,7 +109,7 @@ class Correction {
 
   std::shared_ptr<const io::Camera> camera_;
   bool changed_ = false;
-  std::vector<EffectFate> fates_;
+  std::vector<EffectTreatment> treatments_;
   CorrectionNeeds needs_;
   std::unique_ptr<const CameraInverse> pixels_;  ///< without effects that look at neighbours
   std::unique_ptr<const CameraInverse> images_;  ///< with them, where some of them can be undone

@@ -63,7 +63,7 @@ std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera
   return {};
 }
 
-void look_closely(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics) {
+void validate_effects(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics) {
   if (!graph::validating() || !diagnostics.ok()) return;
   for (const ModelEffect& effect : model.effects) {
     const std::string defect = defect_of(*effect.descriptor, camera);

@@ -16,6 +16,6 @@ std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera
 
 /// Where plugins are looked at closely (graph::validating), every effect of a model; what is wrong goes to the
 /// diagnostics.
-void look_closely(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics);
+void validate_effects(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics);
 
 }  // namespace tofgraph::simulation

@@ -53,9 +53,9 @@ class Evaluation : public tofgraph_light_state {
   void sum();
 
   /// Exposure k sees the scene as changes_[k] says: what effects made of its light before stays, in proportion.
-  void shine_again(std::size_t k);
+  void reilluminate(std::size_t k);
   /// The light of another frequency.
-  void shine_at(double other_frequency);
+  void illuminate_at(double other_frequency);
   int move_exposure(std::uint32_t k, double displacement) noexcept;
   void expose(Expectation& result);
 

@@ -22,7 +22,7 @@ Complex turn_of(double angle) {
 
 Expectation Evaluation::integrate() {
   const std::size_t n = pixels_.size(), count = steps_.size();
-  for (const double each : frequencies_) shine_at(each);
+  for (const double each : frequencies_) illuminate_at(each);
   for (const double each : frequencies_) {
     const Illumination& illuminate = by_frequency_.at(each);
     exposures_.insert(exposures_.end(), illuminate.light.begin(), illuminate.light.end());
@@ -40,7 +40,7 @@ Expectation Evaluation::integrate() {
   if (acquisition_.moving) {
     for (std::size_t k = 1; k < count; ++k) {
       changes_[k].time = static_cast<double>(k) / (static_cast<double>(count) * camera->frame_rate);
-      shine_again(k);
+      reilluminate(k);
     }
   }
   apply_level(TOFGRAPH_LEVEL_SAMPLES);
@@ -56,7 +56,7 @@ void Evaluation::use_taps(std::span<double> values) {
   pixel = pixels_.at.data();
 }
 
-void Evaluation::shine_at(double other_frequency) {
+void Evaluation::illuminate_at(double other_frequency) {
   if (by_frequency_.contains(other_frequency)) return;
   if (other_frequency == frequency) {
     by_frequency_[frequency] = {light_, strength_};
@@ -67,7 +67,7 @@ void Evaluation::shine_at(double other_frequency) {
   by_frequency_[other_frequency] = {std::move(other.light_), std::move(other.strength_)};
 }
 
-void Evaluation::shine_again(std::size_t k) {
+void Evaluation::reilluminate(std::size_t k) {
   Evaluation other(model_, tracer_, acquisition_, pixels_, changes_[k], frequencies_[k]);
   other.illuminate();
   const std::size_t n = pixels_.size();
@@ -87,7 +87,7 @@ int Evaluation::move_exposure(std::uint32_t k, double displacement) noexcept {
   if (displacement == 0) return TOFGRAPH_STATUS_OK;
   try {
     changes_[k].displacement += displacement;
-    shine_again(k);
+    reilluminate(k);
     return TOFGRAPH_STATUS_OK;
   } catch (const std::exception&) {
     return TOFGRAPH_STATUS_ERROR;

@@ -78,7 +78,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
       of_model.warning(document.at, fmt::format("the model is for the camera '{}', but the scene has '{}'",
                                                 model.camera, camera.name));
     effects = make_effects(model, camera, of_model, changes.host);
-    if (of_model.ok()) look_closely(model, camera, of_model);
+    if (of_model.ok()) validate_effects(model, camera, of_model);
   }
   diagnostics.add(of_model.all());
   if (!diagnostics.ok()) return nullptr;

@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 #ifndef TOFGRAPH_AVERAGE_ONCE
 #define TOFGRAPH_AVERAGE_ONCE

@@ -107,7 +107,7 @@ struct ModelCorrection final : Filter {
     lengths_.prepare(setup, {"distance", "sigma"});
     if (const io::Camera* corrected = correction_->corrected_camera()) setup.set_camera(corrected->view());
     bool some = false;
-    for (const simulation::EffectFate& fate : correction_->fates()) {
+    for (const simulation::EffectTreatment& fate : correction_->treatments()) {
       note(std::string(fate.undone ? "undoes " : "leaves ") + fate.effect + ": " + fate.how);
       some = some || fate.undone;
     }

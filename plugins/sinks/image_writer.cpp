@@ -14,7 +14,7 @@
 #include <cmath>
 #include <limits>
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "io/output_file.hpp"
 #include "plugins/sinks/channel_pictures.hpp"
 

@@ -18,7 +18,7 @@
 #include <sstream>
 
 #include "config/json_text.hpp"
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/plausibility.hpp"
 #include "io/light_sources.hpp"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "io/plausibility.hpp"
 #include "plugins/raw_source_data.hpp"
 

@@ -3,7 +3,7 @@
 /// @file What a search may find, for programs of the bench that ask framework/diagnosis directly.
 #pragma once
 
-#include "diagnosis/candidate.hpp"
+#include "diagnosis/model/candidate.hpp"
 #include "graph/plugin.hpp"
 
 #include <memory>

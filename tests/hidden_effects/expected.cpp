@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // hidden_effects_expected: pairs of effects in campaigns without noise: whether the set that the selection comes to is
 // the hidden one, and where it is not, whether the hidden one would have explained more.
-#include "diagnosis/ingest.hpp"
-#include "diagnosis/selection.hpp"
+#include "diagnosis/data/ingest.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/search/selection.hpp"
 #include "tests/hidden_effects/candidates.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
@@ -92,8 +93,8 @@ Result select(const Problem& problem, const hidden::Effects& effects,
   const std::vector<Term> none;
   Selection selection(problem, none, candidates, options, {});
   selection.begin();
-  selection.grow();
-  selection.settle();
+  selection.forward_select();
+  selection.refit();
   Result result;
   Names hidden;
   for (const auto& [name, values] : effects.all()) hidden.push_back(name);
@@ -105,15 +106,15 @@ Result select(const Problem& problem, const hidden::Effects& effects,
   }
   const std::optional<std::vector<Term>> truth = terms_of(effects, candidates);
   if (!truth) return result;
-  State state = selection.original().fit.state;
-  state.variances = selection.best().fit.state.variances;
+  State state = selection.original().state;
+  state.random_sd = selection.best().state.random_sd;
   state.terms = *truth;
-  const Fit fit = selection.settled(state);
-  result.behind = selection.best().fit.deviance - fit.deviance;
-  const double bic = selection.bic(selection.best().fit) - selection.bic(fit);
+  const ModelFit fit = selection.refitted(state);
+  result.behind = selection.best().deviance - fit.deviance;
+  const double bic = selection.bic(selection.best()) - selection.bic(fit);
   const bool part = std::ranges::includes(hidden, result.selected);
   constexpr double tie = 10;
-  result.outcome = part && bic < Selection::worth        ? Outcome::not_shown
+  result.outcome = part && bic < settings.min_bic_gain   ? Outcome::not_shown
                    : std::min(result.behind, bic) > tie  ? Outcome::missed
                    : std::max(result.behind, bic) < -tie ? Outcome::better
                                                          : Outcome::as_good;

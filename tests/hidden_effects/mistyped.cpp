@@ -3,7 +3,7 @@
 // hidden_effects_mistyped: how often the check before the gap search names a condition that was written wrongly, and
 // how often one that was not; and whether the search, without what was named, finds the hidden effect. Prints what was
 // missed and accused, then a table.
-#include "diagnosis/plausibility.hpp"
+#include "diagnosis/data/plausibility.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
 #include "tests/hidden_effects/score_run.hpp"

@@ -3,7 +3,7 @@
 // Slow: Mistyped.EveryMistakeIsNamed
 // Rooms: diagnosis simulation
 // What the check before the gap search names, on campaigns of the plain camera with something hidden in them.
-#include "diagnosis/plausibility.hpp"
+#include "diagnosis/data/plausibility.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
 #include "tests/program.hpp"

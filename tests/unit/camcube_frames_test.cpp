@@ -273,7 +273,7 @@ TEST(FrameExchange, KeepsTheNewestInOrder) {
     ASSERT_TRUE(exchange.take(frame, 0ms));
     EXPECT_EQ(frame.number, n);
   }
-  EXPECT_EQ(exchange.overtaken(), 7U);
+  EXPECT_EQ(exchange.lost_frames(), 7U);
   EXPECT_FALSE(exchange.take(frame, 0ms));
   exchange.wake();
   EXPECT_FALSE(exchange.take(frame, 1h));

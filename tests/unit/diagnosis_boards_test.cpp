@@ -3,7 +3,7 @@
 // Slow: BentBoards.AreNoEffect*:OneBentBoard.*
 // Rooms: diagnosis simulation
 // Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
-#include "diagnosis/boards.hpp"
+#include "diagnosis/model/board_flatness.hpp"
 #include "tests/unit/clutter.hpp"
 
 #include <cmath>
@@ -38,8 +38,8 @@ class BentBoards : public Clutter {
 TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
   const SearchResult result = searched(bent(data_with({}, 41), own_shape));
   EXPECT_EQ(names(result), std::vector<std::string>{});
-  ASSERT_TRUE(result.allowed.boards);
-  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  ASSERT_TRUE(result.after.state.nuisances.boards);
+  EXPECT_NEAR(result.after.state.nuisances.boards->sd, 1e-3, 2e-4);
   const SearchResult beside = searched(bent(data_with(wiggling(), 42), own_shape));
   expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
 }
@@ -52,20 +52,20 @@ TEST_F(BentBoards, AreNoEffectBesideAContrastThatIsNotTheProfiles) {
     for (std::size_t row = intensity * n; row < (intensity + 1) * n; ++row) one.value[row] -= std::log(0.94);
   const SearchResult result = searched(data);
   expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
-  ASSERT_TRUE(result.allowed.boards);
-  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
+  ASSERT_TRUE(result.after.state.nuisances.boards);
+  EXPECT_NEAR(result.after.state.nuisances.boards->sd, 1e-3, 2e-4);
 }
 
 /// What shapes promise is what they are worth: the deviance with them, and what they cost it, where a board may stand
 /// anywhere and have any light.
 TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
   const std::vector<Observations> data = bent(data_with({}, 50), own_shape);
-  Problem problem = make_problem(*design, data);
-  const State state{{}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 1, .offset = 0, .light = 0.1}};
+  const Problem problem = make_problem(*design, data);
+  State state{{}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 1, .offset = 0, .light = 0.1}};
   const double flat = deviance_of(problem, state);
-  const BoardTrial trial = BoardShapes(problem).trial(problem, state);
+  const BoardTrial trial = BoardFlatness(problem).trial(problem, state);
   ASSERT_TRUE(trial.boards);
-  problem.allowed.boards = trial.boards;
+  state.nuisances.boards = trial.boards;
   EXPECT_GT(trial.boards->cost, 100);
   EXPECT_NEAR(flat - deviance_of(problem, state) - trial.boards->cost, trial.gain, 0.02 * trial.gain);
 }
@@ -74,7 +74,7 @@ TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
 TEST_F(BentBoards, OneShapeForAllIsNone) {
   const SearchResult result =
       searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
-  EXPECT_FALSE(result.allowed.boards);
+  EXPECT_FALSE(result.after.state.nuisances.boards);
   EXPECT_TRUE(result.something_left() || !result.found.empty());
 }
 
@@ -93,9 +93,9 @@ TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
   const SearchResult result = searched(bent(data_with({}, 44), own_shape));
   EXPECT_EQ(names(result), std::vector<std::string>{});
   EXPECT_FALSE(result.something_left());
-  ASSERT_TRUE(result.allowed.boards);
-  EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
-  EXPECT_LT(result.after.state.variances.jitter, 8e-4) << "0.5 mm";
+  ASSERT_TRUE(result.after.state.nuisances.boards);
+  EXPECT_NEAR(result.after.state.nuisances.boards->sd, 1e-3, 2e-4);
+  EXPECT_LT(result.after.state.random_sd.jitter, 8e-4) << "0.5 mm";
   expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
 }
 
@@ -104,7 +104,7 @@ TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
   for (const char* hidden : {"source_position", "principal_point"}) {
     const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));
     EXPECT_EQ(names(result), std::vector<std::string>{hidden});
-    EXPECT_FALSE(result.allowed.boards);
+    EXPECT_FALSE(result.after.state.nuisances.boards);
   }
 }
 

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // A capped lens in a design: what a search adds to it, and what it has none of.
-#include "diagnosis/bases.hpp"
-#include "diagnosis/folds.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/search/bases.hpp"
+#include "diagnosis/search/folds.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <tofgraph/physics/constants.hpp>
@@ -47,7 +48,7 @@ TEST_F(Capped, ShowsWhatIsInsideAsThatBoardWould) {
   // Near the axis: gain x reflectivity x time / D_t^2, D_t the way there and back.
   const double range = physics::unambiguous_range(with->camera().modulation_frequency);
   const double strength = std::abs(with->ideal(last)[n / 2 + grid / 2].phasor);
-  EXPECT_NEAR(strength / (with->camera().gain * unknown_reflectivity * time / (range * range)), 1, 0.05);
+  EXPECT_NEAR(strength / (with->camera().gain * settings.unknown_reflectivity * time / (range * range)), 1, 0.05);
 }
 
 TEST_F(Capped, HasNoPlaceNoLightAndNoFold) {
@@ -59,7 +60,7 @@ TEST_F(Capped, HasNoPlaceNoLightAndNoFold) {
   const Problem problem = make_problem(*with, data);
   EXPECT_EQ(problem.target[last], -1);
   for (std::size_t row = 0; row < with->rows(); ++row) {
-    EXPECT_EQ(problem.light_response(last, row), 0);
+    EXPECT_EQ(State().light_response(problem, last, row), 0);
     EXPECT_EQ(problem.uniform_response(last, row), 0);
   }
   std::vector<Fold> all = folds_of(*with);

@@ -3,7 +3,7 @@
 // Slow: OutOfSample.WhatIsPutAside*:OutOfSample.FoldsThatAreKnown*
 // Rooms: diagnosis simulation
 // Proof out of sample: what is put aside is not seen by anything that chooses or fits.
-#include "diagnosis/crossfit.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <numbers>
@@ -103,7 +103,7 @@ TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
       EXPECT_EQ(one.light, two.light);
       EXPECT_GT(other.folds[f].conditions[0].after[distance], 100 * honest.folds[f].conditions[0].after[distance]);
     } else if (disjoint) {
-      EXPECT_NE(one.variances.jitter, two.variances.jitter) << "the others have seen it";
+      EXPECT_NE(one.random_sd.jitter, two.random_sd.jitter) << "the others have seen it";
     }
   }
 }
@@ -131,7 +131,7 @@ TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
 TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   const Term truth = random_term(effect("wiggling"), 1, 6);
   const CrossFit result = folds(data_with({truth}, 7));
-  EXPECT_EQ(result.share_of({"wiggling"}), 1);
+  EXPECT_EQ(result.condition_gram_of({"wiggling"}), 1);
   const CrossFit::Gap gap = result.gap(distance, "distance", 1);
   // A sine of 5 mm is what is predicted; at these distances its mean square is near a half.
   EXPECT_NEAR(std::sqrt(gap.before * gap.before - gap.after * gap.after), 5e-3 / std::numbers::sqrt2, 5e-4);
@@ -147,7 +147,7 @@ TEST_F(OutOfSample, TheGapIsThatOfNewData) {
     }
   }
   EXPECT_NEAR(gap.after, std::sqrt(noise / count), 0.25 * std::sqrt(noise / count));
-  const Fall fall = fall_of(result, {"wiggling"}, 1);
+  const HeldOutImprovement fall = held_out_improvement_of(result, {"wiggling"}, 1);
   EXPECT_GT(fall.low, 100);
   EXPECT_NEAR(fall.depth_with, result.gap(distance, "", 1).after, 1e-12);
 }
@@ -230,22 +230,23 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   CrossFit result;
   // The first condition gains 90 in each of three folds, the second loses 60 once: drawn alone it refutes the effect.
   result.folds = {fold("a", 0, 100, 10), fold("a", 0, 100, 10), fold("b", 0, 100, 10), fold("a", 1, 40, 100)};
-  const Fall own = fall_of(result, {"a"}, 1), both = fall_of(result, {"a", "b"}, 1);
+  const HeldOutImprovement own = held_out_improvement_of(result, {"a"}, 1),
+                           both = held_out_improvement_of(result, {"a", "b"}, 1);
   EXPECT_EQ(own.conditions, 2U);
   EXPECT_EQ(own.without - own.with, 120);
   EXPECT_EQ(both.without - both.with, 210);
   EXPECT_EQ(both.low, -120) << "both draws are the second condition in a quarter of the cases";
   // What no fold chose has proved nothing, nor what no held-out condition could show.
-  EXPECT_FALSE(fall_of(result, {"c"}, 1).is_proof());
+  EXPECT_FALSE(held_out_improvement_of(result, {"c"}, 1).is_significant());
   // One that gave no number did not choose.
   result.folds.emplace_back().failed = "no number";
-  EXPECT_EQ(result.share_of({"a", "b"}), 0.8);
+  EXPECT_EQ(result.condition_gram_of({"a", "b"}), 0.8);
   // Where a fold chose both, either without the other is far off, and proves nothing.
   FoldResult twins = fold("a", 1, 1e6, 10);
   twins.chosen = {"a", "b"};
   twins.conditions[0].without["b"] = {1e6, 100, 0};
   result.folds.push_back(twins);
-  const Fall beside = fall_of(result, {"a", "b"}, 1);
+  const HeldOutImprovement beside = held_out_improvement_of(result, {"a", "b"}, 1);
   EXPECT_EQ(beside.without - beside.with, 210);
   EXPECT_EQ(beside.folds, 5U);
   EXPECT_EQ(beside.folds_alone, 4U);
@@ -264,7 +265,7 @@ TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
     one.without["a"] = {.taken_out = 100 * taken_out * taken_out};
     result.folds.push_back(fold);
   }
-  const Fall fall = fall_of(result, {"a"}, 1);
+  const HeldOutImprovement fall = held_out_improvement_of(result, {"a"}, 1);
   EXPECT_NEAR(fall.median_taken_out, 5e-3, 1e-12);
   EXPECT_NEAR(fall.median_with, 1e-3, 1e-12);
 }

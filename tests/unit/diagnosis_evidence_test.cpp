@@ -3,13 +3,13 @@
 // Slow: Rail.BarsAre*
 // Rooms: diagnosis
 // What the gap report shows, against closed forms and brute force.
-#include "diagnosis/by_condition.hpp"
-#include "diagnosis/evidence.hpp"
-#include "diagnosis/gap_report_values.hpp"
-#include "diagnosis/inputs.hpp"
-#include "diagnosis/notes.hpp"
-#include "diagnosis/standing.hpp"
-#include "diagnosis/validation.hpp"
+#include "diagnosis/data/inputs.hpp"
+#include "diagnosis/model/evidence.hpp"
+#include "diagnosis/model/parameter_status.hpp"
+#include "diagnosis/model/validation.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/report/notes.hpp"
+#include "diagnosis/search/condition_influence.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ TEST_F(Rail, BarsAreAsLongAsDrawsScatter) {
   Problem problem = make_problem(*design, blank);
   const State truth{
       {term}, std::vector<double>(problem.targets.size(), 0.1), {.jitter = 5e-4, .offset = 0, .light = 2e-3}};
-  const State ideal{{}, truth.light, truth.variances};
+  const State ideal{{}, truth.log_reflectivity, truth.random_sd};
   for (const std::size_t o : {distance, amplitude}) {
     double square = 0, count = 0, of_pixels = 0, pixels = 0, of_map = 0, map = 0;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -81,7 +81,7 @@ TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
   const std::vector<Observations> data = injected(ideal, truth, 8);
   const Problem problem = make_problem(*design, data);
   const std::vector<double> shares = influence(problem, truth, 0);
-  const auto with = expected(problem, truth), without = expected(problem, {{}, {}, truth.variances});
+  const auto with = expected(problem, truth), without = expected(problem, State{{}, {}, truth.random_sd});
   std::vector<double> scores;
   double all = 0;
   for (std::size_t i = 0; i < design->size(); ++i) {
@@ -93,7 +93,7 @@ TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
       x(k) = with[i][row] - without[i][row];
       r(k) = data[i].value[row] - without[i][row];
       g(k) = 5e-4 * design->shift(i)[row];
-      h(k) = 2e-3 * problem.light_response(i, row);
+      h(k) = 2e-3 * truth.light_response(problem, i, row);
       c(k, k) = data[i].variance[row];
     }
     c += g * g.transpose() + h * h.transpose();
@@ -134,7 +134,7 @@ TEST_F(Rail, ScatterIsWhatConditionsDifferBy) {
   EXPECT_NEAR(both * both, left * left + std::pow(noise_floor(exact, true, distance), 2), 0.02e-6);
 }
 
-TEST(Standing, NumbersHaveTheDigitsOfTheirUncertainty) {
+TEST(ParameterStatus, NumbersHaveTheDigitsOfTheirUncertainty) {
   EXPECT_EQ(with_uncertainty(4.0012e-3, {3.9812e-3, 4.0212e-3}, "m"), "4.001 mm ± 0.020 mm");
   EXPECT_EQ(with_uncertainty(599.606, {540, 659}, "counts/s"), "600 counts/s ± 60 counts/s");
   EXPECT_EQ(with_uncertainty(0.5, {0.49, 0.51}, "rad"), "28.65 deg ± 0.57 deg");
@@ -167,11 +167,11 @@ TEST(Shown, GapsHaveTheDigitsOfTheirUncertainty) {
 TEST_F(Rail, WhatTheDataSayOfAParameter) {
   const FreeParameter& size = effect("wiggling").free()[0];
   const FreeParameter& angle = effect("wiggling").free()[1];
-  EXPECT_EQ(standing(size, {3e-3, 5e-3}, 1e-4), Standing::determined);
-  EXPECT_EQ(standing(size, {-1e-3, 5e-3}, 1e-4), Standing::holds_zero);
-  EXPECT_EQ(standing(size, {-1, 1}, 9000), Standing::not_determined) << "the prior alone has 100^2";
-  EXPECT_EQ(standing(angle, {-3, 4}, 2), Standing::not_determined) << "a whole turn";
-  EXPECT_EQ(standing(angle, {-0.1, 0.1}, 1e-3), Standing::determined) << "no angle changes nothing";
+  EXPECT_EQ(parameter_status(size, {3e-3, 5e-3}, 1e-4), ParameterStatus::determined);
+  EXPECT_EQ(parameter_status(size, {-1e-3, 5e-3}, 1e-4), ParameterStatus::consistent_with_zero);
+  EXPECT_EQ(parameter_status(size, {-1, 1}, 9000), ParameterStatus::not_determined) << "the prior alone has 100^2";
+  EXPECT_EQ(parameter_status(angle, {-3, 4}, 2), ParameterStatus::not_determined) << "a whole turn";
+  EXPECT_EQ(parameter_status(angle, {-0.1, 0.1}, 1e-3), ParameterStatus::determined) << "no angle changes nothing";
 }
 
 /// What a campaign cannot tell by its settings alone is said before anything is searched.

@@ -3,7 +3,8 @@
 // Slow: Next.TheCondition*:Next.WhatThe*
 // Rooms: diagnosis
 // What to measure next, against brute force: every condition of the list with a covariance of its own, written out.
-#include "diagnosis/next_condition.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/search/next_condition.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <fmt/ranges.h>
@@ -21,7 +22,7 @@ class Next : public Rail {
  protected:
   void SetUp() override {
     Rail::SetUp();
-    // Variances by one law, so that those of other conditions are known here without asking the code.
+    // RandomEffectSd by one law, so that those of other conditions are known here without asking the code.
     for (std::size_t i = 0; i < design->size(); ++i) {
       for (std::size_t s = 0; s < design->superpixels(); ++s) {
         const Signal& signal = design->ideal(i)[s];
@@ -46,13 +47,13 @@ class Next : public Rail {
                      const std::vector<Eigen::VectorXd>& open = {}) const {
     const Design alone(design->camera_pointer(), design->physical(), {condition});
     const auto model = [&](const State& state) { return forward_model(state.terms, alone.camera(), true); };
-    const std::vector<double> first = alone.predict(model(one), 0, one.light[0]),
-                              second = alone.predict(model(other), 0, other.light[0]);
+    const std::vector<double> first = alone.predict(model(one), 0, one.log_reflectivity[0]),
+                              second = alone.predict(model(other), 0, other.log_reflectivity[0]);
     const std::size_t rows = alone.rows(), n = alone.superpixels();
     std::vector<Eigen::VectorXd> directions(3, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows)));
     Eigen::VectorXd change(rows), inverse(rows);
     constexpr double step = 0.01;
-    const std::vector<double> lit = alone.predict(model(one), 0, one.light[0] + step);
+    const std::vector<double> lit = alone.predict(model(one), 0, one.log_reflectivity[0] + step);
     for (std::size_t row = 0; row < rows; ++row) {
       const auto r = static_cast<Eigen::Index>(row);
       const Signal& signal = alone.ideal(0)[row % n];
@@ -61,9 +62,9 @@ class Next : public Rail {
           std::exp(light) * (signal.intensity + std::abs(signal.phasor) / 2) > 0.98 * alone.camera().full_well;
       change(r) = second[row] - first[row];
       inverse(r) = relative * 100 < 1 && !full ? 1 / law(signal, row / n, std::exp(light)) : 0;
-      directions[0](r) = one.variances.jitter * alone.shift(0)[row];
-      directions[1](r) = one.variances.offset * alone.offset(0)[row];
-      directions[2](r) = one.variances.light * (lit[row] - first[row]) / step;
+      directions[0](r) = one.random_sd.jitter * alone.shift(0)[row];
+      directions[1](r) = one.random_sd.offset * alone.offset(0)[row];
+      directions[2](r) = one.random_sd.light * (lit[row] - first[row]) / step;
     }
     std::ranges::copy(open, std::back_inserter(directions));
     Eigen::MatrixXd u(rows, 0);  // C^-1 = D^-1 - sum of u u'
@@ -81,8 +82,8 @@ class Next : public Rail {
     // Below what matters only what board, camera and light could make counts, in their standard deviations.
     Eigen::MatrixXd along(rows, 3);
     const State& sd = one;
-    along << directions[0] / sd.variances.jitter, directions[1] / sd.variances.offset,
-        directions[2] / sd.variances.light;
+    along << directions[0] / sd.random_sd.jitter, directions[1] / sd.random_sd.offset,
+        directions[2] / sd.random_sd.light;
     const Eigen::VectorXd root = inverse.cwiseSqrt();
     const Eigen::VectorXd taken =
         (root.asDiagonal() * along).completeOrthogonalDecomposition().solve(root.cwiseProduct(change));
@@ -93,11 +94,11 @@ class Next : public Rail {
         const auto r = static_cast<Eigen::Index>(row);
         if (inverse(r) > 0) sum += rest(r) * rest(r), ++count;
       }
-      if (count > 0 && std::sqrt(sum / count) >= least_change[o]) return std::sqrt(square);
+      if (count > 0 && std::sqrt(sum / count) >= settings.practical_threshold[o]) return std::sqrt(square);
     }
     return std::sqrt(std::min(square, std::pow(taken(0) + taken(1), 2) /
-                                              (std::pow(sd.variances.jitter, 2) + std::pow(sd.variances.offset, 2)) +
-                                          std::pow(taken(2) / sd.variances.light, 2)));
+                                              (std::pow(sd.random_sd.jitter, 2) + std::pow(sd.random_sd.offset, 2)) +
+                                          std::pow(taken(2) / sd.random_sd.light, 2)));
   }
 
   static constexpr double light = 0.2;
@@ -189,7 +190,7 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   const std::vector<NextCondition> next = next_conditions(problem, questions);
   ASSERT_EQ(next.size(), 1U);
   double best = 0;
-  for (const io::Condition& c : candidate_conditions(problem, one.light)) {
+  for (const io::Condition& c : candidate_conditions(problem, one.log_reflectivity)) {
     if (!c.is_capped()) best = std::max(best, brute_force(c, one, other));
   }
   EXPECT_NEAR(next[0].sigma, best, 1e-3 * best);
@@ -208,13 +209,13 @@ TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
   const Problem problem = make_problem(*design, blank);
   const State zero = state_with({{&effect("zero_offset"), {8e-3}}}),
               other = state_with({{&effect("integration_time_offset"), {8e-3 / std::log(5.0), 0}}});
-  Found found;
+  EffectFinding found;
   found.candidate = &effect("zero_offset"), found.name = "zero_offset";
   found.rivals = {{&effect("integration_time_offset"), {found.name}, 0, 0, true, other}};
   Question question = open_questions(problem, zero, {found}, {}, {}).at(0);
   const NextCondition open = next_conditions(problem, {question}).at(0);
   EXPECT_LT(open.sigma, 1);
-  question.told_of_other = {};
+  question.information_of_other = {};
   EXPECT_GT(next_conditions(problem, {question}).at(0).sigma, 5) << "with its values as they are";
 }
 
@@ -256,8 +257,8 @@ TEST_F(Next, WhatIsBelowWhatMattersTellsNothing) {
   const State one = state_with({}), other = state_with({{&effect("source_phase"), {1e-3}}});
   ASSERT_EQ(effect("source_phase").free().size(), 1U);
   const std::vector<NextCondition> next = next_conditions(problem, {{{"source_phase"}, one, other, ""}});
-  for (const NextCondition& best : next) EXPECT_LT(best.sigma, telling);
-  EXPECT_EQ(most_telling(next), nullptr);
+  for (const NextCondition& best : next) EXPECT_LT(best.sigma, settings.min_distinction);
+  EXPECT_EQ(best_condition(next), nullptr);
 }
 
 /// A campaign at one distance: an error that goes with the distance is blind there, and shows on another board.

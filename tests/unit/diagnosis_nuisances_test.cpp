@@ -4,8 +4,9 @@
 // Rooms: diagnosis simulation
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
-#include "diagnosis/places.hpp"
-#include "diagnosis/search.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/board_offsets.hpp"
+#include "diagnosis/search/search.hpp"
 #include "tests/unit/clutter.hpp"
 
 #include <fmt/format.h>
@@ -31,8 +32,8 @@ TEST_F(Clutter, SessionsAreNoEffect) {
   const SearchResult result = searched(shifted(data_with(wiggling(), 22), session));
   expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
   // The likeliest standard deviation of three offsets around zero.
-  EXPECT_NEAR(result.after.state.variances.session, std::sqrt((9 + 1 + 16) / 3.0) * 1e-3, 3e-4);
-  EXPECT_LT(result.after.state.variances.jitter, 1e-3);
+  EXPECT_NEAR(result.after.state.random_sd.session, std::sqrt((9 + 1 + 16) / 3.0) * 1e-3, 3e-4);
+  EXPECT_LT(result.after.state.random_sd.jitter, 1e-3);
 }
 
 TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
@@ -46,8 +47,8 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
       EXPECT_EQ(names(result), std::vector<std::string>{});
     ASSERT_EQ(result.misplaced.size(), 1U);
     EXPECT_EQ(result.misplaced[0].condition, lost);
-    EXPECT_NEAR(result.misplaced[0].off, 20e-3, 2e-3);
-    EXPECT_LT(result.after.state.variances.jitter, 1e-3) << "the others' is as it was";
+    EXPECT_NEAR(result.misplaced[0].error, 20e-3, 2e-3);
+    EXPECT_LT(result.after.state.random_sd.jitter, 1e-3) << "the others' is as it was";
   }
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
@@ -62,17 +63,18 @@ TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
   const auto crosstalk = std::ranges::find_if(its_candidates, [](const auto& c) { return c->name() == "crosstalk"; });
   const Problem truth = make_problem(*design_of_truth, blank);
   State state{{random_term(**crosstalk, 3, 30)}, std::vector<double>(truth.targets.size(), 0), {}};
-  state.variances = {.jitter = 5e-4, .offset = 0, .light = 2e-3};
-  state.light[static_cast<std::size_t>(truth.target[brighter])] = 0.1;
+  state.random_sd = {.jitter = 5e-4, .offset = 0, .light = 2e-3};
+  state.log_reflectivity[static_cast<std::size_t>(truth.target[brighter])] = 0.1;
   const std::vector<Observations> data = injected(truth, state, 31);
   conditions[brighter].target = target;
   measure();
-  Problem problem = make_problem(*design, data);
-  state.light.assign(problem.targets.size(), 0);
-  brighten(problem, state);
-  EXPECT_LT(std::abs(places_of(problem, state).off[brighter]), 2e-3);
-  state.variances.light = 0;
-  EXPECT_GT(std::abs(places_of(problem, state).off[brighter]), 6e-3) << "whose light is taken for known has moved";
+  const Problem problem = make_problem(*design, data);
+  state.log_reflectivity.assign(problem.targets.size(), 0);
+  update_reflectivity_jacobian(problem, state);
+  EXPECT_LT(std::abs(board_offsets_of(problem, state).error[brighter]), 2e-3);
+  state.random_sd.light = 0;
+  EXPECT_GT(std::abs(board_offsets_of(problem, state).error[brighter]), 6e-3)
+      << "whose light is taken for known has moved";
 }
 
 /// A residue that stays for some conditions, as air and reflections do.
@@ -110,8 +112,8 @@ TEST_F(LastingResidue, IsNoEffect) {
   const SearchResult result = searched(with_waves(data_with({}, 49), 1.0 / 3));
   EXPECT_EQ(names(result), std::vector<std::string>{});
   EXPECT_FALSE(result.something_left());
-  ASSERT_TRUE(result.allowed.residue);
-  const std::set<Eigen::Index> runs(result.allowed.runs.begin(), result.allowed.runs.end());
+  ASSERT_TRUE(result.after.state.nuisances.smooth_field);
+  const std::set<Eigen::Index> runs(result.after.state.nuisances.runs.begin(), result.after.state.nuisances.runs.end());
   EXPECT_GE(runs.size(), 4U);
   EXPECT_LE(runs.size(), 10U) << "of 20 conditions, correlated over some 3";
 }
@@ -124,14 +126,14 @@ TEST_F(LastingResidue, KeepsNoEffectFromItsName) {
 /// What stays for all of a campaign may be the camera's, and no flip of signs would tell.
 TEST_F(LastingResidue, IsNoneWhereItNeverChanges) {
   const SearchResult result = searched(with_waves(data_with({}, 52), 0));
-  EXPECT_FALSE(result.allowed.residue);
+  EXPECT_FALSE(result.after.state.nuisances.smooth_field);
   EXPECT_TRUE(result.something_left()) << fmt::format("{}", fmt::join(names(result), ", "));
 }
 
 /// So many conditions carry a gain as change their signs together.
 TEST_F(LastingResidue, IsCarriedByRuns) {
   const std::vector<Observations> data = data_with({}, 53);
-  Problem problem = make_problem(*design, data);
+  const Problem problem = make_problem(*design, data);
   Group group{"even", {Column(design->size(), std::vector<double>(design->rows(), 0))}};
   for (std::size_t i = 0; i < design->size(); ++i)
     std::fill_n(group.columns[0][i].begin(), design->superpixels(), 1e-3 * (i % 2 == 0 ? 1 : -1));
@@ -141,13 +143,12 @@ TEST_F(LastingResidue, IsCarriedByRuns) {
       even[i].value[row] = blank[i].value[row] + group.columns[0][i][row], even[i].variance[row] = 1e-8;
   }
   const Problem same = with_data(problem, even);
-  Problem in_runs = same;
-  for (std::size_t i = 0; i < design->size(); ++i) in_runs.allowed.runs.push_back(static_cast<Eigen::Index>(i / 5));
-  Fit fit;
+  ModelFit fit;
   fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1e-6, .offset = 0, .light = 1e-6}};
   const double all = static_cast<double>(design->size());
-  EXPECT_GT(score_of(same, fit, {}, group, 0, 0).carriers, 0.8 * all);
-  EXPECT_NEAR(score_of(in_runs, fit, {}, group, 0, 0).carriers, all / 5, 0.5);
+  EXPECT_GT(score_of(same, fit, group, 0, 0).effective_sample_size, 0.8 * all);
+  for (std::size_t i = 0; i < design->size(); ++i) fit.state.nuisances.runs.push_back(static_cast<Eigen::Index>(i / 5));
+  EXPECT_NEAR(score_of(same, fit, group, 0, 0).effective_sample_size, all / 5, 0.5);
 }
 
 /// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.
@@ -160,12 +161,12 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   const std::vector<Observations> data = shifted(data_with({}, 30), [](std::size_t i, std::size_t s) {
     return 3e-3 * (i / 7 == 1) + 1e-5 * static_cast<double>(s);
   });
-  Problem problem = make_problem(*design, data);
-  problem.allowed.residue = std::make_shared<const Residue>(Residue(data), 2e-4);
-  Fit fit;
+  const Problem problem = make_problem(*design, data);
+  ModelFit fit;
   fit.state = {{},
                std::vector<double>(problem.targets.size(), 0.1),
                {.jitter = 5e-4, .offset = 0, .drift = 3e-4, .session = 2e-3}};
+  fit.state.nuisances.smooth_field = std::make_shared<const SmoothField>(SmoothField(data), 2e-4);
   Group group{"ramp", {}};
   for (const int power : {1, 2}) {
     Column& column = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));
@@ -178,13 +179,13 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   const auto rows = expected(problem, fit.state);
   const std::vector<double> weight(design->size(), 1);
   const auto deviance = [&](std::span<const Column> columns) {
-    std::vector<Gram> grams = grams_of(problem, rows, columns);
+    std::vector<Gram> grams = grams_of(problem, fit.state, rows, columns);
     std::vector<double> determinants(grams.size());
-    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.variances, determinants[i]);
+    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
     const Unknowns unknowns = problem.unknowns(columns.size());
-    return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.variances);
+    return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.random_sd);
   };
-  const Score score = score_of(problem, fit, {}, group, 0, 0);
+  const Score score = score_of(problem, fit, group, 0, 0);
   const Solution with = deviance(group.columns);
   EXPECT_GT(score.gain, 1);
   EXPECT_NEAR(score.gain, deviance({}).deviance - with.deviance, 1e-6 * score.gain);
@@ -201,8 +202,8 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   std::vector<Column> both = values;
   both.insert(both.end(), group.columns.begin(), group.columns.end());
   const Group* const only = &group;
-  const Scanner scanner(problem, fit.state, {}, std::span(&only, 1), std::span(&map, 1));
-  const double beside = scanner.scan(fit.state.variances, 0, 0, 0).scores[0].gain;
+  const Scanner scanner(problem, fit, std::span(&only, 1), std::span(&map, 1));
+  const double beside = scanner.scan(fit.state.random_sd, 0, 0, 0).scores[0].gain;
   EXPECT_NEAR(beside, deviance(values).deviance - deviance(both).deviance, 1e-5 * score.gain);
   EXPECT_LT(beside, 0.9 * score.gain);
 }
@@ -219,7 +220,7 @@ TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
     for (double& variance : data[i].variance) variance *= 1e-6;
   }
   const Problem problem = make_problem(*design, data);
-  Fit fit;
+  ModelFit fit;
   fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1, .offset = 0.01, .light = 0.1}};
   Group group{"common", {}};
   group.columns.reserve(8);
@@ -229,18 +230,18 @@ TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
     for (std::size_t i = 0; i < design->size(); ++i) {
       for (std::size_t s = 0; s < n; ++s) {
         const double other = part * std::cos(static_cast<double>(3 * s + i));
-        board[i][s] = problem.jitter_response(i, s) + other;
+        board[i][s] = fit.state.jitter_response(problem, i, s) + other;
         light[i][amplitude * n + s] = light[i][intensity * n + s] = 1 + other;
       }
     }
   }
   const Group* const only = &group;
-  const Scan scanned = scan(problem, fit, {}, std::span(&only, 1), 0, 0);
+  const Scan scanned = scan(problem, fit, std::span(&only, 1), 0, 0);
   const Eigen::MatrixXd& information = scanned.scores[0].information;
   const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues();
   EXPECT_GT(values.minCoeff(), -1e-9 * values.maxCoeff());
   Eigen::MatrixXd inner = information;
-  inner.diagonal().array() += 1 / (prior_width * prior_width);
+  inner.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
   const Eigen::VectorXd score = scanned.scores[0].score();
   EXPECT_LE(score.dot(inner.ldlt().solve(score)), scanned.square);
   EXPECT_GT(scanned.square, 0);
@@ -254,15 +255,15 @@ TEST(SmoothResidue, IsWhitenedAsItsCovarianceSays) {
   for (std::size_t s = 0; s < n; ++s) data.variance[s] *= uniform(generator);
   data.variance[unknown] = std::numeric_limits<double>::infinity();
   constexpr double sd = 3e-4;
-  const Residue residue(Residue({data}), sd);
-  const Eigen::MatrixXd modes = residue.modes(0);
-  const Eigen::VectorXd variance = residue.taken(0).array() / (1 - residue.taken(0).array());
+  const SmoothField smooth_field(SmoothField({data}), sd);
+  const Eigen::MatrixXd modes = smooth_field.modes(0);
+  const Eigen::VectorXd variance = smooth_field.taken(0).array() / (1 - smooth_field.taken(0).array());
   const Eigen::MatrixXd covariance =
       Eigen::MatrixXd::Identity(n, n) + modes * variance.asDiagonal() * modes.transpose();
   Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
-  residue.whiten(0, root);
+  smooth_field.whiten(0, root);
   EXPECT_LT((root * covariance * root.transpose() - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_NEAR(residue.log_determinant(0), covariance.ldlt().vectorD().array().log().sum(), 1e-8);
+  EXPECT_NEAR(smooth_field.log_determinant(0), covariance.ldlt().vectorD().array().log().sum(), 1e-8);
   double sum = 0;
   for (std::size_t s = 0; s < n; ++s) {
     const auto at = static_cast<Eigen::Index>(s);

@@ -4,7 +4,7 @@
 // Rooms: diagnosis simulation plugins
 // What the search names and what it does not, on campaigns of which the truth is known: observations drawn from the
 // forward model with noise, jitter and light of this test's own. The search by another camera: tests/hidden_effects.
-#include "diagnosis/search.hpp"
+#include "diagnosis/search/search.hpp"
 #include "tests/unit/rail.hpp"
 
 namespace tofgraph::diagnosis {

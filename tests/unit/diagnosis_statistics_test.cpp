@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The search's statistics against dense linear algebra, closed forms and published examples.
-#include "diagnosis/mixed_model.hpp"
-#include "diagnosis/scan.hpp"
-#include "diagnosis/superpixels.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/data/superpixels.hpp"
+#include "diagnosis/model/mixed_model.hpp"
+#include "diagnosis/model/scan.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ std::vector<Gram> grams_of(const Dense& dense) {
 TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   constexpr Eigen::Index rows = 9, effects = 2;
   constexpr int targets = 2;
-  const Variances variances{.jitter = 0.7, .offset = 0.3, .light = 0.4};
+  const RandomEffectSd random_sd{.jitter = 0.7, .offset = 0.3, .light = 0.4};
   const Dense dense = random_conditions(6, rows, effects);
   const std::vector<Gram> grams = grams_of(dense);
   const std::vector<int> target = {0, 1, 0, 1, -1, 0};
@@ -49,9 +50,9 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
 
   std::vector<Gram> marginals(6);
   std::vector<double> determinants(6);
-  for (std::size_t i = 0; i < 6; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
+  for (std::size_t i = 0; i < 6; ++i) marginals[i] = marginal(grams[i], random_sd, determinants[i]);
   const Unknowns unknowns{effects, target, targets};
-  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, variances);
+  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, random_sd);
 
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(effects + targets, effects + targets);
   Eigen::VectorXd score = Eigen::VectorXd::Zero(effects + targets);
@@ -61,9 +62,9 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
     const Eigen::VectorXd g = all.col(effects), o = all.col(effects + 1), h = all.col(effects + 2),
                           r = all.col(effects + gram_tail - 1);
     const Eigen::MatrixXd noise = dense.variance[i].asDiagonal();
-    const Eigen::MatrixXd covariance = noise + std::pow(variances.jitter, 2) * g * g.transpose() +
-                                       std::pow(variances.offset, 2) * o * o.transpose() +
-                                       std::pow(variances.light, 2) * h * h.transpose();
+    const Eigen::MatrixXd covariance = noise + std::pow(random_sd.jitter, 2) * g * g.transpose() +
+                                       std::pow(random_sd.offset, 2) * o * o.transpose() +
+                                       std::pow(random_sd.light, 2) * h * h.transpose();
     Eigen::MatrixXd design = Eigen::MatrixXd::Zero(rows, effects + targets);
     design.leftCols(effects) = all.leftCols(effects);
     if (target[i] >= 0) design.col(effects + target[i]) = h;
@@ -73,7 +74,7 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
     square += r.dot(inverse * r);
     determinant += std::log(covariance.determinant() / noise.determinant());
   }
-  information.diagonal().array() += 1 / (prior_width * prior_width);
+  information.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
   const Eigen::VectorXd expected = information.inverse() * score;
   for (Eigen::Index j = 0; j < expected.size(); ++j) EXPECT_NEAR(solution.values(j), expected(j), 1e-10);
   EXPECT_NEAR(solution.deviance, square - expected.dot(score) + determinant, 1e-9);
@@ -84,26 +85,27 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
 TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   constexpr Eigen::Index rows = 7, effects = 2, conditions = 5, all = rows * conditions;
   constexpr int targets = 1;
-  const Variances variances{
+  const RandomEffectSd random_sd{
       .jitter = 0.7, .offset = 0.3, .light = 0.4, .drift = 0.6, .drift_light = 0.2, .session = 0.9};
   const Dense dense = random_conditions(conditions, rows, effects);
   const std::vector<Gram> grams = grams_of(dense);
   const std::vector<int> target = {0, 0, -1, 0, 0};
   const std::vector<std::vector<Shared>> shared = {
       {{3, 0, 1}, {3, 2, 1}}, {{3, 0, -0.4}, {2, 1, 0.8}}, {{3, 0, 0.3}, {2, 1, -1}, {3, 2, 1}}, {}, {{2, 1, 0.5}}};
-  const std::vector<double Variances::*> sd = {&Variances::drift, &Variances::drift_light, &Variances::session};
+  const std::vector<double RandomEffectSd::*> sd = {&RandomEffectSd::drift, &RandomEffectSd::drift_light,
+                                                    &RandomEffectSd::session};
   const Unknowns unknowns{effects, target, targets, shared, sd};
   std::vector<Gram> marginals(conditions);
   std::vector<double> determinants(conditions);
-  for (std::size_t i = 0; i < conditions; ++i) marginals[i] = marginal(grams[i], variances, determinants[i]);
+  for (std::size_t i = 0; i < conditions; ++i) marginals[i] = marginal(grams[i], random_sd, determinants[i]);
   const std::vector<double> weight(conditions, 1.0);
-  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, variances);
+  const Solution solution = solve(assemble(marginals, determinants, unknowns, weight), unknowns, random_sd);
 
   Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(all, all), design = Eigen::MatrixXd::Zero(all, effects + targets),
                   along = Eigen::MatrixXd::Zero(all, 3);
   Eigen::MatrixXd covariance = noise;
   Eigen::VectorXd residual(all);
-  const std::array<double, 3> own = {variances.jitter, variances.offset, variances.light};
+  const std::array<double, 3> own = {random_sd.jitter, random_sd.offset, random_sd.light};
   for (std::size_t i = 0; i < conditions; ++i) {
     const auto first = static_cast<Eigen::Index>(i) * rows;
     const Eigen::MatrixXd& columns = dense.columns[i];
@@ -121,10 +123,10 @@ TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   }
   covariance += noise;
   for (Eigen::Index u = 0; u < 3; ++u)
-    covariance += std::pow(variances.*sd[static_cast<std::size_t>(u)], 2) * along.col(u) * along.col(u).transpose();
+    covariance += std::pow(random_sd.*sd[static_cast<std::size_t>(u)], 2) * along.col(u) * along.col(u).transpose();
   const Eigen::MatrixXd inverse = covariance.inverse();
   Eigen::MatrixXd information = design.transpose() * inverse * design;
-  information.diagonal().array() += 1 / (prior_width * prior_width);
+  information.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
   const Eigen::VectorXd score = design.transpose() * inverse * residual, expected = information.inverse() * score;
   for (Eigen::Index j = 0; j < expected.size(); ++j) EXPECT_NEAR(solution.values(j), expected(j), 1e-9);
   const Eigen::MatrixXd known = information.inverse();
@@ -145,14 +147,14 @@ TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
   }
   all.col(effects + 1) = all.col(effects);  // a camera whose distances are all off moves what the board does
   all.col(0) = all.col(effects) + 1e-5 * all.col(0);
-  const Variances variances{.jitter = 1, .offset = 1, .light = 0.1};
+  const RandomEffectSd random_sd{.jitter = 1, .offset = 1, .light = 0.1};
   double determinant = 0;
-  const Gram left = marginal(all.transpose() * all, variances, determinant);
+  const Gram left = marginal(all.transpose() * all, random_sd, determinant);
 
   using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   const Exact exact = all.cast<long double>();
   Exact covariance = Exact::Identity(rows, rows);
-  const std::array<double, random_directions> own = {variances.jitter, variances.offset, variances.light};
+  const std::array<double, random_directions> own = {random_sd.jitter, random_sd.offset, random_sd.light};
   for (Eigen::Index d = 0; d < random_directions; ++d)
     covariance += static_cast<long double>(own.at(static_cast<std::size_t>(d)) * own.at(static_cast<std::size_t>(d))) *
                   exact.col(effects + d) * exact.col(effects + d).transpose();
@@ -164,13 +166,13 @@ TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
 TEST(MixedModel, HoldsWhatWandersWithinWhatCamerasDo) {
   const std::vector<int> target = {-1, -1};
   const std::vector<std::vector<Shared>> shared = {{{uniform_direction, 0, 1}}, {{uniform_direction, 0, 1}}};
-  const std::vector<double Variances::*> sd = {&Variances::drift};
+  const std::vector<double RandomEffectSd::*> sd = {&RandomEffectSd::drift};
   const Unknowns unknowns{0, target, 0, shared, sd};
-  const Variances variances{.drift = 1e-3};
+  const RandomEffectSd random_sd{.drift = 1e-3};
   for (const auto& [off, expected] : {std::pair(5e-3, 5e-3), std::pair(3.0, 10e-3)}) {
     NormalEquations equations{Eigen::MatrixXd::Constant(1, 1, 1e12), Eigen::VectorXd::Constant(1, 1e12 * off), 0, 0};
     equations.square = 1e12 * off * off;
-    EXPECT_NEAR(solve(equations, unknowns, variances).values(0), expected, 0.1 * expected);
+    EXPECT_NEAR(solve(equations, unknowns, random_sd).values(0), expected, 0.1 * expected);
   }
 }
 
@@ -191,7 +193,7 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   const std::vector<int> target(400, -1);
   const std::vector<double> weight(400, 1.0);
   const Profile found = profile(grams, {0, target, 0}, weight, {});
-  EXPECT_NEAR(found.variances.jitter, std::sqrt(square - 1e-4), 2e-4);
+  EXPECT_NEAR(found.random_sd.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
 TEST(FalseDiscoveries, AreThoseOfThePublishedExample) {

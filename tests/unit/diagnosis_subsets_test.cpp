@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The best sets of effects, against all of them tried one by one with dense least squares.
-#include "diagnosis/subsets.hpp"
+#include "diagnosis/search/subsets.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ struct Regression {
   Eigen::VectorXd residual;
   Eigen::MatrixXd information() const { return columns.transpose() * columns; }
   Eigen::VectorXd score() const { return columns.transpose() * residual; }
-  /// Fall of the sum of squares, by a decomposition that never forms a Gram matrix.
+  /// HeldOutImprovement of the sum of squares, by a decomposition that never forms a Gram matrix.
   double gain(const std::vector<Eigen::Index>& chosen) const {
     const Eigen::MatrixXd some = columns(Eigen::all, chosen);
     const Eigen::VectorXd fitted = some * some.colPivHouseholderQr().solve(residual);

@@ -3,8 +3,8 @@
 // A model whose camera is a path to a profile: which camera that is, and where the extended model finds it.
 #include <gtest/gtest.h>
 
-#include "diagnosis/diagnosis.hpp"
-#include "diagnosis/superpixels.hpp"
+#include "diagnosis/data/superpixels.hpp"
+#include "diagnosis/diagnose.hpp"
 #include "io/profile.hpp"
 #include "tests/program.hpp"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "calibration/boards.hpp"
+#include "calibration/board_measurements.hpp"
 #include "calibration/calibrate.hpp"
 #include "calibration/held_out.hpp"
 #include "tests/unit/published_boards.hpp"

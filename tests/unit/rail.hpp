@@ -4,8 +4,8 @@
 // jitter and light of the tests' own.
 #pragma once
 
-#include "diagnosis/injection.hpp"
-#include "diagnosis/search.hpp"
+#include "diagnosis/search/injection.hpp"
+#include "diagnosis/search/search.hpp"
 
 #include <gtest/gtest.h>
 
@@ -88,7 +88,7 @@ class Rail : public testing::Test {
 
   static std::vector<std::string> names(const SearchResult& result) {
     std::vector<std::string> all;
-    for (const Found& found : result.found) all.push_back(found.candidate->name());
+    for (const EffectFinding& found : result.found) all.push_back(found.candidate->name());
     std::ranges::sort(all);
     return all;
   }

@@ -45,7 +45,7 @@ struct Image {
 namespace detail {
 
 /// Leaves a call whose reason the host knows already.
-struct Told {};
+struct AlreadyReported {};
 
 class PortBase {
  public:
@@ -115,7 +115,7 @@ class ParamBase {
   std::string create(const char* companion, std::uint64_t frame) const {
     const char* path = nullptr;
     if (stage_->host->output(stage_->context, parameter_.name, companion, frame, &path) != TOFGRAPH_STATUS_OK)
-      throw Told();
+      throw AlreadyReported();
     return path;
   }
   tofgraph_parameter parameter_;

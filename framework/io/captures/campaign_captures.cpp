@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/captures/campaign_captures.hpp"
 
+#include "config/log.hpp"
 #include "config/quantity.hpp"
-#include "config/say.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_guard.hpp"
 #include "io/light_sources.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/captures/capture_dataset.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>

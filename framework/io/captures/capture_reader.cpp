@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "config/log.hpp"
 #include "config/paths.hpp"
-#include "config/say.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_guard.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/files/effect.hpp"
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 #include "graph/running_call.hpp"
 
 #include <tofgraph/physics/exposures.hpp>
@@ -18,7 +18,7 @@ std::shared_ptr<graph::Host> standard_host() {
   static const std::shared_ptr<graph::Host> host = [] {
     auto made = std::make_shared<graph::Host>();
     made->message = [](const std::string& name, const std::string& text, bool warning) {
-      config::say(fmt::format("effect {}: {}{}", name, warning ? "warning: " : "", text));
+      config::print_message(fmt::format("effect {}: {}{}", name, warning ? "warning: " : "", text));
     };
     return made;
   }();
@@ -33,7 +33,7 @@ Effect::Effect(const graph::Plugin& plugin, const tofgraph_value* values, const 
       host_(host != nullptr ? std::move(host) : standard_host()),
       instance_(plugin, plugin.name, *host_) {
   const auto check = [&](const std::optional<graph::Failure>& failure) {
-    if (failure) throw EffectError(name(), failure->parameter, failure->told(plugin));
+    if (failure) throw EffectError(name(), failure->parameter, failure->message(plugin));
   };
   check(instance_.create(values));
   tofgraph_stream stream{};
@@ -55,8 +55,8 @@ void Effect::apply(tofgraph_light_state& state) const {
   if (!failure.text.empty()) failure = {};
   const graph::RunningCall call(instance_, "apply");
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
-  const graph::Failure told = std::exchange(failure, {});
-  throw EffectError(name(), told.parameter, told.text.empty() ? "failed without saying why" : told.told(descriptor()));
+  const graph::Failure thrown = std::exchange(failure, {});
+  throw EffectError(name(), thrown.parameter, thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()));
 }
 
 }  // namespace tofgraph::simulation

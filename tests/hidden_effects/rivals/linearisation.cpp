@@ -3,10 +3,10 @@
 // hidden_effects_linearisation: what the gap search has in hand before it searches, as one HDF5 file, so that other
 // methods can be tried on the same data, the same columns and the same held-out conditions. All that these know of
 // framework/diagnosis is in this file.
-#include "diagnosis/folds.hpp"
-#include "diagnosis/ingest.hpp"
-#include "diagnosis/probes.hpp"
-#include "diagnosis/validation.hpp"
+#include "diagnosis/data/ingest.hpp"
+#include "diagnosis/model/validation.hpp"
+#include "diagnosis/search/folds.hpp"
+#include "diagnosis/search/probes.hpp"
 #include "tests/hidden_effects/candidates.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
 
@@ -113,10 +113,10 @@ void write_columns(const File& file, const Probes& probes) {
   std::vector<double> start, steps;
   for (std::size_t p = 0; p < probes.list.size(); ++p) {
     const Probe& probe = probes.list[p];
-    for (std::size_t k = 0; k < probe.sizes.size(); ++k) {
+    for (std::size_t k = 0; k < probe.amplitudes.size(); ++k) {
       file.write(fmt::format("columns/{:03}", effects.size()), probes.groups[p].columns[k]);
       effects.push_back(probe.candidate->name());
-      parameters.push_back(probe.parameters()[probe.sizes[k]].name);
+      parameters.push_back(probe.parameters()[probe.amplitudes[k]].name);
       start.push_back(static_cast<double>(p));
       steps.push_back(probe.steps[k]);
     }
@@ -160,9 +160,9 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   const Measurements measurements = measure(campaign, {});
   const Design& design = *measurements.design;
   const auto candidates = hidden::candidates_but(without);
-  Problem problem = make_problem(design, measurements.observations);
-  State state{{}, first_light(problem), {}};
-  correct(problem, state);
+  const Problem problem = make_problem(design, measurements.observations);
+  State state{{}, first_log_reflectivity(problem), {}};
+  update_grid_bias(problem, state);
   state = fit_nuisances(problem, state, std::vector<double>(design.size(), 1)).state;
   const Column rows = expected(problem, state);
   const File file(out);
@@ -176,7 +176,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   file.write("variance", variance);  // infinite: not known
   file.write("nuisances/board", directions(design, [&](std::size_t i, std::size_t r) { return design.shift(i)[r]; }));
   file.write("nuisances/light",
-             directions(design, [&](std::size_t i, std::size_t r) { return problem.light_response(i, r); }));
+             directions(design, [&](std::size_t i, std::size_t r) { return state.light_response(problem, i, r); }));
   file.write("observables", std::vector<std::string>(observable_names.begin(), observable_names.end()));
   file.write("superpixels", {static_cast<double>(design.superpixels())}, {1});
   write_conditions(file, problem, seed);

@@ -34,7 +34,7 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
     return call();
   } catch (const ConfigError& error) {
     host->fail(context, error.parameter.c_str(), error.what());
-  } catch (const Told&) {
+  } catch (const AlreadyReported&) {
   } catch (const std::exception& error) {
     host->fail(context, nullptr, error.what());
   } catch (...) {

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file What a fitted lens is worth: how exactly it projects, whether halves of the views agree, how it predicts views
+/// that were left out, whether the lens is of the fitted model at all, and which view would help most.
+#pragma once
+
+#include "calibration/board_measurement.hpp"
+#include "calibration/bundle.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::calibration {
+
+/// The standard deviation with which a point that stands still before the camera is projected, px. The point is fixed
+/// to the boards of all views, whose poses have errors that partly compensate those of the lens (as mrcal does it).
+class ProjectionUncertainty {
+ public:
+  explicit ProjectionUncertainty(const LensSolution& solution) : solution_(solution) {}
+
+  /// Of the worst direction. NaN where the lens cannot be inverted. @param range m, from the lens centre
+  double at(double u, double v, double range) const;
+  /// d pixel / d parameters, two rows; nothing where the lens cannot be inverted.
+  std::optional<Eigen::Matrix<double, 2, Eigen::Dynamic>> jacobian(double u, double v, double range) const;
+
+ private:
+  const LensSolution& solution_;
+};
+
+/// Two lenses, each from half of the views.
+struct TwoSets {
+  bool done = false;
+  double difference = 0;  ///< px, rms over the image, what turns and shifts of the camera explain taken out
+  double predicted = 0;   ///< px, by the uncertainties of both
+  bool agree() const { return difference < 2 * predicted; }
+};
+
+/// Reprojection of views that the lens was not made from; their poses are fitted, nothing else.
+struct HeldOutViews {
+  bool done = false;
+  std::size_t folds = 0;
+  double rms = 0, low = 0, high = 0;  ///< px a coordinate, with its 95 % interval over views
+  double fitted = 0;                  ///< px, of the same views with the lens made from them
+  double nominal = unknown;           ///< px, with the lens of the camera's profile; NaN: it is not known
+};
+
+/// Score test on terms that were not fitted.
+struct Structure {
+  double statistic = 0, terms = 0, p_value = 1;
+  double size = 0;          ///< px rms, of what such terms would explain
+  bool found = false;       ///< significant, and large enough to matter
+  std::string explanation;  ///< the single term that explains most, and how much
+};
+inline constexpr double structure_p_value = 1e-3;  ///< below: not by chance
+inline constexpr double structure_size = 0.01;     ///< px: below, it does not matter
+
+struct NextView {
+  bool found = false;
+  std::array<double, 2> tilt{};    ///< rad, about x and y
+  std::array<double, 3> centre{};  ///< m, of the board in the optical frame
+  std::array<double, 2> pixel{};   ///< px, where its centre is seen
+  double before = 0, after = 0;    ///< px, mean uncertainty over the image
+};
+
+TwoSets compare_halves(const Observations& observations, const LensOptions& options, const LensSolution& solution);
+HeldOutViews predict_left_out(const Observations& observations, const LensOptions& options,
+                              const LensSolution& solution);
+/// Of the lens: radial terms of higher order, thin prism, skew. Of the board: bending beyond the quadratic one.
+Structure lens_structure(const Observations& observations, const LensSolution& solution);
+Structure board_structure(const Observations& observations, const LensSolution& solution);
+NextView suggest_view(const Observations& observations, const LensSolution& solution);
+
+/// The mean distance of the boards from the lens, m: where uncertainties are stated.
+double typical_range(const LensSolution& solution);
+
+}  // namespace tofgraph::calibration

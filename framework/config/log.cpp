@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config/log.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+namespace tofgraph::config {
+namespace {
+
+std::atomic<bool> bar_stands = false;
+
+/// Where standard error is a terminal that shows colours, and nobody asked for none (https://no-color.org).
+bool colours_wanted() {
+  const char* no_colour = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  return (no_colour == nullptr || *no_colour == 0) && terminal != nullptr && std::string_view(terminal) != "dumb" &&
+         isatty(STDERR_FILENO) != 0;
+}
+
+/// `error` and `warning` in red and yellow, where a line begins with one or with a place or a name before it. Lines
+/// that begin with a blank are hints, and what the user wrote.
+std::string coloured(std::string_view text) {
+  static constexpr std::pair<std::string_view, std::string_view> words[] = {{"error", "\033[1;31m"},
+                                                                            {"warning", "\033[1;33m"}};
+  std::string result;
+  while (!text.empty()) {
+    std::string line(text.substr(0, text.find('\n') == std::string_view::npos ? text.size() : text.find('\n') + 1));
+    text.remove_prefix(line.size());
+    for (const auto& [word, colour] : words) {
+      const std::string between = fmt::format(": {}: ", word);
+      const bool first = line.starts_with(between.substr(2));
+      const std::size_t at = first ? 0 : line.find(between);
+      if (at == std::string::npos || line.front() == ' ') continue;
+      line.replace(first ? 0 : at + 2, word.size(), fmt::format("{}{}\033[0m", colour, word));
+      break;
+    }
+    result += line;
+  }
+  return result;
+}
+
+}  // namespace
+
+void print_message(const std::string& text) {
+  static const bool colours = colours_wanted();
+  const std::string line = fmt::format("{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "",
+                                       colours ? coloured(text) : text, text.ends_with('\n') ? "" : "\n");
+  std::fwrite(line.data(), 1, line.size(), stderr);  // where nobody can be told, nobody is
+}
+
+void set_bar_stands(bool stands) { bar_stands = stands; }
+
+std::string counted(std::uint64_t number, std::string_view noun) {
+  return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
+}
+
+}  // namespace tofgraph::config

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file How a live source says that frames were lost in front of it. The border has no counter for them, so whoever
+/// has to count them reads the warning.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "config/log.hpp"
+
+namespace tofgraph::config {
+
+inline constexpr std::string_view lost_frames_words = " came faster than they were taken, and made room for newer ones";
+
+inline std::string lost_frames_text(std::uint64_t frames) {
+  return counted(frames, "frame") + std::string(lost_frames_words);
+}
+/// 0 for any other text.
+inline std::uint64_t lost_frames_in(const std::string& text) {
+  return text.ends_with(lost_frames_words) ? std::strtoull(text.c_str(), nullptr, 10) : 0;
+}
+
+}  // namespace tofgraph::config

@@ -1,0 +1,262 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/ingest.hpp"
+
+#include "diagnosis/data/board_window.hpp"
+#include "diagnosis/data/superpixels.hpp"
+#include "io/captures/campaign_captures.hpp"
+#include "io/captures/recording.hpp"
+#include "io/serial.hpp"
+#include "simulation/simulation.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tofgraph/physics/exposures.hpp>
+#include <tofgraph/physics/robust.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Why this search cannot use a condition, or nothing.
+std::string problem_of(const io::Condition& c) {
+  if (!c.is_capped() && (!c.has_board() || !c.scene.empty())) return "it shows no single board";
+  return "";
+}
+
+FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const io::Camera& profile) {
+  const tofgraph_camera& camera = profile.view();
+  using Kind = io::Recording::Kind;
+  static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
+                                       FrameSums::Kind::distances};
+  const auto& header = recording.reader().header();
+  const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
+                    last = condition.frames ? (*condition.frames)[1] : frames - 1;
+  if (recording.kind() == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
+  if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
+  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
+                 Demodulation(physics::exposures_of(camera)));
+  for (std::size_t f = first; f <= last; ++f) {
+    if (recording.kind() == Kind::taps)
+      sums.add_taps(recording.taps(f), camera.full_well);
+    else if (recording.kind() == Kind::phases)
+      sums.add_phases(recording.floats("phases", f));
+    else
+      sums.add_decoded(recording.floats("distance", f),
+                       recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
+                       physics::metres_per_radian(camera.modulation_frequency));
+  }
+  for (std::size_t i = 0; i < std::size_t{header.width} * header.height && !profile.bad_pixels.empty(); ++i)
+    if (profile.is_bad(i)) sums.leave_out(i);
+  return sums;
+}
+
+/// Adds what the capture states and the campaign does not.
+void complete(io::Condition& condition, const io::CaptureReader& capture) {
+  const tofgraph_metadata first = capture.metadata(0);
+  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
+  if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
+  if (std::isnan(condition.integration_time))
+    throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+}
+
+/// Result of reading one condition, or the reason why it could not be read.
+struct Read {
+  io::Condition condition;
+  std::string serial;
+  Observations observations;
+  ReductionCounts counts;
+  double recorded_time = io::unknown;  ///< s
+  std::size_t saturated = 0, frames = 0;
+  FrameSums::Kind kind = FrameSums::Kind::phases;
+  std::string why_not;  ///< it cannot be used, or nothing
+};
+
+class Reader {
+ public:
+  Reader(const io::Campaign& campaign, const IngestOptions& options)
+      : profile_(*campaign.camera),
+        camera_(campaign.camera->view()),
+        ideal_(camera_, options.physical, {}),
+        demodulation_(physics::exposures_of(camera_)),
+        pixels_(simulation::whole_image(camera_)),
+        edge_(grid * grid, false) {
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] = true;
+    }
+  }
+
+  PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
+
+  /// @param own, found as for reduce()
+  Read read(const io::Condition& written, const PixelPhases* own, PixelPhases* found) const {
+    Read result;
+    result.condition = written;
+    io::Condition& condition = result.condition;
+    const io::Recording recording(condition.capture);
+    const io::CaptureReader& capture = recording.reader();
+    if (capture.header().width != camera_.width || capture.header().height != camera_.height)
+      throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
+                                           capture.header().height, camera_.name, camera_.width, camera_.height));
+    result.serial = capture.header().serial;
+    if (capture.frames() == 0) throw std::runtime_error("has no frames");
+    if (const std::string problem = io::other_exposures(capture, camera_); !problem.empty())
+      throw std::runtime_error(problem);
+    complete(condition, capture);
+    result.recorded_time = capture.metadata(0).integration_time;
+    const double scale = physics::metres_per_radian(camera_.modulation_frequency);
+    const FrameSums sums = sums_of(recording, condition, profile_);
+    if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
+      result.why_not = "its lens is capped: distances without amplitudes say nothing there";
+      return result;
+    }
+    const std::vector<Signal> base = ideal(condition);
+    const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
+    result.observations =
+        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
+               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
+               condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
+    result.saturated = sums.saturated();
+    result.frames = sums.frames();
+    result.kind = sums.kind();
+    return result;
+  }
+
+ private:
+  std::vector<Signal> ideal(const io::Condition& condition) const {
+    const io::Condition board = condition.is_capped() ? stand_in(condition, camera_) : condition;
+    const auto tracer = simulation::board_tracer(camera_.focal_length, pose_of(board));
+    const auto expected = ideal_.expect(tracer, simulation::acquisition_of(camera_, board), pixels_);
+    const auto& taps = expected.taps;
+    std::vector<Signal> signals;
+    signals.reserve(pixels_.size());
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
+      // A superpixel that is partly outside the lens model has no middle that stands for it.
+      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
+    }
+    if (condition.board_size && !condition.is_capped()) {
+      const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
+      for (std::size_t i = 0; i < signals.size(); ++i) {
+        if (!seen[i]) signals[i] = {};
+      }
+    }
+    return signals;
+  }
+
+  const io::Camera& profile_;
+  const tofgraph_camera& camera_;
+  simulation::ForwardModel ideal_;
+  Demodulation demodulation_;
+  simulation::Pixels pixels_;
+  std::vector<bool> edge_;  ///< superpixels
+};
+
+/// Serial number of the device that recorded the captures; empty: not recorded.
+/// @throws config::ConfigurationError for captures of several devices
+std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& read) {
+  std::vector<std::string> serials;
+  for (const Read& one : read) serials.push_back(one.serial);
+  config::Diagnostics diagnostics;
+  std::string serial = io::common_serial(campaign, serials, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return serial;
+}
+
+/// Measurements of the conditions that can be used. @param why not, one a condition, or nothing
+Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
+                      const std::vector<std::string>& why) {
+  Measurements result;
+  std::vector<io::Condition> used;
+  std::vector<double> noise;  // of conditions, by the profile's
+  std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (!why[i].empty()) {
+      result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
+      continue;
+    }
+    Read& r = read[i];
+    used.push_back(std::move(r.condition));
+    result.observations.push_back(std::move(r.observations));
+    result.recorded_times.push_back(r.recorded_time);
+    result.frames += r.frames;
+    pixels += r.counts.pixels;
+    bad += r.counts.bad;
+    if (r.counts.compared > 0) noise.push_back(std::sqrt(r.counts.noise / static_cast<double>(r.counts.compared)));
+    saturated += r.saturated;
+    single += r.frames < 2 ? 1U : 0U;
+    result.taps |= r.kind == FrameSums::Kind::taps;
+    result.phases |= r.kind == FrameSums::Kind::phases;
+    result.decoded |= r.kind == FrameSums::Kind::decoded;
+  }
+  const auto capped = static_cast<std::size_t>(std::ranges::count_if(used, &io::Condition::is_capped));
+  require_enough(used.size() - capped, result.left_out);
+  if (!noise.empty()) {
+    const auto [least, most] = std::ranges::minmax(noise);
+    result.noise = {physics::median(noise), least, most};
+  }
+  result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
+  result.replicates = single == 0;
+  result.design = std::make_shared<const Design>(campaign.camera, physical, std::move(used));
+  return result;
+}
+
+}  // namespace
+
+FrameSums frames_of(const io::Condition& condition, const io::Camera& camera) {
+  return sums_of(io::Recording(condition.capture), condition, camera);
+}
+
+Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
+  const Reader reader(campaign, options);
+  const std::size_t n = campaign.conditions.size();
+  std::vector<Read> read(n);
+  std::vector<std::string> why(n);
+  std::vector<std::uint8_t> missing(n, 0);
+  std::atomic<std::size_t> done = 0;
+  const auto read_one = [&](std::size_t i, const PixelPhases* own, PixelPhases* found) {
+    const io::Condition& condition = campaign.conditions[i];
+    why[i] = problem_of(condition);
+    try {
+      if (why[i].empty()) {
+        read[i] = reader.read(condition, own, found);
+        why[i] = read[i].why_not;
+      }
+      const auto known = [](double variance) { return std::isfinite(variance); };
+      if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
+        why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
+    } catch (const std::runtime_error& error) {
+      const std::string file = condition.capture.string(), what = error.what();  // which may begin with the file
+      why[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
+      missing[i] = 1;
+    }
+    if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));
+  };
+  const PixelPhases phases = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, n), reader.no_phases(),
+      [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
+        for (std::size_t i = some.begin(); i < some.end(); ++i) read_one(i, nullptr, &sum);
+        return sum;
+      },
+      [](PixelPhases one, const PixelPhases& other) { return one += other; });
+  if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
+
+  for (std::size_t i = 0; i < n; ++i) {
+    if (missing[i] != 0 && !options.skip_missing)
+      throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing goes on without it",
+                                           campaign.conditions[i].id, why[i]));
+  }
+  std::string serial = serial_of(campaign, read);
+  Measurements result = together(campaign, options.physical, std::move(read), why);
+  result.serial = std::move(serial);
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file From captures to observations: superpixels, masks, noise.
+#pragma once
+
+#include "diagnosis/data/design.hpp"
+#include "diagnosis/data/superpixels.hpp"
+
+#include <functional>
+
+namespace tofgraph::diagnosis {
+
+/// The standard deviation between the frames of a condition by what the profile's noise says.
+struct NoiseRatio {
+  double middle, least, most;  ///< of the conditions
+};
+
+/// Measurements of a campaign as they were read.
+struct Measurements {
+  std::shared_ptr<const Design> design;    ///< of the conditions that are used
+  std::vector<Observations> observations;  ///< one a condition of the design
+  std::vector<std::string> left_out;       ///< conditions that are not used, and why
+  std::size_t frames = 0;
+  double bad_pixels = 0;               ///< share of pixels that do not fit their neighbours
+  double saturated = 0;                ///< share
+  bool replicates = false;             ///< noise from the frames; otherwise from the camera's profile
+  bool taps = false, phases = false;   ///< some condition has them
+  bool decoded = false;                ///< some condition has distances alone
+  bool table = false;                  ///< one mean a condition in place of captures
+  std::optional<NoiseRatio> noise;     ///< where frames and the profile tell it
+  std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
+  std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded
+};
+
+struct IngestOptions {
+  bool physical = false;
+  bool skip_missing = false;
+  std::function<void(double share)> progress;
+};
+
+/// Reads all captures, one condition at a time.
+/// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
+/// @throws std::invalid_argument when too little is left to search in
+/// @throws config::ConfigurationError for captures of several devices
+Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
+
+/// The frames of a condition that was measured. @throws std::runtime_error when they cannot be read
+FrameSums frames_of(const io::Condition& condition, const io::Camera& camera);
+
+/// The means of a table: distance from the depth or else from the half path, and the amplitude where it is there. Their
+/// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.
+/// @throws std::invalid_argument when too little is left to search in
+Measurements measure_table(const io::Campaign& campaign, bool physical);
+
+}  // namespace tofgraph::diagnosis

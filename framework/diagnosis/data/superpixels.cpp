@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/superpixels.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+
+#include <tofgraph/physics/robust.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+constexpr std::uint8_t no_number = 1, full = 2;
+
+/// A pixel in units of the ideal camera's: what does not depend on where the pixel is, if all is well.
+struct Relative {
+  double real, imaginary, intensity, null1, null2;
+  static constexpr std::array<double Relative::*, 5> all();
+};
+constexpr std::array<double Relative::*, 5> Relative::all() {
+  return {&Relative::real, &Relative::imaginary, &Relative::intensity, &Relative::null1, &Relative::null2};
+}
+
+/// Pixels that lie within the bulk in all five numbers.
+std::vector<bool> inliers(const std::vector<Relative>& pixels) {
+  std::vector<bool> good(pixels.size(), true);
+  std::vector<double> values(pixels.size());
+  for (const auto member : Relative::all()) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = pixels[i].*member;
+    const double centre = physics::median(values);
+    for (std::size_t i = 0; i < pixels.size(); ++i) values[i] = std::abs(pixels[i].*member - centre);
+    const double limit = settings.pixel_outlier * physics::sd_of_deviations * physics::median(values);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (limit > 0 && std::abs(pixels[i].*member - centre) > limit) good[i] = false;
+    }
+  }
+  return good;
+}
+
+}  // namespace
+
+FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation)
+    : kind_(kind),
+      camera_(demodulation),
+      demodulation_(kind == Kind::taps || kind == Kind::phases ? demodulation : four_steps()),
+      width_(width),
+      height_(height),
+      exposures_(demodulation_.exposures()),
+      sum_(width * height * exposures_, 0),
+      square_(width * height, 0),
+      intensity_(width * height, 0),
+      bad_(width * height, 0) {}
+
+void FrameSums::add(std::size_t i, std::span<const double> samples, double intensity) {
+  for (std::size_t k = 0; k < exposures_; ++k) {
+    sum_[i * exposures_ + k] += samples[k];
+    square_[i] += samples[k] * samples[k];
+  }
+  intensity_[i] += intensity;
+}
+
+void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) {
+  const std::size_t n = square_.size();
+  limit_ = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
+  std::vector<double> samples(exposures_);
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0, most = 0;
+    for (std::size_t k = 0; k < exposures_; ++k) {
+      const double a = taps[2 * k * n + i], b = taps[(2 * k + 1) * n + i];
+      samples[k] = a - b;
+      sum += a + b;
+      most = std::max({most, a, b});
+    }
+    if (most >= limit_) bad_[i] |= full;
+    add(i, samples, sum / (2 * static_cast<double>(exposures_)));
+  }
+  ++frames_;
+}
+
+void FrameSums::add_phases(std::span<const float> phases) {
+  const std::size_t n = square_.size();
+  std::vector<double> samples(exposures_);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < exposures_; ++k) samples[k] = phases[k * n + i];
+    if (std::ranges::all_of(samples, [](double c) { return std::isfinite(c); }))
+      add(i, samples, 0);
+    else
+      bad_[i] |= no_number;
+  }
+  ++frames_;
+}
+
+void FrameSums::add_decoded(std::span<const float> distances, std::span<const float> amplitudes,
+                            double metres_per_radian) {
+  for (std::size_t i = 0; i < square_.size(); ++i) {
+    const double length = distances[i], strength = amplitudes.empty() ? 1 : amplitudes[i];
+    if (std::isfinite(length + strength))
+      add(i, physics::samples_of(std::polar(strength, length / metres_per_radian)), 0);
+    else
+      bad_[i] |= no_number;
+  }
+  ++frames_;
+}
+
+std::size_t FrameSums::saturated() const {
+  return static_cast<std::size_t>(std::ranges::count_if(bad_, [](std::uint8_t b) { return (b & full) != 0; }));
+}
+
+Signal FrameSums::mean(std::size_t i) const {
+  const auto frames = static_cast<double>(frames_);
+  Signal signal = demodulation_.of_samples(sums(i), intensity_[i]);
+  signal.phasor /= frames;
+  if (is_decoded()) return {signal.phasor};  // what else there is of it is rounding
+  signal.intensity /= frames;
+  signal.null1 /= frames;
+  signal.null2 /= frames;
+  return signal;
+}
+
+/// Reduction of one condition to superpixels.
+class Reduction {
+ public:
+  Reduction(const FrameSums& sums, std::span<const Signal> ideal, const physics::TapNoise& noise, double scale,
+            bool stands_in, const PixelPhases* own, PixelPhases* found)
+      : sums_(sums),
+        ideal_(ideal),
+        noise_(noise),
+        scale_(scale),
+        frames_(static_cast<double>(sums.frames_)),
+        stands_in_(stands_in),
+        own_(own),
+        found_(found) {}
+
+  void superpixel(const std::vector<std::size_t>& candidates, std::size_t s, std::size_t n, Observations& out,
+                  ReductionCounts& counts) const {
+    std::vector<std::size_t> pixels;
+    std::vector<Relative> relative;
+    for (const std::size_t i : candidates) {
+      if (!sums_.is_usable(i) || !(std::abs(ideal_[i].phasor) > 0)) continue;
+      pixels.push_back(i);
+      relative.push_back(relative_to_ideal(i));
+    }
+    counts.pixels += candidates.size();
+    if (pixels.size() < settings.min_pixels) return;
+    const std::vector<bool> good = inliers(relative);
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (good[i]) kept.push_back(pixels[i]);
+    }
+    counts.bad += pixels.size() - kept.size();
+    // Near the full well the noise decides which frames are clipped: what is left there is not their mean.
+    if (std::ranges::any_of(
+            kept, [this](std::size_t i) { return brightest(i) > settings.max_full_well_fraction * sums_.limit_; }))
+      return;
+    if (kept.size() < settings.min_pixels) return;
+    const std::complex<double> ratio = summarise(kept, s, n, out);
+    const bool knows_light = sums_.kind_ != FrameSums::Kind::distances;
+    if (knows_light && sums_.frames_ > 1 && noise_.known() && !stands_in_ &&
+        std::isfinite(out.variance[distance * n + s])) {
+      double expected = 0;
+      for (const std::size_t i : kept) expected += profile_variance(i) / static_cast<double>(kept.size());
+      counts.noise += sample_variance(kept) / expected * static_cast<double>(kept.size());
+      counts.compared += kept.size();
+    }
+    if (found_ == nullptr || std::isinf(out.variance[distance * n + s])) return;
+    const double variance = of_component(kept).across;
+    for (const std::size_t i : pixels) found_->add(i, mean(i).phasor, ratio * ideal_[i].phasor, variance);
+  }
+
+ private:
+  Signal mean(std::size_t i) const {
+    Signal signal = sums_.mean(i);
+    if (stands_in_) signal += ideal_[i];
+    if (own_ != nullptr) signal.phasor = own_->aligned(i, signal.phasor);
+    return signal;
+  }
+
+  /// Mean of the brightest tap, counts.
+  double brightest(std::size_t i) const {
+    double most = 0;
+    for (const double c : sums_.sums(i)) most = std::max(most, std::abs(c));
+    return (sums_.intensity_[i] + most / 2) / frames_;
+  }
+
+  Relative relative_to_ideal(std::size_t i) const {
+    const Signal m = mean(i);
+    const std::complex<double> q = m.phasor / ideal_[i].phasor;
+    const double a = std::abs(ideal_[i].phasor);
+    return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
+  }
+
+  /// Variance of one sample c_k in counts^2 (of distances alone, where the amplitude is 1): between frames, or the
+  /// profile's.
+  double sample_variance(const std::vector<std::size_t>& pixels) const {
+    double sum = 0;
+    for (const std::size_t i : pixels) {
+      if (sums_.frames_ < 2) {
+        sum += profile_variance(i);
+        continue;
+      }
+      double squares = sums_.square_[i];
+      for (const double c : sums_.sums(i)) squares -= c * c / frames_;
+      sum += squares / (static_cast<double>(sums_.exposures_) * (frames_ - 1));
+    }
+    return sum / static_cast<double>(pixels.size());
+  }
+
+  double profile_variance(std::size_t i) const {
+    const double ideal = std::abs(ideal_[i].phasor);
+    const double gain = std::abs(sums_.mean(i).phasor) / ideal;
+    switch (sums_.kind_) {
+      case FrameSums::Kind::taps:
+        return noise_.sample_variance(sums_.intensity_[i] / frames_);
+      case FrameSums::Kind::phases:
+        return noise_.sample_variance(ideal_[i].intensity * gain);
+      case FrameSums::Kind::decoded:
+        return noise_.sample_variance(ideal_[i].intensity * gain) * of_components(i);
+      case FrameSums::Kind::distances:
+        break;
+    }
+    return noise_.sample_variance(ideal_[i].intensity) * of_components(i) / (ideal * ideal);
+  }
+  /// The mean of a decoded phasor's two components, for samples of variance 1.
+  double of_components(std::size_t i) const {
+    const auto [along, across] = sums_.camera_.variance(sums_.mean(i).phasor);
+    return (along + across) / 2;
+  }
+
+  /// RandomEffectSd of the components of a pixel's phasor; a decoded one's are those of a sample.
+  Demodulation::Variance of_component(const std::vector<std::size_t>& pixels) const {
+    const double variance = std::max(sample_variance(pixels), settings.min_sample_variance) / frames_;
+    if (sums_.is_decoded()) return {variance, variance};
+    std::complex<double> sum;
+    for (const std::size_t i : pixels) sum += mean(i).phasor;
+    const auto [along, across] = sums_.demodulation_.variance(sum);
+    return {along * variance, across * variance};
+  }
+
+  /// @returns the phasor by the ideal one's
+  std::complex<double> summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n,
+                                 Observations& out) const {
+    std::complex<double> product;
+    double square = 0, light = 0, ideal_light = 0, null1_sum = 0, null2_sum = 0, amplitudes = 0;
+    for (const std::size_t i : pixels) {
+      const Signal m = mean(i);
+      const std::complex<double> base = ideal_[i].phasor;
+      product += m.phasor * std::conj(base);
+      square += std::norm(base);
+      amplitudes += std::abs(base);
+      light += m.intensity;
+      ideal_light += ideal_[i].intensity;
+      null1_sum += m.null1;
+      null2_sum += m.null2;
+    }
+    const std::complex<double> ratio = product / square;
+    const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), settings.min_sample_variance);
+    const double count = static_cast<double>(pixels.size()) * frames_;
+    const auto [along, across] = of_component(pixels);
+    const double relative = 1 / (square * gain * gain);  // of a component of the ratio, in that of a pixel's
+    if (!(std::max(along, across) * relative * settings.min_amplitude * settings.min_amplitude < 1)) return ratio;
+    const double number = static_cast<double>(pixels.size());
+    // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it. Of
+    // a board that is too dark. That a capped camera sees nearly nothing is worth knowing: it is wrong by less than the
+    // noise of one tap, in all superpixels in the same way, so that one stands for all. What is made of taps may have
+    // been clipped, too.
+    const double own_light = stands_in_ ? light - ideal_light : light;
+    const double own_amplitudes = stands_in_ ? std::abs(ratio - 1.0) * amplitudes : gain * amplitudes;
+    const bool is_taps = sums_.kind_ == FrameSums::Kind::taps;
+    const bool dark = own_light - own_amplitudes / 2 < settings.min_tap_mean * std::sqrt(variance / 2) * number;
+    const bool clipped = is_taps ? dark : stands_in_;
+    const auto known = [](double v) { return std::isfinite(v); };
+    if (clipped && (!stands_in_ || std::ranges::any_of(out.variance, known))) return ratio;
+    // counts^2, of a mean of pixels: taps that are all zero have no noise to go by
+    constexpr double rounding = 1.0 / 12;
+    const double read = noise_.known() ? noise_.read_noise * noise_.read_noise : 0;
+    const double wrong = clipped ? std::max({variance / 2, read, rounding}) : 0;
+    const double turned = wrong * number / square;
+    const auto set = [&](std::size_t observable, double value, double its_variance) {
+      out.value[observable * n + s] = value;
+      out.variance[observable * n + s] = its_variance;
+    };
+    set(distance, scale_ * std::arg(ratio), scale_ * scale_ * (across * relative + turned));
+    if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), along * relative + turned);
+    if (sums_.is_decoded()) return ratio;
+    const Demodulation& fit = sums_.demodulation_;
+    const double per_sample = variance / count;  // of a mean sample
+    const double level = 2 * ideal_light * gain / number;
+    const double mean_amplitude = gain * amplitudes / number;
+    set(null1, null1_sum / number / level, (per_sample * fit.null1_variance() + wrong) / (level * level));
+    if (fit.has_null2())
+      set(null2, null2_sum / number / mean_amplitude,
+          (per_sample * fit.null2_variance() + wrong) / (mean_amplitude * mean_amplitude));
+    if (sums_.kind_ == FrameSums::Kind::taps)
+      set(intensity, std::log(light / ideal_light),
+          (per_sample / (4 * static_cast<double>(fit.exposures())) + wrong) / std::pow(light / number, 2));
+    return ratio;
+  }
+
+  const FrameSums& sums_;
+  std::span<const Signal> ideal_;
+  const physics::TapNoise& noise_;
+  double scale_, frames_;
+  bool stands_in_;
+  const PixelPhases* own_;
+  PixelPhases* found_;
+};
+
+Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
+                    const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
+                    ReductionCounts& counts, const PixelPhases* own, PixelPhases* found, bool stands_in) {
+  if (sums.frames() < 2 && !noise.known())
+    throw std::invalid_argument(
+        "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "
+        "each condition, or write its own read_noise and shot_noise, in counts, into the profile");
+  const std::size_t n = grid * grid;
+  Observations out{std::vector<double>(observables * n, 0),
+                   std::vector<double>(observables * n, std::numeric_limits<double>::infinity())};
+  const Reduction reduction(sums, ideal, noise, metres_per_radian, stands_in, own, found);
+  for (std::size_t s = 0; s < n; ++s) {
+    std::vector<std::size_t> pixels;
+    const std::size_t row = s / grid, column = s % grid;
+    for (std::size_t v = first_of(row, sums.height(), grid); v < first_of(row + 1, sums.height(), grid); ++v) {
+      for (std::size_t u = first_of(column, sums.width(), grid); u < first_of(column + 1, sums.width(), grid); ++u) {
+        if (u >= roi[0] && u <= roi[1] && v >= roi[2] && v <= roi[3]) pixels.push_back(v * sums.width() + u);
+      }
+    }
+    reduction.superpixel(pixels, s, n, out, counts);
+  }
+  return out;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Frames of one condition, reduced to superpixels against the ideal camera.
+#pragma once
+
+#include "diagnosis/data/demodulation.hpp"
+#include "diagnosis/data/pixel_phases.hpp"
+
+#include <tofgraph/physics/four_phase.hpp>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tofgraph::diagnosis {
+
+/// Sums over the frames of one condition; what kind of frames decides what is known.
+class FrameSums {
+ public:
+  enum class Kind { taps, phases, decoded, distances };  ///< decoded: distance and amplitude
+  /// @param demodulation of the taps or phases; decoded frames are taken as four samples that give them
+  FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation = four_steps());
+
+  Kind kind() const { return kind_; }
+  bool is_decoded() const { return kind_ == Kind::decoded || kind_ == Kind::distances; }
+  std::size_t frames() const { return frames_; }
+  std::size_t width() const { return width_; }
+  std::size_t height() const { return height_; }
+  /// P x 2 x pixels, P exposures. @param full_well counts; taps at or beyond it are saturated; NaN: not known
+  void add_taps(std::span<const std::uint16_t> taps, double full_well);
+  void add_phases(std::span<const float> phases);  ///< P x pixels
+  /// m and counts, pixels each; no amplitude: of distances. @param metres_per_radian of the modulation
+  void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
+
+  std::size_t saturated() const;
+  /// True if a pixel has a number in every frame, and none that is saturated.
+  bool is_usable(std::size_t pixel) const { return bad_[pixel] == 0; }
+  /// Leaves a pixel out that is bad in the map of the camera's profile.
+  void leave_out(std::size_t pixel) { bad_[pixel] |= listed; }
+  /// Over the frames.
+  Signal mean(std::size_t pixel) const;
+
+ private:
+  friend class Reduction;
+  void add(std::size_t pixel, std::span<const double> samples, double intensity);
+  std::span<const double> sums(std::size_t pixel) const { return {&sum_[pixel * exposures_], exposures_}; }
+
+  Kind kind_;
+  Demodulation camera_;        ///< that of the taps or phases, of which decoded frames were made
+  Demodulation demodulation_;  ///< of what is summed
+  std::size_t width_, height_, exposures_, frames_ = 0;
+  double limit_ = std::numeric_limits<double>::infinity();  ///< counts of a saturated tap
+  std::vector<double> sum_;                                 ///< pixels x exposures, of c_k
+  std::vector<double> square_;                              ///< of c_k^2, over k
+  std::vector<double> intensity_;
+  static constexpr std::uint8_t listed = 4;
+  std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated, 4 bad in the camera's map
+};
+
+/// Counts of the reduction besides the observations.
+struct ReductionCounts {
+  std::size_t pixels = 0, bad = 0;
+  double noise = 0;          ///< of the pixels that are used, sum of the variances between frames by the profile's
+  std::size_t compared = 0;  ///< pixels in it
+};
+
+/// Observations of one condition. @param ideal the signal of every pixel of the ideal camera
+/// @param noise of the profile, where one frame tells none @param roi first and last column, first and last row
+/// @param grid superpixels in a row and in a column
+/// @param own what pixels have of their own, which is taken out; null: nothing
+/// @param found what they have, is added to it; null: not asked
+/// @param stands_in whether the ideal signal is to be added to what was measured: see stand_in()
+/// @throws std::invalid_argument when one frame is there and the profile knows no noise
+Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,
+                    const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
+                    ReductionCounts& counts, const PixelPhases* own = nullptr, PixelPhases* found = nullptr,
+                    bool stands_in = false);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,338 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/diagnose.hpp"
+
+#include "diagnosis/data/plausibility.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/report/notes.hpp"
+#include "diagnosis/search/condition_influence.hpp"
+#include "diagnosis/search/maps.hpp"
+#include "diagnosis/search/pattern_ties.hpp"
+#include "io/captures/campaign_captures.hpp"
+#include "io/serial.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <set>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Effects of the catalogue but those that are to be left out. Names that are none are mistakes.
+std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistry& catalogue,
+                                                      const std::vector<std::string>& without,
+                                                      std::vector<std::string>& notes) {
+  std::vector<std::string> names;
+  std::vector<graph::PluginFile> files;
+  for (const graph::PluginFile& file : catalogue.files()) {
+    if (file.kind != "effect") continue;
+    names.push_back(file.name);
+    files.push_back(file);
+  }
+  for (const std::string& name : without) {
+    if (std::ranges::find(names, name) == names.end())
+      throw config::ConfigurationError(fmt::format("--without: error: there is no effect '{}'\n         {}", name,
+                                                   config::suggestion(name, names, "effects")));
+  }
+  std::vector<std::unique_ptr<Candidate>> candidates;
+  const auto seen = catalogue.describe(files);
+  for (const graph::PluginFile& file : files) {
+    if (std::ranges::find(without, file.name) != without.end()) continue;
+    try {
+      candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
+    } catch (const std::runtime_error& error) {
+      notes.push_back(fmt::format("The effect {} is left out: {}", file.name, error.what()));
+    }
+  }
+  return candidates;
+}
+
+/// Takes conditions out of a campaign. Ids that are none are mistakes.
+void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std::vector<std::string>& notes) {
+  for (const std::string& id : skip) {
+    const auto found = std::ranges::find(campaign.conditions, id, &io::Condition::id);
+    if (found == campaign.conditions.end()) {
+      std::vector<std::string> ids;
+      for (const io::Condition& condition : campaign.conditions) ids.push_back(condition.id);
+      throw config::ConfigurationError(fmt::format("--skip: error: there is no condition '{}'\n         {}", id,
+                                                   config::suggestion(id, ids, "conditions")));
+    }
+    notes.push_back(fmt::format("Left out: {}: --skip says so", id));
+    campaign.conditions.erase(found);
+  }
+}
+
+/// Shares of the progress: by when captures are read, folds begin, and numbers are put on what was found; and what one
+/// step takes of what is left.
+constexpr double read_by = 0.1, folds_from = 0.55, found_by = 0.95, step_share = 0.04;
+
+/// Parameters that are not fitted: refinements that the data do not ask for, and values of the given model that they do
+/// not determine.
+std::vector<ParameterResult> fixed_of(const Candidate& candidate) {
+  std::vector<ParameterResult> fixed;
+  const auto add = [&](const FreeParameter& p, double value) {
+    fixed.push_back({.name = p.name, .unit = p.unit, .value = value, .interval = {NAN, NAN}});
+  };
+  for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+    if (candidate.refined(r)) continue;
+    const FreeParameter& size = candidate.refinements()[r].parameters.front();
+    add(size, size.off);
+  }
+  for (const std::size_t index : candidate.held()) add(candidate.parameter(index), candidate.written(index));
+  return fixed;
+}
+
+class Run {
+ public:
+  Run(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options)
+      : catalogue_(catalogue), options_(options) {}
+
+  std::unique_ptr<Diagnosis> run() {
+    const io::Campaign campaign = read();
+    IngestOptions ingest{d_->model.physical, options_.skip_missing, {}};
+    ingest.progress = [this](double share) {
+      if (limit_.at(settings.searched_by).has_passed())
+        throw std::runtime_error("--time-limit: error: it ended while captures were read, nothing was searched");
+      progress(read_by * share, "reading captures");
+    };
+    d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
+    check_serial();
+    require_consistent(d_->measurements);
+    problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
+    note(notes_on(d_->measurements, *problem_));
+    progress(read_by, "asking what these data can show");
+    d_->given->hold_undetermined(*problem_, d_->candidates);
+    d_->model_terms = d_->given->terms();
+    d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
+    const SearchOptions search_options = searching();
+    d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
+    note(d_->given->notes());
+    if (has_maps(d_->search.after.state)) {
+      progress(found_by, "looking at every pixel");
+      d_->maps = pixel_maps(d_->measurements, *problem_, d_->search.after.state);
+      note(notes_on_maps(d_->maps));
+    }
+    progress(found_by, "putting numbers on it");
+    validate();
+    describe();
+    if (!d_->search.time_expired)
+      d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
+                                                           d_->search.dropped, d_->audit));
+    judge();
+    SearchOptions further = search_options;  // of other data: the given model stays as it is by now
+    further.hold_given = nullptr;
+    further.fold_done = nullptr;
+    further.deadline = further.verification = further.comparison = {};
+    if (options_.resample > 0 && !d_->search.time_expired)
+      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, further);
+    if (options_.confidence > 0 && !d_->search.time_expired)
+      d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
+                                  options_.confidence, further);
+    return std::move(d_);
+  }
+
+ private:
+  /// @throws config::ConfigurationError for a model of another device
+  void check_serial() {
+    const std::string problem = io::serial_problem(d_->model.serial, d_->measurements.serial, "the captures");
+    if (problem.empty()) return;
+    if (!options_.other_serial)
+      throw config::ConfigurationError(
+          fmt::format("{}: error: the model {}\n         give a model of that device, or --other-serial uses this one",
+                      options_.model.string(), problem));
+    d_->notes.push_back(fmt::format("The model {}: --other-serial uses it nevertheless.", problem));
+  }
+
+  void progress(double share, const std::string& what) const {
+    if (options_.progress) options_.progress(std::min(share, 0.99), what);
+  }
+
+  /// Each step of the search takes a share of what is left; folds tell how many there are.
+  SearchOptions searching() {
+    SearchOptions search = options_.search;
+    search.deadline = limit_.at(settings.searched_by);
+    search.verification = limit_.at(settings.verified_by);
+    search.comparison = limit_.at(settings.compared_by);
+    search.progress = [this](const std::string& what) {
+      const std::lock_guard lock(mutex_);
+      progress(share_ += step_share * (found_by - share_), what);
+    };
+    search.fold_done = [this](std::size_t done, std::size_t all) {
+      const std::lock_guard lock(mutex_);
+      share_ =
+          std::max(share_, folds_from + (found_by - folds_from) * static_cast<double>(done) / static_cast<double>(all));
+      progress(share_, fmt::format("predicting what was put aside, fold {} of {}", done, all));
+    };
+    search.hold_given = [this](const Problem& problem, const ModelFit& fit) {
+      std::optional<ModelFit> held = d_->given->hold_undetermined_in(problem, fit);
+      d_->model_terms = d_->given->terms();
+      return held;
+    };
+    return search;
+  }
+
+  void note(const std::vector<std::string>& notes) { d_->notes.insert(d_->notes.end(), notes.begin(), notes.end()); }
+
+  io::Campaign read() {
+    config::Diagnostics diagnostics;
+    d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
+    io::Campaign campaign = io::read_campaign(options_.data, diagnostics, io::Captures::may_be_missing);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    leave_out(campaign, options_.skip, d_->notes);
+    for (const io::Condition& condition : campaign.conditions) {
+      if (!options_.skip_missing && !condition.capture.empty() && !std::filesystem::exists(condition.capture))
+        diagnostics.error(
+            condition.place("capture"), fmt::format("'capture': there is no file {}", condition.capture.string()),
+            fmt::format("--skip {} goes on without it, --skip-missing without all that are not there", condition.id));
+    }
+    if (!simulation::is_for(d_->model, *campaign.camera))
+      diagnostics.error(d_->model.camera_at,
+                        fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
+                                    d_->model.camera, options_.data.string(), campaign.camera_name),
+                        "give the model that was made for this camera, or change its camera: if it is meant for it");
+    io::check_captures(campaign, io::CapturesFor::search, diagnostics);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    warn_of_targets(campaign);
+    d_->campaign_name = campaign.name;
+    d_->campaign_notes = campaign.notes;
+    d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
+    d_->seed = options_.search.seed;
+    d_->time_limit = options_.time_limit;
+    d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
+    d_->given = std::make_unique<GivenModel>(d_->model.effects);
+    return campaign;
+  }
+
+  void warn_of_targets(const io::Campaign& campaign) {
+    config::Diagnostics diagnostics;
+    io::warn_of_targets(campaign, diagnostics);
+    if (options_.warn && !diagnostics.all().empty()) options_.warn(diagnostics.text());
+    for (const config::Diagnostic& one : diagnostics.all())
+      d_->notes.push_back(fmt::format("The {}: {}", one.message, one.hint));
+  }
+
+  void validate() {
+    const CrossFit& folds = d_->search.cross_fit;
+    if (folds.empty() && !d_->search.time_expired)
+      d_->notes.push_back("No setting has levels enough to put some aside: the gap is that of the fit itself.");
+    for (const FoldResult& fold : folds.folds) {
+      if (!fold.failed.empty())
+        d_->notes.push_back(fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting,
+                                        fold.fold.levels, fold.failed));
+    }
+    // The model as it was is not refitted, only the reflectivities are.
+    const Problem original = make_problem(problem_->design, problem_->data);
+    State as_it_was{d_->model_terms, d_->search.before.state.log_reflectivity, d_->search.before.state.random_sd};
+    if (!d_->model_terms.empty()) update_grid_bias(original, as_it_was);
+    const std::vector<double> all(problem_->data.size(), 1);
+    const State before = d_->as_it_was = fit_nuisances(original, as_it_was, all).state;
+    const State& after = d_->search.after.state;
+    const State flat = with_flat_boards(after);
+    const std::array<double, observables> scatter = scatter_of(*problem_, after);
+    for (std::size_t o = 0; o < observables; ++o) {
+      const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
+      d_->gaps[o] = {gap(original, before, o),
+                     gap(*problem_, flat, o),
+                     out.before,
+                     out.after,
+                     out.low,
+                     out.high,
+                     noise_floor(*problem_, !d_->measurements.table, o),
+                     scatter_left(*problem_, scatter[o], !d_->measurements.table, o),
+                     noise_and_scatter(*problem_, scatter[o], !d_->measurements.table, o)};
+    }
+    // Where the limit left no folds of the search, those that verified the model stand for them.
+    if (const GapComparison& aside = d_->search.verified.held_out; folds.empty() && std::isfinite(aside.model))
+      d_->gaps[distance].held_out_before = aside.given, d_->gaps[distance].held_out_after = aside.model;
+  }
+
+  void describe() {
+    const ModelFit& after = d_->search.after;
+    const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2, d_->search.lack_of_fit);
+    std::size_t at = 0;
+    for (std::size_t t = 0; t < after.state.terms.size(); ++t) {
+      const Term& term = after.state.terms[t];
+      EffectResult effect;
+      effect.name = term.candidate->name();
+      effect.change = t < d_->model_terms.size() ? "refitted" : "added";
+      effect.experiment = term.candidate->border().experiment;
+      for (std::size_t k = 0; k < term.values.size(); ++k, ++at) {
+        const FreeParameter& p = term.candidate->free()[k];
+        const auto j = static_cast<Eigen::Index>(at);
+        const Interval interval = term.maps ? Interval{NAN, NAN} : all[at];  // of a scale the product alone is known
+        effect.parameters.push_back({p.name, p.unit, term.values[k], interval,
+                                     parameter_status(p, interval, after.covariance(j, j)), p.nonlinear, p.off,
+                                     p.typical});
+      }
+      effect.fixed = fixed_of(*term.candidate);
+      if (t >= d_->model_terms.size()) {
+        const EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
+        effect.gain = found.gain;
+        effect.p_value = found.p_value;
+        effect.explained_fraction = found.explained_fraction;
+        effect.rivals = found.rivals;
+        for (const Rival& rival : found.rivals) {
+          if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
+          if (rival.tied && rival.of_several()) effect.experiment = rival.candidate->border().experiment;
+        }
+        if (!found.where.empty()) effect.where = name_of(found.where[0]);
+        effect.chosen = found.chosen;
+        effect.influence = influence(*problem_, after.state, t);
+        effect.held_out_before = found.improvement.median_taken_out;
+        effect.held_out_after = found.improvement.median_with;
+      }
+      d_->effects.push_back(std::move(effect));
+    }
+    d_->contrast = contrast_of(*problem_, after.state, d_->search.lack_of_fit);
+    d_->notes_on_found = notes_on_found(*problem_, d_->search);
+    if (has_maps(after.state))
+      std::ranges::move(notes_on_pattern_ties(*problem_, after, d_->candidates),
+                        std::back_inserter(d_->notes_on_found));
+    note(d_->notes_on_found);
+    d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search);
+    if (d_->contrast && d_->contrast->profile_is_off())
+      d_->notes_on_nuisances.push_back(note_on_contrast(*d_->contrast));
+    note(d_->notes_on_nuisances);
+    note(notes_on_misplaced(problem_->design, d_->search));
+    note(notes_on_verification(d_->search, options_.time_limit));
+    if (d_->search.cross_fit.empty() && !d_->search.found.empty() && !d_->search.time_expired)
+      d_->notes.push_back(
+          "Nothing could be put aside: these conditions have neither four distances nor several targets or sessions. "
+          "What is named is not proven out of sample.");
+    for (const auto& [name, why] : d_->search.refused)
+      d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
+    for (const EffectFinding& tried : d_->search.dropped)
+      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+  }
+
+  /// The first that fits, in the order of the verdicts.
+  void judge() {
+    const bool rest = d_->search.something_left();
+    const bool named = !d_->search.found.empty();
+    const bool tied = std::ranges::any_of(d_->effects, [](const EffectResult& e) { return !e.tied_with.empty(); });
+    d_->verdict = rest && !named ? Verdict::unknown
+                  : rest         ? Verdict::named_with_rest
+                  : tied         ? Verdict::tie
+                  : named        ? Verdict::named
+                                 : Verdict::nothing_found;
+  }
+
+  const graph::PluginRegistry& catalogue_;
+  const DiagnosisOptions& options_;
+  std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
+  std::optional<Problem> problem_;
+  const TimeLimit limit_{options_.time_limit};
+  std::mutex mutex_;
+  double share_ = read_by;
+};
+
+}  // namespace
+
+std::unique_ptr<Diagnosis> diagnose(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options) {
+  return Run(catalogue, options).run();
+}
+
+}  // namespace tofgraph::diagnosis

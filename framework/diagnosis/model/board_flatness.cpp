@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/board_flatness.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+
+#include "simulation/board.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+struct Place {
+  double x = 0, y = 0;  ///< m, on the board from where the axis meets it
+};
+
+/// Points at which superpixels see a board: along its own axes, which tilt and roll with it.
+std::vector<Place> places_on_board(const Design& design, std::size_t condition) {
+  const simulation::BoardPose pose = pose_of(design.conditions()[condition]);
+  const std::vector<simulation::Vector3>& rays = design.pixels().rays;
+  std::vector<simulation::Hit> hits(rays.size());
+  simulation::board_tracer(design.camera().focal_length, pose)({}, rays, hits);
+  const auto turned = [&](simulation::Vector3 axis) {
+    return simulation::rotation(0, 0, -pose.roll) * (simulation::rotation(pose.tilt_x, pose.tilt_y, 0) * axis);
+  };
+  const simulation::Vector3 across = turned({1, 0, 0}), down = turned({0, 1, 0}), middle{0, 0, pose.distance};
+  std::vector<Place> places(rays.size(), {NAN, NAN});
+  for (std::size_t s = 0; s < rays.size(); ++s) {
+    if (!std::isfinite(hits[s].return_path)) continue;
+    const simulation::Vector3 from = hits[s].point - middle;
+    places[s] = {physics::dot(from, across), physics::dot(from, down)};
+  }
+  return places;
+}
+
+/// Columns of a condition over the noise: a board's place, its light, and a camera that wanders. Shapes must not stand
+/// for what of a place is none.
+Eigen::MatrixXd own_directions(const Problem& problem, std::size_t i) {
+  const std::size_t n = problem.design.superpixels();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.design.rows()), 3);
+  for (std::size_t row = 0; row < problem.design.rows(); ++row) {
+    const double variance = problem.data[i].variance[row];
+    if (std::isinf(variance)) continue;
+    const bool light = row / n == amplitude || row / n == intensity;
+    columns.row(static_cast<Eigen::Index>(row)) << problem.design.shift(i)[row] / std::sqrt(variance),
+        light ? 1 / std::sqrt(variance) : 0, problem.uniform_response(i, row) / std::sqrt(variance);
+  }
+  return columns;
+}
+
+/// Residuals of the others after projection on the first columns.
+Eigen::MatrixXd less(const Eigen::MatrixXd& first, const Eigen::MatrixXd& others) {
+  const Eigen::MatrixXd gram = first.transpose() * first + 1e-9 * Eigen::MatrixXd::Identity(first.cols(), first.cols());
+  return others - first * gram.ldlt().solve(first.transpose() * others);
+}
+
+struct Wave {
+  int x = 0, y = 0;  ///< half waves
+  double sd = 0;     ///< squares of all sum to 1
+};
+
+std::vector<Wave> waves_of_boards() {
+  std::vector<Wave> waves;
+  double sum = 0;
+  for (int x = 0; x <= settings.board_max_half_waves; ++x) {
+    for (int y = 0; y <= settings.board_max_half_waves; ++y) {
+      if (x + y == 0 || std::hypot(x, y) > settings.board_max_half_waves) continue;
+      waves.push_back(
+          {x, y, 1 / (1 + (x * x + y * y) / (settings.board_spectrum_bend * settings.board_spectrum_bend))});
+      sum += waves.back().sd * waves.back().sd;
+    }
+  }
+  for (Wave& wave : waves) wave.sd /= std::sqrt(sum);
+  return waves;
+}
+
+struct ScoreTest {
+  double deviance = 0, square = 0;
+};
+
+/// With shapes of a standard deviation.
+ScoreTest score_test(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, double sd) {
+  Eigen::MatrixXd inner = sd * sd * information;
+  inner.diagonal().array() += 1;
+  const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
+  const Eigen::VectorXd values = sd * sd * factors.solve(score);
+  return {values.dot(score) - factors.vectorD().array().log().sum(),
+          2 * values.dot(score) - values.dot(information * values)};
+}
+
+double mean_of_wave(double phase) { return phase == 0 ? 1 : std::sin(phase / 2) / (phase / 2); }
+
+}  // namespace
+
+BoardFlatness::BoardFlatness(const Problem& problem) {
+  const Design& design = problem.design;
+  std::vector<std::vector<Place>> places(design.size());
+  std::map<std::string, double> half_width;  // m, of what is seen of each target
+  std::vector<double> seen(design.size(), 0);
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
+    places[i] = places_on_board(design, i);
+    for (std::size_t s = 0; s < places[i].size(); ++s) {
+      Place& place = places[i][s];
+      if (std::isinf(problem.data[i].variance[distance * design.superpixels() + s])) place = {NAN, NAN};
+      if (std::isfinite(place.x)) seen[i] = std::max({seen[i], std::abs(place.x), std::abs(place.y)});
+    }
+    double& half = half_width[design.conditions()[i].target];
+    half = std::max(half, seen[i]);
+  }
+  const std::vector<Wave> waves = waves_of_boards();
+  const auto n = static_cast<Eigen::Index>(design.superpixels()), count = static_cast<Eigen::Index>(waves.size());
+  heights_.resize(design.size());
+  std::vector<Eigen::MatrixXd> grams(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    heights_[i] = Eigen::MatrixXd::Zero(n, count);
+    grams[i] = Eigen::MatrixXd::Zero(count, count);
+    if (!design.shows_board(i)) return;
+    // Heights stand on the board, its place is told along the axis.
+    const io::Condition& condition = design.conditions()[i];
+    const simulation::BoardPose pose = pose_of(condition);
+    const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
+    const double half = half_width.at(condition.target);
+    const double width = 2 * seen[i] / (std::sqrt(static_cast<double>(n)) - 1);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const Wave& wave = waves[static_cast<std::size_t>(c)];
+      const double x = wave.x * std::numbers::pi / (2 * half), y = wave.y * std::numbers::pi / (2 * half);
+      // Superpixels see means of the waves.
+      const double size = 2 * wave.sd * mean_of_wave(x * width) * mean_of_wave(y * width) / along_axis;
+      for (Eigen::Index s = 0; s < n; ++s) {
+        const Place& place = places[i][static_cast<std::size_t>(s)];
+        if (std::isfinite(place.x))
+          heights_[i](s, c) = size * std::cos(x * (place.x + half)) * std::cos(y * (place.y + half));
+      }
+    }
+    const Eigen::MatrixXd taken = own_directions(problem, i);
+    const Eigen::MatrixXd columns = less(taken, taken.col(0).asDiagonal() * heights_[i].replicate(observables, 1));
+    grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  });
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
+    Eigen::MatrixXd& of_target = information_[design.conditions()[i].target];
+    if (of_target.size() == 0) of_target = Eigen::MatrixXd::Zero(count, count);
+    of_target += grams[i].selfadjointView<Eigen::Lower>();
+  }
+}
+
+BoardTrial BoardFlatness::trial(const Problem& problem, const State& state) const {
+  const Design& design = problem.design;
+  const State flat = with_flat_boards(state);
+  const auto rows = with_nuisances(problem, flat, expected(problem, flat));
+  std::map<std::string, Eigen::VectorXd> scores;
+  const Eigen::Index count = heights_.front().cols();
+  double excess = 0;
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    if (!design.shows_board(i)) continue;
+    const Observations& data = problem.data[i];
+    Eigen::MatrixXd left = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(design.rows()), 1);
+    for (std::size_t row = 0; row < design.rows(); ++row) {
+      if (std::isinf(data.variance[row])) continue;
+      left(static_cast<Eigen::Index>(row)) = (data.value[row] - rows[i][row]) / std::sqrt(data.variance[row]);
+      excess -= 1;
+    }
+    const Eigen::MatrixXd taken = own_directions(problem, i);
+    left = less(taken, left);
+    excess += left.squaredNorm();
+    const Eigen::VectorXd along = taken.col(0).cwiseProduct(left.col(0));
+    Eigen::VectorXd& score = scores[design.conditions()[i].target];
+    if (score.size() == 0) score = Eigen::VectorXd::Zero(count);
+    score += heights_[i].transpose() * along.reshaped(heights_[i].rows(), observables).rowwise().sum();
+  }
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd sum_of_scores = Eigen::VectorXd::Zero(count);
+  for (const auto& [name, score] : scores) all += information_.at(name), sum_of_scores += score;
+  double best = 0, one_for_all = 0;
+  ScoreTest max_fall{settings.board_min_deviance_gain, 0};
+  for (double sd = settings.board_min_trial_sd; sd <= settings.board_max_trial_sd; sd *= settings.board_trial_factor) {
+    one_for_all = std::max(one_for_all, score_test(all, sum_of_scores, sd).deviance);
+    ScoreTest sum;
+    for (const auto& [name, score] : scores) {
+      const ScoreTest one = score_test(information_.at(name), score, sd);
+      sum.deviance += one.deviance, sum.square += one.square;
+    }
+    if (sum.deviance > max_fall.deviance) max_fall = sum, best = sd;
+  }
+  const bool several = scores.size() > 1;
+  if (best == 0 || max_fall.square < settings.board_min_share * excess ||
+      (several && one_for_all > settings.board_max_common_gain * max_fall.deviance))
+    return {};
+  // What telling the boards apart explains is more than what stays: else it may be a pattern of the camera.
+  const bool sure = several && max_fall.square >= settings.board_sure_share * excess &&
+                    max_fall.deviance - one_for_all >= excess - max_fall.square;
+  std::shared_ptr<const Boards> boards = shaped(design, scores, best);
+  if (!boards) return {};
+  return {std::move(boards), max_fall.deviance, sure};
+}
+
+std::shared_ptr<const Boards> BoardFlatness::shaped(const Design& design,
+                                                    const std::map<std::string, Eigen::VectorXd>& scores,
+                                                    double sd) const {
+  Boards result{0, Rows(design.size())};
+  std::map<std::string, Eigen::VectorXd> values;
+  for (const auto& [name, score] : scores) {
+    Eigen::MatrixXd inner = information_.at(name);
+    inner.diagonal().array() += 1 / (sd * sd);
+    const Eigen::LDLT<Eigen::MatrixXd> factors(inner);
+    values[name] = factors.solve(score);
+    result.cost += values[name].squaredNorm() / (sd * sd) + (sd * sd * factors.vectorD().array()).log().sum();
+  }
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    result.rows[i].assign(design.rows(), 0);
+    if (!design.shows_board(i)) continue;
+    const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);
+    result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.boards());
+    for (std::size_t row = 0; row < design.rows(); ++row)
+      result.rows[i][row] = design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels()));
+  }
+  result.sd = std::sqrt(result.sd);
+  if (result.sd > settings.board_max_sd) return nullptr;
+  return std::make_shared<const Boards>(std::move(result));
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Boards that are not flat: a smooth shape for each target, fixed to its board. A nuisance, no effect.
+#pragma once
+
+#include "diagnosis/model/fit.hpp"
+
+#include <map>
+
+namespace tofgraph::diagnosis {
+
+/// Shapes, and what they explain.
+struct BoardTrial {
+  std::shared_ptr<const Boards> boards;  ///< or nothing
+  double gain = 0;                       ///< fall of the deviance
+  bool sure = false;  ///< whether they are the boards' by themselves, else only where nothing is left
+};
+
+/// Cosines over the part of each board that any condition sees, weaker the shorter they are.
+class BoardFlatness {
+ public:
+  /// @param problem with more than one superpixel
+  explicit BoardFlatness(const Problem& problem);
+
+  /// With the standard deviation that has the least deviance. Nothing where shapes explain little of what is more than
+  /// noise, where one shape for all of several targets does nearly as well, or where they are larger than boards have.
+  /// Not sure where there is one target, where they explain less than half, and where more stays than telling the
+  /// targets apart explains: that may be the camera's.
+  /// @param problem that these are for, or with other allowances
+  BoardTrial trial(const Problem& problem, const State& state) const;
+
+ private:
+  std::shared_ptr<const Boards> shaped(const Design& design, const std::map<std::string, Eigen::VectorXd>& scores,
+                                       double sd) const;
+
+  std::vector<Eigen::MatrixXd> heights_;                ///< superpixels x shapes, one a condition
+  std::map<std::string, Eigen::MatrixXd> information_;  ///< of each target's shapes, their place and light taken out
+};
+
+}  // namespace tofgraph::diagnosis

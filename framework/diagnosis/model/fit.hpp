@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Fits the effects of a model to the observations, with the targets' reflectivities and the variances.
+#pragma once
+
+#include "diagnosis/model/linearisation.hpp"
+
+#include <limits>
+
+namespace tofgraph::diagnosis {
+
+/// A fitted model. Its copy is all that is needed to undo a step.
+struct ModelFit {
+  State state;
+  double deviance = std::numeric_limits<double>::infinity();
+  double dimension = 0;        ///< parameters of effects that the data determine
+  Eigen::MatrixXd covariance;  ///< of the free parameters of all terms in their order, in units of their typical values
+  std::vector<Column> jacobian = {};  ///< at the state, or nearly there; empty until it is asked for: see linearised()
+
+  double bic(std::size_t conditions) const { return deviance + dimension * std::log(static_cast<double>(conditions)); }
+};
+
+/// A fit with the jacobian at its state.
+ModelFit linearised(const Problem& problem, ModelFit fit);
+
+/// Minimises the deviance over all free parameters. @param weight of each condition: 0 leaves it out
+/// @throws simulation::EffectError
+/// @throws std::invalid_argument when too few conditions are left
+ModelFit fit(const Problem& problem, State start, std::span<const double> weight);
+
+/// As fit(), as exactly as a comparison of models needs.
+ModelFit fit_roughly(const Problem& problem, State start, std::span<const double> weight);
+
+/// As fit(), less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
+/// a fit of those alone. @param known jacobian() there
+ModelFit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known);
+
+/// As fit() with the parameters of effects held, for reflectivities and variances alone.
+ModelFit fit_nuisances(const Problem& problem, State start, std::span<const double> weight);
+
+/// Replaces an amplitude below zero by its opposite with an angle half a turn on where both mean the same.
+State with_positive_amplitudes(const Problem& problem, State state);
+
+/// Deviance of a state as it is, its variances included; only the reflectivities are those with the least.
+double deviance_of(const Problem& problem, const State& state);
+
+}  // namespace tofgraph::diagnosis

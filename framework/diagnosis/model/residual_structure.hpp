@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Patterns in residuals that follow no axis: principal components against what noise alone gives.
+#pragma once
+
+#include "diagnosis/model/fit.hpp"
+
+#include <cstdint>
+
+namespace tofgraph::diagnosis {
+
+/// Conditions x superpixels, whitened, without what jitter, a camera's offset and the light explain; one an observable.
+std::vector<Eigen::MatrixXd> whitened_residuals(const Problem& problem, const State& state);
+
+/// Takes out of a condition's rows what jitter, a camera's offset and the light could make of them.
+/// @returns how much of each, in that order: m, m, ln of the light
+Eigen::Vector<double, random_directions> project_out_nuisances(const Problem& problem, const State& state,
+                                                               std::size_t condition, std::vector<double>& rows);
+
+/// Largest principal component of an observable's residuals over the image: root mean square over conditions,
+/// SI, with the component's sign, which may change from one condition to the next. One a superpixel.
+std::vector<double> leading_pattern(const Problem& problem, const State& state, std::size_t observable);
+
+/// Number of principal components of each observable that are larger than chance (parallel analysis: signs of all
+/// elements are drawn anew; beside a residue, for the distances: those of its waves in each run).
+std::array<std::size_t, observables> parallel_analysis(const Problem& problem, const State& state, std::uint64_t seed);
+
+}  // namespace tofgraph::diagnosis

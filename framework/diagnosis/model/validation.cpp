@@ -1,0 +1,233 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/validation.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Calls f(condition, superpixel, row) where the observable is known.
+template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
+  const std::size_t n = problem.design.superpixels();
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (!problem.design.shows_board(i)) continue;  // it has no gap to a board
+    for (std::size_t s = 0; s < n; ++s) {
+      if (!std::isinf(problem.data[i].variance[observable * n + s])) f(i, s, observable * n + s);
+    }
+  }
+}
+
+/// Half paths become depths.
+double scale_of(const Problem& problem, std::size_t observable, std::size_t i, std::size_t row) {
+  return observable == distance ? 1 / problem.design.shift(i)[row] : 1;
+}
+
+}  // namespace
+
+double gap(const Problem& problem, const State& state, std::size_t observable) {
+  const auto rows = expected(problem, state);
+  double sum = 0, count = 0;
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+    const double left = (problem.data[i].value[row] - rows[i][row]) * scale_of(problem, observable, i, row);
+    sum += left * left;
+    ++count;
+  });
+  return std::sqrt(sum / count);
+}
+
+namespace {
+
+/// All that is set in a condition, so that two with the same are the same measurement.
+std::string settings_of(const io::Condition& c) {
+  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x,
+                     c.board_tilt_y, c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient,
+                     c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
+}
+
+/// RandomEffectSd of what was measured.
+struct Measured {
+  double frames = 0;    ///< mean over all superpixels, of their frames; 0 where there are none
+  double repeated = 0;  ///< of conditions with the same settings beyond that of their frames; NaN: none is repeated
+};
+
+Measured measured(const Problem& problem, bool frames, std::size_t observable) {
+  Measured result;
+  const auto variance_of_frames = [&](std::size_t i, std::size_t row) {
+    return frames ? std::pow(scale_of(problem, observable, i, row), 2) * problem.data[i].variance[row] : 0;
+  };
+  double known = 0;
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+    result.frames += variance_of_frames(i, row);
+    ++known;
+  });
+  if (known > 0) result.frames /= known;
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (problem.design.shows_board(i)) groups[settings_of(problem.design.conditions()[i])].push_back(i);
+  }
+  const std::size_t n = problem.design.superpixels();
+  double beyond = 0, freedom = 0;
+  for (const auto& [settings, group] : groups) {
+    for (std::size_t row = observable * n; group.size() > 1 && row < (observable + 1) * n; ++row) {
+      double sum = 0, square = 0, count = 0, noise = 0;
+      for (const std::size_t i : group) {
+        if (std::isinf(problem.data[i].variance[row])) continue;
+        const double value = problem.data[i].value[row] * scale_of(problem, observable, i, row);
+        sum += value, square += value * value, ++count;
+        noise += variance_of_frames(i, row);
+      }
+      if (count < 2) continue;
+      beyond += square - sum * sum / count - noise * (count - 1) / count;
+      freedom += count - 1;
+    }
+  }
+  result.repeated = freedom > 0 ? std::max(beyond / freedom, 0.0) : std::numeric_limits<double>::quiet_NaN();
+  return result;
+}
+
+}  // namespace
+
+double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
+  const Measured all = measured(problem, frames, observable);
+  if (std::isnan(all.repeated)) return frames ? std::sqrt(all.frames) : all.repeated;
+  return std::sqrt(all.frames + all.repeated);
+}
+
+std::array<double, observables> scatter_of(const Problem& problem, const State& state) {
+  const RandomEffectSd& sd = state.random_sd;
+  const auto rows = expected(problem, state), shared = with_nuisances(problem, state, rows);
+  const std::vector<Gram> grams = grams_of(problem, state, shared, {});
+  const Eigen::Vector3d deviation(sd.jitter, sd.offset, sd.light);
+  const double boards = state.nuisances.boards ? state.nuisances.boards->sd : 0;
+  // What the data say of a condition's place, offset and light, and what they leave open, in standard deviations.
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Matrix3d>> own;
+  for (const Gram& gram : grams) {
+    const Eigen::Matrix3d information = deviation.asDiagonal() * gram.topLeftCorner<3, 3>() * deviation.asDiagonal();
+    const Eigen::Matrix3d open = (information + Eigen::Matrix3d::Identity()).llt().solve(Eigen::Matrix3d::Identity());
+    own.emplace_back(open * deviation.cwiseProduct(gram.col(gram.cols() - 1).head<3>()), open);
+  }
+  std::array<double, observables> scatter{};
+  for (std::size_t o = 0; o < observables; ++o) {
+    const double smooth_field = o == distance && state.nuisances.smooth_field ? state.nuisances.smooth_field->sd() : 0;
+    double sum = 0, count = 0;
+    for_each_known(problem, o, [&](std::size_t i, std::size_t, std::size_t row) {
+      const Eigen::Vector3d along(sd.jitter * state.jitter_response(problem, i, row),
+                                  sd.offset * problem.offset_response(i, row),
+                                  sd.light * state.light_response(problem, i, row));
+      const auto& [value, open] = own[i];
+      const double scale = scale_of(problem, o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
+      sum += scale * scale *
+             (there * there + along.dot(open * along) + smooth_field * smooth_field +
+              std::pow(boards * problem.design.shift(i)[row], 2));
+      ++count;
+    });
+    scatter[o] = sum / count;
+  }
+  return scatter;
+}
+
+double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable) {
+  const double repeated = measured(problem, frames, observable).repeated;
+  return std::sqrt(std::max(scatter - (std::isnan(repeated) ? 0 : repeated), 0.0));
+}
+
+double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable) {
+  return std::sqrt(measured(problem, frames, observable).frames + scatter);
+}
+
+namespace {
+
+/// Changes by the sizes of the refinements that terms do not have, each for a typical value.
+/// @param rows expected(problem, state)
+std::vector<Column> unseen_columns(const Problem& problem, const State& state, const Rows& rows) {
+  std::vector<Column> columns;
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const Candidate& candidate = *state.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      // Of an angle, which may be anything, both quadratures.
+      std::vector<double> off, quarter;
+      for (const FreeParameter& p : candidate.refinements()[r].parameters) {
+        off.push_back(p.off);
+        quarter.push_back(p.nonlinear && p.is_angle() ? p.off + std::numbers::pi / 2 : p.off);
+      }
+      std::vector<std::vector<double>> both = {off};
+      if (quarter != off) both.push_back(std::move(quarter));
+      for (const std::vector<double>& values : both) {
+        State open = state;
+        open.terms[t] = refined(open.terms[t], r, values);
+        columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+      }
+    }
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
+                                Refinements refinements) {
+  const auto rows = expected(problem, fit.state);
+  std::vector<Column> columns = jacobian(problem, fit.state, rows);
+  const std::size_t own = columns.size();
+  if (refinements == Refinements::may_be_there)
+    std::ranges::move(unseen_columns(problem, fit.state, rows), std::back_inserter(columns));
+  const Unknowns unknowns = problem.unknowns(columns.size());
+  std::vector<Gram> grams = grams_of(problem, fit.state, rows, columns);
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
+  const auto solved = [&](const std::vector<double>& weight) {
+    NormalEquations equations = assemble(grams, determinants, unknowns, weight);
+    for (auto unseen = static_cast<Eigen::Index>(own); unseen < unknowns.effects; ++unseen)
+      equations.information(unseen, unseen) += 1;  // their prior
+    return solve(equations, unknowns, fit.state.random_sd);
+  };
+  std::vector<double> weight(grams.size(), 1.0);
+  const Solution whole = solved(weight);
+  std::mt19937_64 generator(seed);
+  std::vector<std::vector<double>> drawn(own);
+  for (int d = 0; d < settings.interval_draws; ++d) {
+    std::ranges::fill(weight, 0.0);
+    for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
+    const Solution one = solved(weight);
+    for (std::size_t c = 0; c < own; ++c) {
+      const auto j = static_cast<Eigen::Index>(c);
+      drawn[c].push_back(one.values(j) - whole.values(j));
+    }
+  }
+  std::vector<Interval> result;
+  std::size_t c = 0;
+  for (const Term& term : fit.state.terms) {
+    for (std::size_t k = 0; k < term.values.size(); ++k, ++c) {
+      std::ranges::sort(drawn[c]);
+      const auto j = static_cast<Eigen::Index>(c);
+      const double likely = 1.96 * std::sqrt(whole.covariance(j, j));
+      // Where unseen refinements would move a value, the interval is about both.
+      const double moved = own < columns.size() ? whole.values(j) : 0;
+      const double wider = std::sqrt(std::max(lack_of_fit, 1.0));
+      const double below = wider * std::min(drawn[c][settings.interval_draws / 40], -likely) + std::min(moved, 0.0),
+                   above =
+                       wider * std::max(drawn[c][settings.interval_draws - 1 - settings.interval_draws / 40], likely) +
+                       std::max(moved, 0.0);
+      const double unit = term.candidate->free()[k].typical;
+      const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
+      result.push_back({term.values[k] + low, term.values[k] + high});
+    }
+  }
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

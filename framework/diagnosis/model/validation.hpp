@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Size of the gap, and intervals of the parameters.
+#pragma once
+
+#include "diagnosis/model/fit.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace tofgraph::diagnosis {
+
+/// Root mean square of measurement minus simulation over superpixels, SI; NaN where nothing is known.
+/// For the distance it is that of the depth.
+double gap(const Problem& problem, const State& state, std::size_t observable);
+
+/// Measured part of the gap: noise of the frames, and the difference between conditions with the same settings
+/// beyond that, where some are repeated. NaN where neither is known, as of tables. In units of gap().
+/// @param frames whether the variances of the data come from frames
+double noise_floor(const Problem& problem, bool frames, std::size_t observable);
+
+/// Mean squares of what conditions differ by beside the noise of their frames, in squared units of gap(): place, offset
+/// and light of each, a wander and sessions as the fit says of them; shapes of boards and a smooth residue. Not the sum
+/// of the fit's variances: two of these may take from each other what neither has, where the model lacks something.
+std::array<double, observables> scatter_of(const Problem& problem, const State& state);
+
+/// Scatter between conditions beyond that of repeated ones. In units of gap(). @param scatter of the observable
+double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable);
+
+/// The gap of a model that lacks nothing: the noise of the frames, and all that conditions differ by. Few repeated
+/// conditions may say more or less than that. In units of gap(). @param scatter of the observable
+double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable);
+
+/// Assumption of intervals about the refinements that the data did not demand.
+enum class Refinements {
+  as_they_are,   ///< their sizes are off
+  may_be_there,  ///< normal about off, a typical value their standard deviation: too small to be seen is not zero
+};
+struct Interval {
+  double low = 0, high = 0;
+};
+/// 95 % intervals of the free parameters of all terms, in SI: conditions are drawn with replacement, each draw is one
+/// step of least squares. Never narrower than the covariance of the fit says.
+/// @param lack_of_fit chi-square over its expectation: where more than 1, intervals are its root times as wide
+/// @param refinements what of those that a term does not have
+std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit = 1,
+                                Refinements refinements = Refinements::may_be_there);
+
+}  // namespace tofgraph::diagnosis

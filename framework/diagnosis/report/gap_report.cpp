@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/gap_report.hpp"
+
+#include "diagnosis/report/gap_report_parts.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// "crosstalk or static_reflection"; "zero_offset or warm_up for it and integration_time_offset".
+std::string name_and_ties(const EffectResult& effect) {
+  std::string text = effect.name;
+  for (const Rival& rival : effect.rivals) {
+    if (!rival.tied) continue;
+    std::vector<std::string> others = rival.in_place_of;
+    std::erase(others, effect.name);
+    text += " or " + rival.candidate->name();
+    if (!others.empty()) text += fmt::format(" for it and {}", fmt::join(others, ", "));
+  }
+  return text;
+}
+
+/// "distance 5/5, target 4/4": the folds that chose an effect, or what does as much.
+std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
+  const std::vector<std::string> names = names_of(effect.name, effect.rivals);
+  std::vector<std::string> settings;
+  std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
+  for (const FoldResult& fold : cross_fit.folds) {
+    const std::string& setting = fold.fold.setting;
+    if (counts.emplace(setting, std::pair(0, 0)).second) settings.push_back(setting);
+    counts[setting].first += fold.chose(names) ? 1 : 0;
+    ++counts[setting].second;
+  }
+  std::string text;
+  for (const std::string& setting : settings)
+    text += fmt::format("{}{} {}/{}", text.empty() ? "" : "\n", setting, counts[setting].first, counts[setting].second);
+  return text;
+}
+
+/// Effect on the held-out gap, with a remark if that rests on few folds.
+std::string fall_text(const Diagnosis& d, std::size_t t) {
+  const HeldOutImprovement& improvement = d.search.found[t - d.model_terms.size()].improvement;
+  const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
+  std::string text = fmt::format("{} → {}", gap(improvement.median_taken_out), gap(improvement.median_with));
+  if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds)
+    text += fmt::format("\nin {} of the {} folds that chose it: the others chose what is like it, too",
+                        improvement.folds_alone, improvement.folds);
+  return text;
+}
+
+/// Table of the effects: names, values, and their effect on the gap.
+void add_found(report::Page& page, const Diagnosis& d) {
+  std::vector<Row> rows;
+  for (std::size_t t = 0; t < d.effects.size(); ++t) {
+    const EffectResult& e = d.effects[t];
+    std::string sizes;
+    for (const ParameterResult& p : e.parameters) {
+      if (!p.nonlinear) sizes += (sizes.empty() ? "" : "\n") + p.name + " " + value_text(p);
+    }
+    const bool added = e.change == "added";
+    rows.push_back({name_and_ties(e), sizes, added ? fall_text(d, t) : "-",
+                    added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
+                    fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
+                                added ? "missing in the model" : "in the model, fitted again")});
+  }
+  if (rows.empty()) return;
+  const Row header = {"effect", "sizes (95 %)", "held-out gap of the median fold, without it → with it",
+                      "folds that chose it", "what it is"};
+  page.table(header, rows);
+}
+
+void add_gaps(report::Page& page, const Diagnosis& d) {
+  std::vector<Row> rows;
+  for (std::size_t o = 0; o < observables; ++o) {
+    const Gap& g = d.gaps[o];
+    if (!std::isfinite(g.before)) continue;
+    const auto text = [&](double value) { return shown_gap(value, g, o); };
+    const std::string interval =
+        std::isfinite(g.held_out_low) ? fmt::format(" ({} to {})", text(g.held_out_low), text(g.held_out_high)) : "";
+    rows.push_back({label(o), text(g.held_out_before), text(g.held_out_after) + interval, text(g.before), text(g.after),
+                    std::isfinite(g.noise_floor) ? text(g.noise_floor) : "not measured", text(g.noise_and_scatter)});
+  }
+  const Row header = {
+      "gap of", "simulated, held out", "extended, held out (95 %)", "simulated, all data", "extended, all data",
+      "noise",  "noise and scatter"};
+  page.table(header, rows);
+}
+
+/// A reader sees it in every figure.
+void add_nuisances(report::Page& page, const ReportData& data) {
+  const std::vector<std::string>& notes = data.d.notes_on_nuisances;
+  if (notes.empty()) return;
+  page.paragraph("What is not an effect of the camera, and why residuals below may be larger than noise:");
+  page.list(notes);
+  page.paragraph(
+      std::string(
+          "Standard deviations (sd) in the figures hold the noise and what each condition has alone (its board, "
+          "its light), not what several share (a wander, a session).") +
+      (data.d.search.after.state.nuisances.boards ? " What is extended has the shapes of the boards." : ""));
+}
+
+void add_confidence(report::Page& page, const Confidence& c) {
+  std::string text = fmt::format(
+      "How far to trust such a verdict: {} campaigns like this one were simulated and searched, with "
+      "nothing or one known effect of its typical size hidden in each.",
+      c.cases());
+  if (c.named > 0)
+    text += fmt::format(" In {} an effect was named, rightly in {} (one that is tied counts as right).", c.named,
+                        c.named_right);
+  if (c.silent > 0) text += fmt::format(" In {} nothing was found, rightly in {}.", c.silent, c.silent_right);
+  page.paragraph(text);
+}
+
+/// Advice on the use of what was found.
+void add_use(report::Page& page, const Diagnosis& d) {
+  const auto added = std::ranges::find(d.effects, "added", &EffectResult::change);
+  if (added == d.effects.end()) return;
+  page.paragraph(fmt::format(
+      "To use it: model.yaml is the model with what was found. 'tofgraph simulate --model model.yaml' makes "
+      "the recordings of such a camera; the stage model_correction takes out of its recordings what is in "
+      "the camera (a tilted board or a rail is put right in the lab). What each value means: 'tofgraph "
+      "describe {}'.",
+      added->name));
+}
+
+void add_verdict(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
+  constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
+  page.verdict(summary(d), moods.at(static_cast<std::size_t>(d.verdict)));
+  if (!d.campaign_notes.empty()) {
+    page.paragraph("The campaign says of its data:");
+    page.list(d.campaign_notes);
+  }
+  if (!d.notes_on_found.empty()) {
+    page.paragraph("What the names and values stand for:");
+    page.list(d.notes_on_found);
+  }
+  if (d.confidence) add_confidence(page, *d.confidence);
+  page.paragraph(
+      "The gap is what the measurement differs by from a model: root mean square over conditions (one board at one "
+      "distance with one setting) and over the sensor. Distances are along the optical axis, from the sensor plane. "
+      "Simulated: the model as it was; extended: the model with what was found (model.yaml).");
+  add_found(page, d);
+  add_use(page, d);
+  add_nuisances(page, data);
+  const CrossFit& folds = d.search.cross_fit;
+  page.paragraph(
+      folds.empty()
+          ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
+          : fmt::format(
+                "Held out: {} times some levels of a setting (a fold) were put aside, effects were chosen and "
+                "fitted without them, and what came out had to predict them (cross-fitting). That holds for the "
+                "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
+                "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
+                "frames, and what boards, camera and light differ by from one condition to the next, as the fit says "
+                "of each; {}.{}",
+                folds.folds.size(),
+                d.search.something_left() ? "with something unexplained that is in it, so compare with the noise"
+                                          : "a gap as large has nothing left to explain",
+                std::isfinite(d.gaps[null1].before)
+                    ? " N1 / 2I and N2 / a are the null channels: sums of the samples that are zero in an ideal "
+                      "camera, relative to intensity I and amplitude a."
+                    : ""));
+  add_gaps(page, d);
+}
+
+/// All but what stands under the verdict.
+void add_notes(report::Page& page, const ReportData& data) {
+  std::vector<std::string> notes = data.d.notes;
+  const auto above = [&](const std::string& note) {
+    return std::ranges::find(data.d.notes_on_found, note) != data.d.notes_on_found.end() ||
+           std::ranges::find(data.d.notes_on_nuisances, note) != data.d.notes_on_nuisances.end();
+  };
+  std::erase_if(notes, [&](const std::string& note) {
+    const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const EffectFinding& one) {
+      return note.starts_with(one.name + " was tried and is not named");
+    });
+    return tried || above(note);
+  });
+  if (notes.empty()) return;
+  page.heading("Notes");
+  page.list(notes);
+}
+
+}  // namespace
+
+ReportData::ReportData(const Diagnosis& diagnosis)
+    : d(diagnosis),
+      design(*diagnosis.measurements.design),
+      problem(make_problem(design, diagnosis.measurements.observations)) {
+  State as_it_was = d.as_it_was;
+  if (!as_it_was.terms.empty()) update_grid_bias(problem, as_it_was);
+  for (std::size_t o = 0; o < observables; ++o) {
+    if (std::isfinite(d.gaps[o].before))
+      evidence.emplace(o, diagnosis::evidence({problem, as_it_was}, {problem, d.search.after.state}, o));
+  }
+}
+
+std::string unexplained_map(const Diagnosis& d) { return d.search.something_left() ? rest_map(ReportData(d)) : ""; }
+
+report::Page gap_report(const Diagnosis& diagnosis) {
+  const ReportData data(diagnosis);
+  report::Page page("Where simulation and measurement differ");
+  add_origin(page, data);
+  page.heading("Verdict");
+  add_verdict(page, data);
+  add_curves(page, data);
+  add_conditions(page, data);
+  add_maps(page, data);
+  add_parameters(page, data);
+  add_influence(page, data);
+  add_stability(page, data);
+  add_rivals(page, data);
+  add_rest(page, data);
+  add_blind(page, data);
+  add_next(page, data);
+  add_notes(page, data);
+  return page;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+#include "graph/stream.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// "wiggling from rail_scale", or what the question of one effect is.
+std::string question(const NextCondition& next) {
+  if (next.effects.size() > 1) return sides_of(next, " from ");
+  return asked_of(next.effects.front(), next.value);
+}
+
+/// Advice of the authors of tied effects: of those who had the other one in mind, or else of all.
+std::string experiments(const Diagnosis& d, const NextCondition& tie) {
+  std::vector<std::string> all, meant;
+  for (const std::string& name : tie.effects) {
+    for (const auto& candidate : d.candidates) {
+      if (candidate->name() != name) continue;
+      const tofgraph_effect& border = candidate->border();
+      const std::vector<std::string> confused = graph::split_words(border.confused_with);
+      const bool other_meant = std::ranges::any_of(
+          tie.effects, [&](const std::string& other) { return std::ranges::find(confused, other) != confused.end(); });
+      all.push_back(border.experiment);
+      if (other_meant) meant.push_back(border.experiment);
+    }
+  }
+  return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
+}
+
+/// Availability of the camera's samples, or what a table has in their place.
+bool has_samples(const Diagnosis& d) { return d.measurements.taps || d.measurements.phases || d.measurements.table; }
+
+/// Questions that no condition of the list answers, and the advice of the effects' authors.
+struct Silent {
+  std::vector<std::string> values;  ///< as questions
+  std::vector<std::string> blind;   ///< names
+  std::vector<Row> advice;          ///< of all
+};
+
+Silent silent_questions(const Diagnosis& d) {
+  Silent silent;
+  for (const NextCondition& next : d.next) {
+    if (tells(next)) continue;
+    if (next.effects.size() > 1) continue;
+    if (next.value.empty())
+      silent.blind.push_back(next.effects.front());
+    else
+      silent.values.push_back(question(next));
+    silent.advice.push_back({question(next), next.experiment});
+  }
+  for (const Visibility& seen : d.audit.effects) {
+    const std::string name = seen.candidate->name();
+    const bool listed = std::ranges::any_of(
+        d.next, [&](const NextCondition& next) { return next.effects == std::vector{name} && next.value.empty(); });
+    if (!seen.blind || listed) continue;
+    silent.blind.push_back(name);
+    silent.advice.push_back({asked_of(name), seen.candidate->border().experiment});
+  }
+  return silent;
+}
+
+/// A sentence for all, and the advice to be unfolded.
+void add_silent(report::Page& page, const Silent& silent) {
+  if (silent.advice.empty()) return;
+  std::vector<std::string> questions = silent.values;
+  if (!silent.blind.empty()) questions.push_back(asked_of(fmt::format("{}", fmt::join(silent.blind, ", or "))));
+  page.paragraph(fmt::format("None of the conditions that were compared tells {}.", fmt::join(questions, ", or ")));
+  page.fold("What tells these, from experience");
+  const Row header = {"to know", "from experience"};
+  page.table(header, silent.advice);
+  page.unfold();
+}
+
+/// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
+void add_alike(report::Page& page, const Diagnosis& d) {
+  std::map<std::string, std::string> of_found;
+  std::vector<Row> others;
+  const auto is_found = [&](const Candidate* candidate) {
+    return std::ranges::any_of(d.effects, [&](const EffectResult& e) { return e.name == candidate->name(); });
+  };
+  const auto add = [&](const Candidate* one, const Candidate* other, double cosine) {
+    std::string& text = of_found[one->name()];
+    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", other->name(), cosine);
+  };
+  for (const Alike& pair : d.audit.alike) {
+    const bool first = is_found(pair.first), second = is_found(pair.second);
+    if (first) add(pair.first, pair.second, pair.cosine);
+    if (second) add(pair.second, pair.first, pair.cosine);
+    if (!first && !second)
+      others.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.2f}", pair.cosine)});
+  }
+  const Row header = {"effect", "looks like", "cosine"};
+  if (!of_found.empty() || !others.empty())
+    page.paragraph(fmt::format(
+        "Some effects look alike in this campaign at their typical sizes, whatever else was measured: the cosine "
+        "between "
+        "what they change is above 0.9, where 1 is the same. A name stands for all that look like it, until the next "
+        "measurement tells; whether they do at the sizes that were fitted says \u201cOther effects in its "
+        "place\u201d.{}",
+        of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
+  std::vector<Row> rows;
+  for (const auto& [name, text] : of_found) rows.push_back({name, text});
+  const Row found_header = {"found", "looks like, with the cosine"};
+  if (!rows.empty()) page.table(found_header, rows);
+  if (others.empty()) return;
+  page.fold(fmt::format("The {} pairs {}that look alike", others.size(), of_found.empty() ? "" : "of other effects "));
+  page.table(header, others);
+  page.unfold();
+}
+
+}  // namespace
+
+void add_blind(report::Page& page, const ReportData& data) {
+  page.heading("What these data could not have shown");
+  std::vector<std::string> unseen, too_small;
+  std::vector<Row> rows;
+  for (const Visibility& seen : data.d.audit.effects) {
+    if (seen.blind)
+      (seen.norm < settings.blind_below ? unseen : too_small).push_back(seen.candidate->name());
+    else
+      rows.push_back({seen.candidate->name(), fmt::format("{:.0f}", seen.norm), fmt::format("{:.2g}", seen.smallest)});
+  }
+  if (unseen.empty() && too_small.empty())
+    page.paragraph("Each known effect of its typical size would have shown in this campaign.");
+  if (!unseen.empty())
+    page.paragraph(
+        fmt::format("Of these effects the report says nothing. At their typical sizes they show in fewer than {} "
+                    "standard deviations of all data, because they do little here or only what is estimated anyway: "
+                    "{}.",
+                    settings.blind_below, fmt::join(unseen, ", ")));
+  if (!too_small.empty())
+    page.paragraph(fmt::format(
+        "Nor does it of these. The data would tell them from noise, but at their typical sizes no condition "
+        "changes by as much as matters (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null "
+        "channel): {}.",
+        fmt::join(too_small, ", ")));
+  add_alike(page, data.d);
+  if (rows.empty()) return;
+  page.fold("What it would have shown, and from which size on");
+  const Row header = {"effect", "standard deviations at its typical size",
+                      "smallest that would be found / typical size"};
+  page.table(header, rows);
+  page.unfold();
+}
+
+void add_next(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
+  const Silent silent = silent_questions(d);
+  std::vector<Row> rows;
+  for (const NextCondition& next : d.next) {
+    if (tells(next))
+      rows.push_back({question(next), setting_of(next), sigmas(next) + " sd",
+                      fmt::format("{:.1f} sd", next.measured_sigma),
+                      shown(next.difference, next.observable, 2) + " of " + label(next.observable)});
+  }
+  if (rows.empty() && silent.advice.empty()) return;
+  page.heading("What to measure next");
+  if (const NextCondition* const first = best_condition(d.next); first != nullptr) {
+    page.verdict(sentence(*first));
+    page.paragraph(
+        "The most telling condition is beside this report as a scene, next_condition.yaml, for tofgraph simulate.");
+  } else {
+    page.verdict("Nothing that was compared, at this campaign's settings or somewhat beyond them, would tell more.");
+  }
+  for (const NextCondition& tie : d.next) {
+    if (tie.effects.size() > 1 && !tells(tie))
+      page.verdict(fmt::format(
+          "To tell {}: none of the conditions that were compared does. What does, from experience: {}{}.",
+          question(tie), has_samples(d) ? "" : "the samples, if the camera gives them; or ", experiments(d, tie)));
+  }
+  if (!d.next.empty())
+    page.paragraph(fmt::format(
+        "Compared were {} conditions with this campaign's settings and some beyond: distances, integration times, "
+        "tilts of 20 deg, targets; time since power-on, one source alone, a lamp, a covered rail, a laser, a turned "
+        "camera, a capped lens. Two models differ there by so many standard deviations (sd) of one condition: noise, "
+        "what boards and light differ by, and what these data leave open of their values. Differences below 0.1 mm "
+        "or 0.1 % are too small to count on; below {} sd a condition tells nothing.",
+        d.next.front().candidates, settings.min_distinction));
+  const Row header = {"to know", "the best condition", "the models differ there by",
+                      "in the conditions so far at most by", "which is"};
+  if (!rows.empty()) page.table(header, rows);
+  add_silent(page, silent);
+}
+
+}  // namespace tofgraph::diagnosis

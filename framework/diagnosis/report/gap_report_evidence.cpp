@@ -1,0 +1,308 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config/json_text.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
+#include "diagnosis/report/gap_report_script.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/search/condition_influence.hpp"
+#include "io/palettes.hpp"
+#include "report/plot.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+using report::Series;
+
+constexpr double sigma_limit = 5;                              ///< sd: maps have one scale, whatever the campaign
+constexpr std::size_t fewest_of_target = 3, max_targets = 12;  ///< with a curve of their own
+constexpr int half_width = 560, full_width = 860;              ///< px, of a chart
+
+/// Conditions from the nearest board to the farthest; without a board last.
+std::vector<std::size_t> by_distance(const Design& design) {
+  std::vector<std::size_t> order(design.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    return design.conditions()[i].is_capped() ? INFINITY : design.conditions()[i].board_distance;
+  });
+  return order;
+}
+
+/// Those that have a place on an axis of distances.
+std::vector<std::size_t> boards_by_distance(const Design& design) {
+  std::vector<std::size_t> order = by_distance(design);
+  std::erase_if(order, [&](std::size_t i) { return design.conditions()[i].is_capped(); });
+  return order;
+}
+
+/// Expectation of a model for conditions, in this order: a line where conditions at a distance hardly differ, else a
+/// tick for each of them. A line through the means of different targets would show what no board does.
+Series expected_series(const Design& design, const std::vector<std::size_t>& order,
+                       const std::vector<Evidence::Mean>& means, double Evidence::Mean::*which, std::size_t o) {
+  std::map<double, std::vector<double>> levels;
+  double low = INFINITY, high = -INFINITY, spread = 0;
+  Series line{.style = Series::Style::line}, ticks{.style = Series::Style::ticks};
+  for (const std::size_t i : order) {
+    const io::Condition& c = design.conditions()[i];
+    const double value = scaled(means[i].*which, o);
+    ticks.marks.push_back({.x = c.board_distance,
+                           .y = value,
+                           .title = fmt::format("{}: {}\n{}", c.id, setting_of(c), shown_signed(means[i].*which, o)),
+                           .condition = i});
+    if (!std::isfinite(value)) continue;
+    levels[c.board_distance].push_back(value);
+    low = std::min({low, value, scaled(means[i].measured, o)});
+    high = std::max({high, value, scaled(means[i].measured, o)});
+  }
+  for (const auto& [z, values] : levels) {
+    const auto [least, greatest] = std::ranges::minmax(values);
+    spread = std::max(spread, greatest - least);
+    line.marks.push_back({.x = z, .y = mean(values)});
+  }
+  constexpr double hardly = 0.03;  // of the picture's height
+  return spread > hardly * (high - low) ? ticks : line;
+}
+
+/// True if two series lie on each other, so that one hides the other.
+bool alike(const Series& one, const Series& other) {
+  if (one.marks.size() != other.marks.size()) return false;
+  double span = 0, separation = 0;
+  for (std::size_t i = 0; i < one.marks.size(); ++i) {
+    if (!std::isfinite(one.marks[i].y) || !std::isfinite(other.marks[i].y)) continue;
+    span = std::max(span, std::abs(one.marks[i].y));
+    separation = std::max(separation, std::abs(one.marks[i].y - other.marks[i].y));
+  }
+  constexpr double rounding = 1e-4, of_span = 1e-3;
+  return separation < std::max(rounding, of_span * span);
+}
+
+/// Both models where they differ; one series that says so where they do not.
+void join(report::Chart& chart, Series simulated, Series extended) {
+  const bool same = alike(simulated, extended);
+  if (same) simulated.name = "simulated and extended (the same)";
+  if (!same) chart.series.push_back(std::move(extended));
+  chart.series.push_back(std::move(simulated));
+}
+
+/// Measured, simulated and extended of these conditions, which are in the order of their distances.
+std::string curve(const ReportData& data, std::size_t o, const std::vector<std::size_t>& order,
+                  const std::string& title, int width) {
+  const Evidence& e = data.evidence.at(o);
+  Series points{"measured", Series::Style::points, {}, report::of_measured};
+  for (const std::size_t i : order) {
+    const io::Condition& c = data.design.conditions()[i];
+    const Evidence::Mean& m = e.means[i];
+    const auto text = [&](double value) { return shown_within(value, m.sd, o, true); };
+    points.marks.push_back(
+        {.x = c.board_distance,
+         .y = scaled(m.measured, o),
+         .error = scaled(1.96 * m.sd, o),
+         .title = fmt::format("{}: {}\nmeasured {}, simulated {}, extended {}\n"
+                              "standard deviation {}; {} sd from the extended model",
+                              c.id, setting_of(c), text(m.measured), text(m.simulated), text(m.extended),
+                              shown(m.sd, o, 2), report::plain((m.measured - m.extended) / m.sd, 2, true)),
+         .condition = i});
+  }
+  Series simulated = expected_series(data.design, order, e.means, &Evidence::Mean::simulated, o);
+  Series extended = expected_series(data.design, order, e.means, &Evidence::Mean::extended, o);
+  simulated.name = "simulated", simulated.colour = report::of_simulated;
+  extended.name = "extended", extended.colour = report::of_extended;
+  if (simulated.style == Series::Style::line) simulated.style = Series::Style::dashes;
+  report::Chart chart{.title = title,
+                      .x_label = "distance of the board / m",
+                      .y_label = fmt::format("{} error / {}", label(o), unit_of(o)),
+                      .series = {points}};
+  join(chart, std::move(simulated), std::move(extended));
+  constexpr int height = 300;
+  return report::chart(chart, width, height);
+}
+
+/// The distances of each target by itself, where there are several and each has a curve.
+void add_targets(report::Page& page, const ReportData& data) {
+  std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // by their number where they have one
+  for (const std::size_t i : boards_by_distance(data.design)) {
+    const std::string& target = data.design.conditions()[i].target;
+    double number = 0;
+    std::from_chars(target.data(), target.data() + target.size(), number);
+    targets[{number, target}].push_back(i);
+  }
+  std::erase_if(targets, [](const auto& target) { return target.second.size() < fewest_of_target; });
+  if (targets.size() < 2 || targets.size() > max_targets) return;
+  std::vector<std::string> charts;
+  for (const auto& [target, order] : targets)
+    charts.push_back(
+        curve(data, distance, order, fmt::format("{}, target {}", label(distance), target.second), half_width));
+  page.fold("Each target by itself");
+  page.figures(charts);
+  page.unfold();
+}
+
+/// Held-out gap of each condition, of both models.
+std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
+  Series simulated{"simulated", Series::Style::points, {}, report::of_simulated};
+  Series extended{"extended", Series::Style::points, {}, report::of_extended};
+  for (const std::size_t i : by_distance(data.design)) {
+    const io::Condition& c = data.design.conditions()[i];
+    const std::string title = fmt::format("{}: {}\ngap, held out: simulated {}, extended {}", c.id, setting_of(c),
+                                          shown(gaps[i].before, distance, 2), shown(gaps[i].after, distance, 2));
+    const double place = static_cast<double>(simulated.marks.size()) + 1;
+    simulated.marks.push_back({place, scaled(gaps[i].before, distance), 0, title, i});
+    extended.marks.push_back({place, scaled(gaps[i].after, distance), 0, title, i});
+  }
+  report::Chart chart{.title = "distance gap of each condition, held out",
+                      .x_label = "conditions, from the nearest board to the farthest",
+                      .y_label = "gap / mm",
+                      .series = {},
+                      .with_zero = true};
+  join(chart, std::move(simulated), std::move(extended));
+  return report::chart(chart, std::max(half_width, static_cast<int>(90 + 9 * data.design.size())));
+}
+
+std::string numbers(const std::vector<double>& values, std::size_t o) {
+  std::string text;
+  for (const double v : values)
+    text += (text.empty() ? "" : ",") + (std::isfinite(v) ? report::plain(scaled(v, o)) : std::string("null"));
+  return "[" + text + "]";
+}
+
+/// A text in a script; nothing in it ends the script.
+std::string for_script(const std::string& text) {
+  std::string result;
+  for (const char c : config::json_text(nlohmann::json(text))) result += c == '<' ? "\\u003c" : std::string(1, c);
+  return result;
+}
+
+void add_click(report::Page& page, const ReportData& data) {
+  const Evidence& e = data.evidence.at(distance);
+  std::string options, list, palette;
+  for (const std::size_t i : by_distance(data.design)) {
+    const io::Condition& c = data.design.conditions()[i];
+    options += fmt::format("<option value=\"{}\">{}</option>", i, report::escaped(c.id + ": " + setting_of(c)));
+  }
+  for (std::size_t i = 0; i < data.design.size(); ++i)
+    list += fmt::format("{}{{\"id\":{},\"simulated\":{},\"extended\":{},\"sd\":{}}}", i == 0 ? "" : ",\n",
+                        for_script(data.design.conditions()[i].id), numbers(e.before[i], distance),
+                        numbers(e.after[i], distance), numbers(e.sd[i], distance));
+  for (const io::Colour colour : io::signed_colours)
+    palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
+                           colour & 0xffU);
+  page.insert(fmt::format(
+      "<p><label>Distance residuals of one condition over the sensor; choose it here or by a click on any mark that "
+      "stands for it: <select id=\"condition\">{}</select></label></p>\n<figure><div id=\"condition-maps\">The maps "
+      "need a "
+      "browser that runs scripts.</div></figure>\n<script>\nconst grid = {}, palette = [{}], sigmaLimit = {}, "
+      "conditions = [{}];{}</script>\n",
+      options, data.design.pixels().columns, palette, sigma_limit, list, condition_script));
+}
+
+void add_folds(report::Page& page, const ReportData& data) {
+  std::vector<Row> rows;
+  for (const FoldResult& result : data.d.search.cross_fit.folds) {
+    const FoldResult::Gap gap = result.gap(distance);
+    rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
+                    result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
+                    std::to_string(result.fold.held.size()), shown(gap.before, distance, 2),
+                    shown(gap.after, distance, 2),
+                    !result.failed.empty()  ? result.failed
+                    : result.chosen.empty() ? "nothing"
+                                            : fmt::format("{}", fmt::join(result.chosen, ", "))});
+  }
+  if (rows.empty()) return;
+  page.fold("What was put aside, and how it was predicted");
+  const Row header = {"put aside", "where that lies", "conditions", "simulated", "extended", "chosen without it"};
+  page.table(header, rows);
+  page.unfold();
+}
+
+void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
+  const Evidence& e = data.evidence.at(o);
+  std::vector<double> sizes;
+  for (const auto* map : {&e.map_before, &e.map_after}) {
+    for (const double value : *map) sizes.push_back(scaled(value, o));
+  }
+  const double limit = scale_of(sizes);
+  const bool same = std::ranges::equal(e.map_before, e.map_after, [&](double one, double other) {
+    return !(std::abs(scaled(one - other, o)) > 1e-3 * limit);
+  });
+  constexpr int width = 276, height = 240;  // four in a row
+  std::vector<std::string> maps, of_sigma;
+  for (const auto& [values, which] : {std::pair(&e.map_before, "simulated"), std::pair(&e.map_after, "extended")}) {
+    report::FieldMap map =
+        sensor_map(data.design, *values, e.map_sd, o, fmt::format("{}, {}", label(o), same ? "both models" : which));
+    map.limit = limit;
+    maps.push_back(report::field_map(map, width, height));
+    map.title += ", in sd";
+    map.unit = "sd";
+    map.limit = sigma_limit;
+    for (std::size_t s = 0; s < values->size(); ++s) map.fields[s].value = (*values)[s] / e.map_sd[s];
+    of_sigma.push_back(report::field_map(map, width, height));
+    if (same) break;
+  }
+  std::ranges::copy(of_sigma, std::back_inserter(maps));
+  page.figures(maps);
+}
+
+}  // namespace
+
+void add_curves(report::Page& page, const ReportData& data) {
+  page.heading("Over the distance");
+  page.paragraph(
+      "Errors of the camera, against an ideal one that looks at the same board: measured (each condition, mean over "
+      "its image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated and "
+      "extended: a line, or a tick for each condition where those at one distance differ. All data were fitted: "
+      "nothing is "
+      "held out here.");
+  std::vector<std::string> charts;
+  const bool two = data.evidence.contains(amplitude);
+  for (const std::size_t o : {distance, amplitude}) {
+    if (data.evidence.contains(o))
+      charts.push_back(curve(data, o, boards_by_distance(data.design), label(o), two ? half_width : full_width));
+  }
+  page.figures(charts, "At a mark: its condition, values and standard deviation.");
+  add_targets(page, data);
+}
+
+void add_conditions(report::Page& page, const ReportData& data) {
+  page.heading("Condition by condition");
+  const auto gaps = gaps_by_condition(data.d.search.cross_fit, data.design.size(), distance);
+  if (data.d.search.cross_fit.empty()) {
+    page.paragraph("No conditions could be held out: there is no gap of conditions that the search has not seen.");
+  } else {
+    const std::vector<std::string> charts = {gap_chart(data, gaps)};
+    page.figures(
+        charts,
+        "Root mean square over the condition's image. Held out: each condition is predicted by models that were "
+        "chosen and fitted without its level.");
+  }
+  add_folds(page, data);
+  if (data.design.superpixels() > 1) add_click(page, data);
+}
+
+void add_maps(report::Page& page, const ReportData& data) {
+  if (data.design.superpixels() < 2) return;
+  page.heading("Over the sensor");
+  page.paragraph(
+      "Residuals, measured minus simulated and measured minus extended, mean over all conditions, on one scale. Beside "
+      "them the same in standard deviations (sd) of that mean: within 3 sd it is what chance gives, from 5 on colours "
+      "do "
+      "not change any more. All data were fitted: nothing is held out here.");
+  bool folded = false;
+  for (const auto& [o, e] : data.evidence) {
+    if (o == intensity) {
+      page.fold("Intensity and null channels");
+      folded = true;
+    }
+    add_observable(page, data, o);
+  }
+  if (folded) page.unfold();
+}
+
+}  // namespace tofgraph::diagnosis

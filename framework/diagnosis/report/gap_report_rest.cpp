@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "config/quantity.hpp"
+#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Order of conditions at a distance: by target (as a number where it is one), then by time.
+using Kind = std::tuple<double, std::string, double, std::string>;
+
+Kind kind_of(const io::Condition& c, bool with_time) {
+  std::string others;
+  if (!c.sources.empty()) others += fmt::format(" {}", fmt::join(c.sources, "+"));
+  if (c.ambient != "dark") others += " " + c.ambient;
+  double number = 0;
+  std::from_chars(c.target.data(), c.target.data() + c.target.size(), number);
+  return {number, c.target, with_time ? c.integration_time : 0, others};
+}
+
+/// Times distinguish columns where that does not leave most of the fields empty.
+bool times_are_columns(const Design& design) {
+  std::set<double> distances;
+  std::set<Kind> kinds;
+  std::set<std::pair<double, Kind>> fields;
+  for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
+    distances.insert(c.board_distance);
+    kinds.insert(kind_of(c, true));
+    fields.emplace(c.board_distance, kind_of(c, true));
+  }
+  return 3 * fields.size() > distances.size() * kinds.size();
+}
+
+/// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
+std::string over_conditions(const Design& design, const std::vector<std::vector<double>>& values, std::size_t o,
+                            const std::string& title) {
+  const bool with_time = times_are_columns(design);
+  std::set<double> distances;
+  std::map<Kind, std::size_t> kinds;
+  for (const io::Condition& c : design.conditions()) {
+    if (c.is_capped()) continue;
+    distances.insert(c.board_distance);
+    kinds.emplace(kind_of(c, with_time), 0);
+  }
+  std::size_t next = 0;
+  report::FieldMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
+  for (auto& [kind, column] : kinds) {
+    column = next++;
+    const auto& [number, target, time, others] = kind;
+    map.x_names.push_back(with_time ? fmt::format("{} {}{}", target, config::format_quantity(time, "s"), others)
+                                    : target + others);
+  }
+  for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
+  std::vector<std::vector<double>> cells(map.rows * map.columns);
+  map.fields.resize(cells.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const io::Condition& c = design.conditions()[i];
+    if (c.is_capped()) continue;
+    const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(c.board_distance)));
+    const std::size_t cell = row * map.columns + kinds.at(kind_of(c, with_time));
+    cells[cell].push_back(mean(values[i]));
+    map.fields[cell].condition = i;
+    map.fields[cell].title +=
+        fmt::format("{}{}: {}", map.fields[cell].title.empty() ? "" : "\n", c.id, shown_signed(mean(values[i]), o));
+  }
+  std::vector<double> all;
+  for (std::size_t k = 0; k < cells.size(); ++k) all.push_back(map.fields[k].value = scaled(mean(cells[k]), o));
+  map.limit = scale_of(all);
+  map.x_label = with_time ? "target, integration time" : "target";
+  map.y_label = "board";
+  return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
+}
+
+constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
+
+/// The first ones of each observable.
+std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
+  std::array<std::size_t, observables> count{};
+  std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
+  if (patterns.size() > max_patterns) patterns.resize(max_patterns);
+  return patterns;
+}
+
+/// Patterns of the gap before the search, by curves without physics.
+void add_patterns(report::Page& page, const Diagnosis& d) {
+  constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
+  std::vector<Pattern> sure = d.search.where;
+  std::erase_if(sure, [](const Pattern& p) { return !(p.p_value <= false_discoveries); });
+  sure = by_size(std::move(sure), d.gaps);
+  std::vector<Row> rows;
+  for (const Pattern& p : shown_patterns(sure))
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, d.gaps[p.observable], p.observable),
+                    report::plain(p.p_value, 2)});
+  if (rows.empty())
+    return page.paragraph(fmt::format(
+        "Before the search no curve over a setting is beyond chance, by sign flips of whole conditions (p at most "
+        "{}).{}",
+        false_discoveries,
+        d.search.found.empty() ? ""
+                               : " What the verdict names was told by its own shape, which is sharper than these."));
+  page.paragraph(fmt::format(
+      "Before the search the gap followed these settings beyond chance: curves without physics, the largest of each "
+      "observable first, {}. They overlap. x, y and radius are places in the image, incidence is the angle of the "
+      "light "
+      "on the board, a period that of a wave over the distance. p is how often chance does as much, when whole "
+      "conditions change their signs at random.",
+      rows.size() < sure.size()
+          ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+          : fmt::format("{} in all", rows.size())));
+  const Row header = {"of", "along", "size (root mean square)", "p"};
+  page.table(header, rows);
+}
+
+/// Observable of the map of the unexplained residual.
+std::size_t rest_observable(const Diagnosis& d) {
+  const SearchResult& search = d.search;
+  if (const auto rest = by_size(search.rest, d.gaps); !rest.empty()) return rest.front().observable;
+  if (!search.rest.empty()) return search.rest.front().observable;
+  std::size_t o = distance;
+  while (search.structure[o] == 0) ++o;
+  return o;
+}
+
+void add_tried(report::Page& page, const SearchResult& search) {
+  std::vector<Row> rows;
+  for (const EffectFinding& tried : search.dropped) {
+    Row row = {tried.name, tried.refutation};
+    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
+  }
+  if (rows.empty()) return;
+  page.fold("What was tried and is not named");
+  const Row header = {"effect", "why not"};
+  page.table(header, rows);
+  page.unfold();
+}
+
+}  // namespace
+
+std::string rest_map(const ReportData& data) {
+  const SearchResult& search = data.d.search;
+  const std::size_t o = rest_observable(data.d);
+  const std::string title = label(o) + ", what no effect explains";
+  if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
+  const std::vector<double> pattern = leading_pattern(data.problem, search.after.state, o);
+  report::FieldMap map = sensor_map(data.design, pattern, data.evidence.at(o).map_sd, o, title);
+  std::vector<double> sizes;
+  for (const report::Field& field : map.fields) sizes.push_back(field.value);
+  map.limit = scale_of(sizes);
+  return report::field_map(map);
+}
+
+void add_rest(report::Page& page, const ReportData& data) {
+  const SearchResult& search = data.d.search;
+  page.heading("What the gap follows, and what no effect explains");
+  add_patterns(page, data.d);
+  add_tried(page, search);
+  if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
+  std::vector<Row> rows;
+  for (const Pattern& p : shown_patterns(by_size(search.rest, data.d.gaps)))
+    rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
+  if (!rows.empty()) {
+    page.paragraph(
+        "After the search this is left, and no effect explains it; the largest of each observable, which overlap:");
+    const Row header = {"of", "along", "size (root mean square)"};
+    page.table(header, rows);
+  }
+  const std::size_t others = search.patterns_without_axis();
+  if (others > 0)
+    page.paragraph(fmt::format("{} pattern{} over the sensor {} left that follow{} no setting.", others,
+                               others == 1 ? "" : "s", others == 1 ? "is" : "are", others == 1 ? "s" : ""));
+  std::string nearest;
+  for (const Near& near : search.nearest)
+    nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(),
+                           100 * near.explained_fraction);
+  if (!nearest.empty())
+    page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
+  const std::vector<std::string> shape = {rest_map(data)};
+  page.figures(
+      shape, search.structure[rest_observable(data.d)] == 0
+                 ? "The largest of what is left: measured minus extended, mean over each condition's image. Grey: not "
+                   "measured."
+                 : "The largest of what is left, over the sensor. Its sign may change from one condition to the next.");
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,303 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/notes.hpp"
+
+#include "config/quantity.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/validation.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Notes on what few levels of a setting, or settings that go together, leave open.
+void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
+  std::set<double> distances, times;
+  std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
+  for (const io::Condition& c : conditions) {
+    if (c.is_capped()) continue;
+    distances.insert(c.board_distance);
+    times.insert(c.integration_time);
+    times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
+  }
+  if (distances.size() == 1)
+    notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
+  const auto few = [&](std::size_t levels, std::size_t least, const char* what) {
+    if (levels > 1 && levels < least)
+      notes.push_back(fmt::format(
+          "There are {} {} only: a law over them is hardly tested between them, and not beyond.", levels, what));
+  };
+  few(distances.size(), 5, "distances");
+  few(times.size(), 4, "integration times");
+  const bool together = std::ranges::none_of(times_of_board, [](const auto& board) { return board.second.size() > 1; });
+  if (times.size() > 1 && together && !light_seen)
+    notes.push_back(
+        "No target was measured at one distance with two integration times: what the time does is told from what "
+        "distance and light do by the form of the laws alone.");
+}
+
+/// "0.36 mm and 0.52 % of light", or the one of them that there is.
+std::string length_and_light(double length, double light) {
+  constexpr double none = 5e-5;  // m, and of ln amplitude: would be shown as nothing
+  std::string text = length < none && light >= none
+                         ? ""
+                         : fmt::format("{:.2f} mm", 1e3 * length);
+  if (light >= none)
+    text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
+  return text;
+}
+
+/// True if the order measured supports a drift more than boards and light that scatter by as much: the standard
+/// deviation alone may be anything where few conditions tell it.
+bool drift_shows(const Problem& problem, const State& state) {
+  constexpr double beyond_chance = 10, none = 1e-6;  // of deviance; m, and of ln amplitude
+  State still = state;
+  RandomEffectSd& sd = still.random_sd;
+  sd.jitter = std::hypot(sd.jitter, drift_of(problem.design, std::exchange(sd.drift, none)));
+  sd.light = std::hypot(sd.light, drift_of(problem.design, std::exchange(sd.drift_light, none)));
+  return deviance_of(problem, still) > deviance_of(problem, state) + beyond_chance;
+}
+
+/// Notes on maps of lengths whose mean over the pixels matters: an offset of all pixels would be the same.
+void note_means(const State& state, std::vector<std::string>& notes) {
+  for (const Term& term : state.terms) {
+    if (!term.maps) continue;
+    const double scale = term.values.front() / term.candidate->free().front().typical;
+    for (const EstimatedMaps::Map& map : term.maps->maps()) {
+      const double sum = std::reduce(map.values.begin(), map.values.end());
+      const double mean = scale * sum / static_cast<double>(map.values.size());
+      if (map.parameter.unit == "m" && std::abs(mean) > settings.practical_threshold[distance])
+        notes.push_back(fmt::format(
+            "The {} of {} has a mean of {:.2f} mm over the pixels: an offset of all of them, as zero_offset is, and a "
+            "pattern about it would be the same.",
+            map.parameter.name, term.candidate->name(), 1e3 * mean));
+    }
+  }
+}
+
+std::string as_well(const std::string& found, const std::string& others, const std::string& experiment) {
+  const std::string advice = experiment.empty() ? "" : fmt::format(" What does: {}.", experiment);
+  return fmt::format("{} may be {} as well: these data do not tell.{}", found, others, advice);
+}
+
+}  // namespace
+
+std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
+  std::vector<std::string> notes;
+  if (search.found.empty()) return notes;
+  note_means(search.after.state, notes);
+  for (const EffectFinding& found : search.found) {
+    std::vector<std::string> tied;
+    for (const Rival& rival : found.rivals) {
+      if (!rival.tied) continue;
+      if (!rival.of_several()) tied.push_back(rival.candidate->name());
+      if (rival.of_several() && rival.is_told_at(found.name))
+        notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
+                                rival.candidate->name(), rival.candidate->border().experiment));
+    }
+    if (!tied.empty())
+      notes.push_back(
+          as_well(found.name, fmt::format("{}", fmt::join(tied, " or ")), found.candidate->border().experiment));
+  }
+  if (!problem.light_seen() && !problem.targets.empty()) {
+    std::string values;
+    for (std::size_t t = 0; t < problem.targets.size(); ++t)
+      values += fmt::format("{}{:.2g} of target {}", t == 0 ? "" : ", ",
+                            settings.unknown_reflectivity * std::exp(search.after.state.log_reflectivity[t]),
+                            problem.targets[t]);
+    notes.push_back(
+        fmt::format("Reflectivities are inferred with the model, not measured: {}, where that of the first target is "
+                    "taken as {}. A wrong effect makes them wrong: to measure them is a test of the names.",
+                    values, settings.unknown_reflectivity));
+  }
+  return notes;
+}
+
+std::vector<std::string> notes_on(const Measurements& m, const Problem& problem) {
+  std::vector<std::string> notes;
+  for (const std::string& text : m.left_out) notes.push_back("Left out: " + text);
+  if (!m.replicates)
+    notes.push_back(
+        "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
+  if (m.noise && std::abs(std::log(m.noise->middle)) > std::log(settings.max_noise_ratio))
+    notes.push_back(fmt::format(
+        "The frames scatter {:.3g} times as much as the profile's read_noise and shot_noise say ({:.3g} to {:.3g} "
+        "from one condition to another). The search takes the noise from the frames, so its numbers stand; a "
+        "simulation with this profile has the wrong noise (temporal_noise: factor). tofgraph calibrate noise measures "
+        "it.",
+        m.noise->middle, m.noise->least, m.noise->most));
+  const tofgraph_camera& camera = m.design->camera();
+  const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
+  const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });
+  if (outside > 0)
+    notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
+                                100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
+  const auto listed = std::ranges::count_if(m.design->camera_pointer()->bad_pixels, [](auto bad) { return bad != 0; });
+  if (listed > 0) notes.push_back(fmt::format("{} pixels are bad in the profile's map and were not used.", listed));
+  if (m.bad_pixels > settings.noted_bad_pixels)
+    notes.push_back(
+        fmt::format("{:.2f} % of the pixels do not fit their neighbours and were not used.", 100 * m.bad_pixels));
+  if (m.saturated > 0)
+    notes.push_back(fmt::format("{:.2f} % of the pixels are saturated and were not used.", 100 * m.saturated));
+  if (m.table)
+    notes.push_back(
+        "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
+        "one condition to the next is estimated with the model.");
+  else if (!m.taps)
+    notes.push_back(
+        m.phases ? fmt::format("{} no taps: nothing is known of the intensity.",
+                               m.decoded ? "Some captures have phases, the others distances, and none has"
+                                         : "The captures have phases and")
+        : problem.light_seen()
+            ? "The captures have distances and amplitudes: nothing is known of the intensity and of the null "
+              "channels."
+            : "The captures have distances only: nothing is known of light and of the null channels.");
+  if (std::isnan(noise_floor(problem, !m.table, distance)))
+    notes.push_back(
+        "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
+  if (!m.design->tells_order())
+    notes.push_back(
+        "Not every condition says its `order`: whether the camera wandered while they were measured was not asked.");
+  notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
+  if (!problem.light_seen() && !problem.targets.empty())
+    notes.push_back(fmt::format(
+        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from what "
+        "effects do, not measured. What stands beside the light, as crosstalk does, is relative to that.",
+        settings.unknown_reflectivity));
+  return notes;
+}
+
+std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search) {
+  const RandomEffectSd& sd = search.after.state.random_sd;
+  std::vector<std::string> notes;
+  const Design& design = problem.design;
+  const auto uses = [&](double RandomEffectSd::*which) {
+    return std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end();
+  };
+  if (const double drift = drift_of(design, sd.drift), drift_light = drift_of(design, sd.drift_light);
+      uses(&RandomEffectSd::drift) && (drift > settings.noted_drift || drift_light > settings.noted_drift_light) &&
+      drift_shows(problem, search.after.state))
+    notes.push_back(
+        fmt::format("The camera wandered while the conditions were measured, by {} (root mean square), as far as the "
+                    "fit can tell: a nuisance, no effect.",
+                    length_and_light(drift, drift_light)));
+  for (const auto& [which, what] : {std::pair(&RandomEffectSd::jitter, "the places of the boards"),
+                                    {&RandomEffectSd::offset, "the camera's offsets"},
+                                    {&RandomEffectSd::light, "the light"},
+                                    {&RandomEffectSd::drift, "a wander of the distances"},
+                                    {&RandomEffectSd::drift_light, "a wander of the light"},
+                                    {&RandomEffectSd::session, "the sessions' offsets"},
+                                    {&RandomEffectSd::session_light, "the sessions' light"}}) {
+    const bool own =
+        which == &RandomEffectSd::jitter || which == &RandomEffectSd::offset || which == &RandomEffectSd::light;
+    if ((own || uses(which)) && is_at_bound(sd, which))
+      notes.push_back(fmt::format(
+          "The standard deviation of {} is as large as is allowed: it stands for something else, and no interval "
+          "beside it can be trusted.",
+          what));
+  }
+  if (uses(&RandomEffectSd::session) &&
+      (sd.session > settings.noted_drift || sd.session_light > settings.noted_drift_light))
+    notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, no effect.",
+                                length_and_light(sd.session, sd.session_light)));
+  if (search.after.state.nuisances.boards)
+    notes.push_back(fmt::format(
+        "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
+        "wherever it stands: a nuisance, no effect. What of an effect looks like such shapes (a lens, a tilt) may "
+        "be off by more than its interval says.",
+        1e3 * search.after.state.nuisances.boards->sd));
+  if (search.after.state.nuisances.smooth_field && !search.something_left())
+    notes.push_back(
+        fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
+                    "deviation): a nuisance, no effect.",
+                    1e3 * search.after.state.nuisances.smooth_field->sd()));
+  if (search.something_left())
+    notes.push_back(fmt::format(
+        "From one condition to the next distances scatter by {:.2f} mm, as the fit says of each. With something "
+        "unexplained a part of that is not noise.",
+        1e3 * std::sqrt(scatter_of(problem, search.after.state)[distance])));
+  return notes;
+}
+
+std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search) {
+  std::vector<std::string> notes;
+  if (search.something_left()) return notes;
+  for (const Misplaced& one : search.misplaced) {
+    const io::Condition& c = design.conditions()[one.condition];
+    notes.push_back(
+        fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
+                    "written, check that. It counts less.",
+                    c.id, 1e3 * std::abs(one.error), one.error > 0 ? "farther" : "nearer", c.board_distance));
+  }
+  return notes;
+}
+
+std::string note_on_contrast(const MeasuredContrast& contrast) {
+  return fmt::format(
+      "The profile's contrast is off: it says {:.3g}, these taps show {} (a / 2I). The search lets it float, so that "
+      "no "
+      "effect stands for it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph "
+      "calibrate "
+      "response measures it.",
+      contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
+}
+
+std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
+  std::vector<std::string> notes;
+  if (search.time_expired)
+    notes.push_back(fmt::format(
+        "The time limit of {} ended the search: effects that it had not reached by then are not named, what "
+        "is named is preliminary, and no condition to measure next is proposed.",
+        config::format_quantity(time_limit, "s")));
+  if (search.time_expired && !search.found.empty() && (search.cross_fit.empty() || search.cross_fit.time_expired))
+    notes.push_back(fmt::format("By then {} of the folds that prove out of sample what is named had ended.",
+                                search.cross_fit.folds.size()));
+  if (search.not_compared)
+    notes.push_back(
+        "It left no time to compare all that is named with others: what cannot be told from it may be missing.");
+  if (search.is_given)
+    notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
+  else if (!search.not_better.empty())
+    notes.push_back(fmt::format("A larger model was found and is not written: {}.", search.not_better));
+  const GapComparison& written = search.verified.held_out;
+  if (const double chosen = search.cross_fit.gap(distance, "", 1).after;
+      !search.cross_fit.empty() && is_gap_worse(chosen, written.model))
+    notes.push_back(fmt::format(
+        "The effects that are written, fitted without what was put aside, predict it with a distance gap of {:.2f} mm; "
+        "those that each fold chose for itself with {:.2f} mm.",
+        1e3 * written.model, 1e3 * chosen));
+  return notes;
+}
+
+std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps) {
+  std::vector<std::string> notes;
+  for (const PixelMap& map : maps) {
+    const bool length = map.unit == "m";
+    const auto shown = [&](double value) {
+      return fmt::format("{:.3g}{}{}", (length ? 1e3 : 1) * value,
+                         length || !map.unit.empty() ? " " : "", length ? "mm" : map.unit);
+    };
+    if (std::isnan(map.noise)) {
+      notes.push_back(fmt::format(
+          "The map {} (maps.h5) has the values of superpixels: the frames do not tell pixels apart.", map.dataset));
+      continue;
+    }
+    notes.push_back(
+        fmt::format("The map {} (maps.h5) has a value for each pixel: beside what its neighbourhood has in common, "
+                    "pixels differ by "
+                    "{}, and the frames tell each to {} (standard deviations); values are shrunk by as much.",
+                    map.dataset, shown(map.spread), shown(map.noise)));
+  }
+  return notes;
+}
+
+}  // namespace tofgraph::diagnosis

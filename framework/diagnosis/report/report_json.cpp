@@ -1,0 +1,282 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/report/diagnosis.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/search/condition_influence.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+using nlohmann::json;
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json gap_of(const Gap& gap, std::string_view unit) {
+  return {{"unit", unit},
+          {"before", number(gap.before)},
+          {"after", number(gap.after)},
+          {"held_out_before", number(gap.held_out_before)},
+          {"held_out_after", number(gap.held_out_after)},
+          {"held_out_low", number(gap.held_out_low)},
+          {"held_out_high", number(gap.held_out_high)},
+          {"noise_floor", number(gap.noise_floor)},
+          {"scatter_left", number(gap.scatter_left)},
+          {"noise_and_scatter", number(gap.noise_and_scatter)}};
+}
+
+json effect_of(const EffectResult& effect, const std::vector<io::Condition>& conditions) {
+  json parameters = json::object();
+  for (const ParameterResult& p : effect.parameters)
+    parameters[p.name] = {{"value", p.value},
+                          {"unit", p.unit},
+                          {"low", number(p.interval.low)},
+                          {"high", number(p.interval.high)},
+                          {"standing", parameter_status_name(p.status)}};
+  json result = {{"name", effect.name},   {"change", effect.change},  {"tied_with", effect.tied_with},
+                 {"where", effect.where}, {"parameters", parameters}, {"fixed", json::object()}};
+  for (const ParameterResult& p : effect.fixed) result["fixed"][p.name] = {{"value", p.value}, {"unit", p.unit}};
+  if (effect.change != "added") return result;
+  result["held_out_gap_before"] = number(effect.held_out_before);
+  result["held_out_gap_after"] = number(effect.held_out_after);
+  result["chosen"] = number(effect.chosen);
+  result["gain"] = effect.gain;
+  result["p_value"] = effect.p_value;
+  result["capture"] = number(effect.explained_fraction);
+  for (std::size_t i = 0; i < effect.influence.size(); ++i) result["influence"][conditions[i].id] = effect.influence[i];
+  if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
+  for (const Rival& rival : effect.rivals) {
+    result["rivals"].push_back({{"name", rival.candidate->name()},
+                                {"in_place_of", rival.in_place_of},
+                                {"deviance", rival.deviance},
+                                {"bic", rival.bic}});
+    if (!rival.limit.empty()) result["rivals"].back()["limit"] = rival.limit;
+  }
+  return result;
+}
+
+json pattern_of(const Pattern& p) {
+  return {{"observable", observable_names[p.observable]}, {"axis", p.axis},  {"p_value", p.p_value}, {"size", p.size},
+          {"unit", observable_units[p.observable]},       {"share", p.share}};
+}
+
+json unexplained_of(const Diagnosis& d) {
+  if (!d.search.something_left()) return nullptr;
+  json result = {{"shape", fmt::format("{} component{} beyond noise", d.search.patterns_without_axis(),
+                                       d.search.patterns_without_axis() == 1 ? "" : "s")},
+                 {"nearest", json::array()},
+                 {"lack_of_fit", d.search.lack_of_fit}};
+  if (!d.search.rest.empty()) {
+    const Pattern& first = d.search.rest.front();
+    result["observable"] = observable_names[first.observable];
+    result["size"] = first.size;
+    result["shape"] = name_of(first);
+    for (const Pattern& p : d.search.rest) {
+      if (p.observable == first.observable) result["axes"].push_back(p.axis);
+    }
+  }
+  result["map"] = unexplained_map_name;
+  for (const Near& near : d.search.nearest)
+    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.explained_fraction}});
+  for (const EffectFinding& tried : d.search.dropped)
+    result["refuted"].push_back({{"effect", tried.name}, {"why", tried.refutation}});
+  return result;
+}
+
+json folds_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const FoldResult& result : d.search.cross_fit.folds) {
+    const Fold& fold = result.fold;
+    const FoldResult::Gap gap = result.gap(distance);
+    all.push_back({{"setting", fold.setting},
+                   {"levels", fold.levels},
+                   {"conditions", fold.held.size()},
+                   {"extrapolates", fold.extrapolates},
+                   {"chosen", result.chosen},
+                   {"gap_before", number(gap.before)},
+                   {"gap_after", number(gap.after)}});
+  }
+  return all;
+}
+
+json correlations_of(const Diagnosis& d) {
+  json names = json::array(), rows = json::array();
+  for (const EffectResult& effect : d.effects) {
+    for (const ParameterResult& p : effect.parameters) names.push_back(effect.name + "." + p.name);
+  }
+  const Eigen::MatrixXd matrix = correlations(d.search.after);
+  for (const auto& row : matrix.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return {{"parameters", names}, {"matrix", rows}};
+}
+
+json conditions_of(const Diagnosis& d) {
+  json all = json::array();
+  const auto& conditions = d.measurements.design->conditions();
+  const auto gaps = gaps_by_condition(d.search.cross_fit, conditions.size(), distance);
+  for (std::size_t i = 0; i < conditions.size(); ++i)
+    all.push_back({{"id", conditions[i].id},
+                   {"held_out_gap_before", number(gaps[i].before)},
+                   {"held_out_gap_after", number(gaps[i].after)}});
+  return all;
+}
+
+json stated(const std::string& word) { return word.empty() ? json() : json(word); }
+
+json next_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const NextCondition& next : d.next) {
+    const io::Condition& c = next.condition;
+    all.push_back({{"effects", next.effects},
+                   {"parameter", stated(next.value)},
+                   {"standard_deviations", next.sigma},
+                   {"standard_deviations_measured", next.measured_sigma},
+                   {"difference",
+                    {{"observable", observable_names[next.observable]},
+                     {"value", next.difference},
+                     {"unit", observable_units[next.observable]}}},
+                   {"condition",
+                    {{"lens", c.is_capped() ? "capped" : "open"},
+                     {"distance", number(c.board_distance)},
+                     {"tilt_x", number(c.board_tilt_x)},
+                     {"tilt_y", number(c.board_tilt_y)},
+                     {"target", c.target},
+                     {"integration_time", c.integration_time},
+                     {"time_since_power_on", number(c.time_since_power_on)},
+                     {"sources", c.sources},
+                     {"ambient", c.ambient},
+                     {"rail", stated(c.rail)},
+                     {"reference", stated(c.reference)},
+                     {"roll", c.roll}}},
+                   {"text", sentence(next)}});
+  }
+  return all;
+}
+
+json trace_of(const Diagnosis& d) {
+  json all = json::array();
+  for (const Step& step : d.search.trace) {
+    json one = {{"step", step.what}, {"effects", step.effects}, {"outcome", step.outcome}};
+    for (const auto& [name, value] : step.numbers) one[name] = number(value);
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+/// Estimates that are not effects.
+json nuisances_json(const Diagnosis& d) {
+  const RandomEffectSd& v = d.search.after.state.random_sd;
+  json result = {
+      {"board_jitter", {{"value", v.jitter}, {"unit", "m"}}},
+      {"camera_offset", {{"value", number(d.measurements.design->tells_offset() ? v.offset : NAN)}, {"unit", "m"}}},
+      {"light", {{"value", v.light}, {"unit", ""}}}};
+  for (const Misplaced& one : d.search.misplaced)
+    result["misplaced"].push_back(
+        {{"condition", d.measurements.design->conditions()[one.condition].id}, {"value", one.error}, {"unit", "m"}});
+  if (const auto& smooth_field = d.search.after.state.nuisances.smooth_field)
+    result["smooth_residue"] = {{"value", smooth_field->sd()}, {"unit", "m"}};
+  if (const auto& boards = d.search.after.state.nuisances.boards)
+    result["boards"] = {{"value", boards->sd}, {"unit", "m"}};
+  const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
+  for (const auto& [name, which, unit] :
+       {std::tuple("drift", &RandomEffectSd::drift, "m"), std::tuple("drift_light", &RandomEffectSd::drift_light, ""),
+        std::tuple("session", &RandomEffectSd::session, "m"),
+        std::tuple("session_light", &RandomEffectSd::session_light, "")}) {
+    if (std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end())
+      result[name] = {{"value", v.*which}, {"unit", unit}};
+  }
+  if (d.contrast)
+    result["contrast"] = {{"profile", d.contrast->profile},
+                          {"value", d.contrast->value},
+                          {"low", d.contrast->low},
+                          {"high", d.contrast->high}};
+  for (std::size_t t = 0; t < problem.targets.size(); ++t)
+    result["reflectivities"][problem.targets[t]] =
+        settings.unknown_reflectivity * std::exp(d.search.after.state.log_reflectivity[t]);
+  return result;
+}
+
+json confidence_of(const Confidence& c) {
+  return {{"cases", c.cases()},
+          {"named", c.named},
+          {"named_right", c.named_right},
+          {"nothing_found", c.silent},
+          {"nothing_found_right", c.silent_right}};
+}
+
+/// The written model against the given one.
+json verification_of(const Diagnosis& d) {
+  const SearchResult& search = d.search;
+  const auto gaps = [](const GapComparison& of) {
+    return json{{"given", number(of.given)}, {"written", number(of.model)}};
+  };
+  return {{"unit", "m"},
+          {"all_data", gaps({d.gaps[distance].before, d.gaps[distance].after})},
+          {"held_out", gaps(search.verified.held_out)},
+          {"given_unchanged", search.is_given},
+          {"not_written", search.not_better.empty() ? json() : json(search.not_better)},
+          {"time_limit", d.time_limit > 0 ? json(d.time_limit) : json()},
+          {"time_limit_reached", search.time_expired}};
+}
+
+}  // namespace
+
+json report_json(const Diagnosis& d) {
+  json report = {
+      {"format", "tofgraph-gap-report"}, {"version", 1}, {"verdict", verdict_name(d.verdict)}, {"summary", summary(d)}};
+  report["effects"] = json::array();
+  for (const EffectResult& effect : d.effects)
+    report["effects"].push_back(effect_of(effect, d.measurements.design->conditions()));
+  report["gap"] = gap_of(d.gaps[distance], "m");
+  for (std::size_t o = 1; o < observables; ++o) {
+    if (std::isfinite(d.gaps[o].before))
+      report["observables"][observable_names[o]] = gap_of(d.gaps[o], observable_units[o]);
+  }
+  report["where"] = json::array();
+  for (const Pattern& p : d.search.where) report["where"].push_back(pattern_of(p));
+  report["blind"] = json::array();
+  report["visible"] = json::object();
+  for (const Visibility& seen : d.audit.effects) {
+    if (seen.blind)
+      report["blind"].push_back(seen.candidate->name());
+    else
+      report["visible"][seen.candidate->name()] = {{"standard_deviations", seen.norm},
+                                                   {"smallest_share_of_typical", seen.smallest}};
+  }
+  report["alike"] = json::array();
+  for (const Alike& pair : d.audit.alike)
+    report["alike"].push_back({{"effects", {pair.first->name(), pair.second->name()}}, {"cosine", pair.cosine}});
+  report["unexplained"] = unexplained_of(d);
+  report["model"] = "model.yaml";
+  report["notes"] = d.notes;
+  report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
+  report["nuisances"] = nuisances_json(d);
+  report["campaign"] = {{"name", d.campaign_name}, {"notes", d.campaign_notes}};
+  report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
+  if (const auto& noise = d.measurements.noise)
+    report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
+  report["folds"] = folds_of(d);
+  for (const Stability& one : d.stability)
+    report["resampled"].push_back({{"put_aside", one.put_aside},
+                                   {"runs", one.runs},
+                                   {"chosen", one.chosen},
+                                   {"gap_before", number(one.gap.before)},
+                                   {"gap_after", number(one.gap.after)},
+                                   {"gap_low", number(one.gap.low)},
+                                   {"gap_high", number(one.gap.high)}});
+  report["trace"] = trace_of(d);
+  report["verification"] = verification_of(d);
+  report["conditions"] = conditions_of(d);
+  report["correlations"] = correlations_of(d);
+  report["next"] = next_of(d);
+  report["seed"] = d.seed;
+  report["inputs"] = json::array();
+  for (const InputFile& input : d.inputs) report["inputs"].push_back({{"file", input.file}, {"sha256", input.sha256}});
+  if (d.confidence) report["confidence"] = confidence_of(*d.confidence);
+  return report;
+}
+
+}  // namespace tofgraph::diagnosis

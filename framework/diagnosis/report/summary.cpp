@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What came out of a search, in a sentence.
+#include "config/quantity.hpp"
+#include "diagnosis/report/diagnosis.hpp"
+#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/report/notes.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+/// Reduction of the depth gap where it is as large as noise, else of the observable that shrinks most in units of its
+/// noise.
+std::string shrunk(const Diagnosis& d) {
+  const bool aside = !d.search.cross_fit.empty();
+  const auto ends = [&](std::size_t o) {
+    const Gap& g = d.gaps[o];
+    return aside ? std::pair(g.held_out_before, g.held_out_after) : std::pair(g.before, g.after);
+  };
+  const auto noise = [&](std::size_t o) { return d.gaps[o].noise_and_scatter; };
+  const auto fall = [&](std::size_t o) {
+    const auto [before, after] = ends(o);
+    return (before * before - after * after) / std::pow(noise(o), 2);
+  };
+  std::size_t most = distance;
+  for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
+    if (fall(o) > fall(most)) most = o;
+  }
+  const char* repeated = std::isnan(d.gaps[most].noise_floor)
+                             ? "{} scatter from one condition to the next, and without repeats nobody knows "
+                               "how much of that is noise"
+                             : "noise and scatter alone leave {}";
+  const auto digits = [&](double value) { return shown_gap(value, d.gaps[most], most); };
+  const std::string rest = fmt::format(fmt::runtime(repeated), digits(noise(most)));
+  return fmt::format("the {} gap {}goes from {} to {}, {}", observable_labels[most],
+                     aside ? "on held-out conditions " : "", digits(ends(most).first), digits(ends(most).second), rest);
+}
+
+/// Changed values of the model's own effects: "wiggling amplitude 6 mm -> 4 mm".
+std::string refitted(const Diagnosis& d) {
+  std::vector<std::string> changes;
+  for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
+    for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
+      const ParameterResult& p = d.effects[t].parameters[k];
+      const std::vector<double>& written = d.model_terms[t].values;  // refinements come after these
+      const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
+      if (before < p.interval.low || before > p.interval.high)
+        changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
+                                      with_uncertainty(before, {NAN, NAN}, p.unit),
+                                      with_uncertainty(p.value, p.interval, p.unit)));
+    }
+  }
+  return list_of(changes);
+}
+
+/// Statement of agreement. If nothing was measured twice, what no effect explains may as well be noise: that is not
+/// agreement.
+std::string agreement(const Diagnosis& d) {
+  const Gap& gap = d.gaps[distance];
+  if (!std::isnan(gap.noise_floor))
+    return fmt::format(
+        "The model agrees with these data as far as they can show: the distance gap is {}, noise and scatter alone "
+        "leave {}.",
+        shown_gap(gap.before, gap, distance), shown_gap(gap.noise_and_scatter, gap, distance));
+  return fmt::format(
+      "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
+      "twice, so nobody knows.",
+      shown_gap(gap.before, gap, distance));
+}
+
+/// Effects that fit except for undetermined values, or nothing: "warm_up fits, but ..".
+std::string untold(const Diagnosis& d) {
+  const std::vector<EffectFinding>& dropped = d.search.dropped;
+  const auto fits = std::ranges::find_if(dropped, [](const EffectFinding& one) { return one.untold.has_value(); });
+  if (fits == dropped.end()) return "";
+  const std::string& experiment = fits->candidate->border().experiment;
+  return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,
+                     experiment.empty() ? "" : " (what does: " + experiment + ")");
+}
+
+/// Size of the gap where nothing is named, and the largest unexplained pattern.
+std::string not_known(const Diagnosis& d) {
+  const Gap& gap = d.gaps[distance];
+  const std::string fits = untold(d);
+  std::string text =
+      fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
+                  fits.empty() ? "no known effect explains how" : fits, shown_gap(gap.before, gap, distance));
+  text += std::isfinite(gap.noise_floor)
+              ? fmt::format(", noise alone makes {}.", shown_gap(gap.noise_floor, gap, distance))
+              : ", and how much of it is noise is not known.";
+  const std::vector<Pattern> rest = by_size(d.search.rest, d.gaps);
+  if (rest.empty()) return text;
+  const Pattern& p = rest.front();
+  return fmt::format("{} Largest of what is left: {}, {} (root mean square).", text, name_of(p),
+                     shown_gap(p.size, d.gaps[p.observable], p.observable));
+}
+
+/// "wiggling", "crosstalk (or static_reflection)"; of several that another one may stand for "zero_offset with
+/// integration_time_offset (or warm_up)" at the first of them, and at the others nothing but what they have of their
+/// own.
+std::string with_ties(const EffectResult& effect) {
+  std::vector<std::string> own;
+  std::string together;
+  bool reported = false;
+  for (const Rival& rival : effect.rivals) {
+    if (!rival.tied) continue;
+    if (!rival.of_several())
+      own.push_back(rival.candidate->name());
+    else if (rival.is_told_at(effect.name))
+      together = fmt::format("{} (or {})", fmt::join(rival.in_place_of, " with "), rival.candidate->name());
+    else
+      reported = true;
+  }
+  const std::string alone = own.empty() ? effect.name : fmt::format("{} (or {})", effect.name, list_of(own));
+  if (together.empty()) return reported && own.empty() ? "" : alone;
+  return own.empty() ? together : together + ", " + alone;
+}
+
+std::string outcome(const Diagnosis& d) {
+  std::vector<std::string> names;
+  std::vector<const EffectResult*> added;
+  for (const EffectResult& effect : d.effects) {
+    if (effect.change == "added") added.push_back(&effect);
+  }
+  std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
+  for (const EffectResult* effect : added)
+    if (std::string text = with_ties(*effect); !text.empty()) names.push_back(std::move(text));
+  const std::string shrink = shrunk(d);
+  switch (d.verdict) {
+    case Verdict::named:
+      return fmt::format("The model lacks {}: {}.", list_of(names), shrink);
+    case Verdict::tie:
+      return fmt::format("The model lacks {}; what stands in brackets would explain these data as well: {}.",
+                         list_of(names), shrink);
+    case Verdict::named_with_rest:
+      return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
+                         shrink);
+    case Verdict::unknown:
+      return not_known(d);
+    default:
+      if (refitted(d).empty()) return agreement(d);
+      return fmt::format("No effect is missing, but the model's own values are off: {}; {}.", refitted(d), shrink);
+  }
+}
+
+}  // namespace
+
+std::string_view verdict_name(Verdict verdict) {
+  constexpr std::array<std::string_view, 5> names = {"unknown", "named_with_rest", "tie", "named", "nothing_found"};
+  return names[static_cast<std::size_t>(verdict)];
+}
+
+std::string summary(const Diagnosis& d) {
+  constexpr std::size_t reported = 3;  // misplaced boards; the notes have all
+  const std::vector<std::string> misplaced = notes_on_misplaced(*d.measurements.design, d.search);
+  std::string text = outcome(d);
+  for (std::size_t i = 0; i < std::min(reported, misplaced.size()); ++i) text += " " + misplaced[i];
+  if (misplaced.size() > reported)
+    text += fmt::format(" {} more conditions are off likewise, see the notes.", misplaced.size() - reported);
+  if (d.contrast && d.contrast->profile_is_off())
+    text += fmt::format(" The profile's contrast is off: {:.3g}, these taps show {}.", d.contrast->profile,
+                        d.contrast->text());
+  if (d.search.is_given)
+    text += fmt::format(" The given model is written unchanged: {}.", d.search.not_better);
+  else if (!d.search.not_better.empty())
+    text += fmt::format(" A larger model was found and is not written: {}.", d.search.not_better);
+  if (d.search.time_expired)
+    text += fmt::format(" The time limit of {} ended the search.", config::format_quantity(d.time_limit, "s"));
+  return text;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/alternatives.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/search/probes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Values of a nonlinear parameter that is not an angle. @param many where it is the only one of an effect
+std::vector<double> range(const FreeParameter& nonlinear, bool many) {
+  static constexpr double all[] = {0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5, 5}, few[] = {0.3, 1, 3};
+  std::vector<double> values;
+  for (const double factor : many ? std::span<const double>(all) : std::span<const double>(few)) {
+    const double value = std::clamp(factor * nonlinear.typical, nonlinear.minimum, nonlinear.maximum);
+    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+  }
+  return values;
+}
+
+/// Shapes of some parameters, all combinations; sizes are off, angles zero or as near as their bounds allow.
+std::vector<std::vector<double>> shapes_of(std::span<const FreeParameter> parameters) {
+  const auto varied = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
+  const auto count = std::ranges::count_if(parameters, varied);
+  std::vector<std::vector<double>> values;
+  for (const FreeParameter& p : parameters) {
+    if (varied(p) && count <= settings.max_varied)
+      values.push_back(range(p, count == 1));
+    else
+      values.push_back({varied(p) ? p.typical : p.nonlinear ? std::clamp(0.0, p.minimum, p.maximum) : p.off});
+  }
+  return combinations(values);
+}
+
+/// The columns of some parameters of an effect, at one combination of their shapes.
+struct Block {
+  std::vector<double> values;
+  std::vector<Alternative::Amplitude> parts;  ///< counted among the block's parameters
+  std::vector<Eigen::Index> columns;
+};
+
+class Builder {
+ public:
+  Builder(const Problem& problem, const State& state)
+      : problem_(problem), state_(state), rows_(expected(problem, state)) {}
+
+  void add(const Candidate& candidate, std::size_t effect) {
+    const std::size_t before = result_.group.columns.size();
+    try {
+      const auto alone = [&](const std::vector<double>& values) { return with({&candidate, values}); };
+      std::vector<Block> roots;
+      for (const std::vector<double>& values : shapes_of(candidate.free()))
+        roots.push_back(block(candidate.free(), values, alone, rows_));  // where it is off it changes nothing
+      std::vector<Block> refinements;
+      for (std::size_t r = 0; r < candidate.refinements().size(); ++r) refinements.push_back(refinement(candidate, r));
+      for (const Block& root : roots) combine(candidate, effect, root, refinements);
+    } catch (const simulation::EffectError&) {
+      result_.group.columns.resize(before);
+      throw;
+    }
+  }
+
+  /// Refinements that a term of the state does not have. Those that give no number are left out.
+  void refine(std::size_t t, std::size_t& effect) {
+    const Candidate& candidate = *state_.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
+      const std::size_t before = result_.group.columns.size();
+      try {
+        for (const std::vector<double>& values : shapes_of(parameters)) {
+          const auto there = [&](const std::vector<double>& chosen) {
+            State with = state_;
+            with.terms[t] = refined(with.terms[t], r, chosen);
+            return with;
+          };
+          Block one = block(parameters, values, there, rows_);
+          result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
+          result_.list.push_back({&candidate.with(r), ModelTerm{t, r}, std::move(one.values), std::move(one.parts)});
+        }
+      } catch (const simulation::EffectError&) {
+        result_.group.columns.resize(before);
+        std::erase_if(result_.choices, [&](const Choice& choice) { return choice.effect == effect; });
+        result_.list.resize(result_.choices.size());
+      }
+      ++effect;
+    }
+  }
+
+  Alternatives result() { return std::move(result_); }
+
+ private:
+  State with(Term term) const {
+    State more = state_;
+    more.terms.push_back(std::move(term));
+    return more;
+  }
+
+  /// @param place makes the state that has some values of the parameters @param without rows of that with the sizes off
+  template <class Place> Block block(std::span<const FreeParameter> parameters, const std::vector<double>& values,
+                                     const Place& place, const Column& without) {
+    Block result{values, {}, {}};
+    const auto angle = std::ranges::find_if(parameters, &FreeParameter::is_angle);
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (parameters[k].nonlinear) continue;
+      Alternative::Amplitude part{k, std::nullopt, parameters[k].step()};
+      if (angle != parameters.end()) part.angle = static_cast<std::size_t>(angle - parameters.begin());
+      std::vector<double> moved = values;
+      moved[k] += part.step;
+      add_column(result, difference(expected(problem_, place(moved)), without));
+      if (part.angle) {
+        moved[*part.angle] += std::numbers::pi / 2;
+        add_column(result, difference(expected(problem_, place(moved)), without));
+      }
+      result.parts.push_back(part);
+    }
+    return result;
+  }
+
+  void add_column(Block& block, Column column) {
+    block.columns.push_back(static_cast<Eigen::Index>(result_.group.columns.size()));
+    result_.group.columns.push_back(std::move(column));
+  }
+
+  /// Usual values of the effect: a refinement of one that is off may change nothing.
+  Block refinement(const Candidate& candidate, std::size_t r) {
+    std::vector<double> usual;
+    for (const FreeParameter& p : candidate.free()) usual.push_back(p.nonlinear ? p.typical : p.off + p.step());
+    const Term term{&candidate, std::move(usual)};
+    const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
+    std::vector<double> values;
+    for (const FreeParameter& p : parameters)
+      values.push_back(p.is_angle() ? std::clamp(0.0, p.minimum, p.maximum) : p.nonlinear ? p.typical : p.off);
+    const auto there = [&](const std::vector<double>& chosen) { return with(refined(term, r, chosen)); };
+    return block(parameters, values, there, expected(problem_, there(values)));
+  }
+
+  void combine(const Candidate& candidate, std::size_t effect, const Block& root,
+               const std::vector<Block>& refinements) {
+    for (std::size_t bits = 0; bits < std::size_t{1} << refinements.size(); ++bits) {
+      if (std::popcount(bits) > settings.max_refinements_at_once) continue;
+      Alternative one{&candidate, std::nullopt, root.values, root.parts};
+      Choice choice{effect, root.columns, 0};
+      for (std::size_t r = 0; r < refinements.size(); ++r) {
+        if ((bits >> r & 1U) == 0) continue;
+        const std::size_t at = one.candidate->place(r);
+        one.candidate = &one.candidate->with(r);
+        one.values.insert(one.values.end(), refinements[r].values.begin(), refinements[r].values.end());
+        for (Alternative::Amplitude part : refinements[r].parts) {
+          part.size += at;
+          if (part.angle) *part.angle += at;
+          one.parts.push_back(part);
+        }
+        std::ranges::copy(refinements[r].columns, std::back_inserter(choice.columns));
+      }
+      choice.dimension = static_cast<double>(one.candidate->free().size());
+      result_.list.push_back(std::move(one));
+      result_.choices.push_back(std::move(choice));
+    }
+  }
+
+  const Problem& problem_;
+  const State& state_;
+  const Column rows_;
+  Alternatives result_;
+};
+
+}  // namespace
+
+std::string Alternative::name() const {
+  if (refines) return candidate->name() + "." + candidate->refinements()[*refines->refinement].name;
+  std::string text = candidate->name();
+  for (std::size_t r = 0; r < candidate->refinements().size(); ++r) {
+    if (candidate->refined(r))
+      text += (text.find(' ') == std::string::npos ? " with " : " and ") + candidate->refinements()[r].name;
+  }
+  return text;
+}
+
+State Alternative::placed(State state, std::span<const double> columns) const {
+  std::vector<double> chosen = values;
+  std::size_t c = 0;
+  for (const Amplitude& part : parts) {
+    double length = columns[c++];
+    if (part.angle) {
+      const double quarter = columns[c++], turn = 2 * std::numbers::pi;
+      const FreeParameter& p = parameters()[*part.angle];
+      const double angle = chosen[*part.angle] + std::atan2(quarter, length);
+      chosen[*part.angle] = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
+      length = std::hypot(length, quarter);
+    }
+    const FreeParameter& size = parameters()[part.size];
+    chosen[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
+  }
+  if (refines)
+    state.terms[refines->term] = refined(state.terms[refines->term], *refines->refinement, chosen);
+  else
+    state.terms.push_back({candidate, std::move(chosen)});
+  return state;
+}
+
+Alternatives alternatives_of(const Problem& problem, const State& state,
+                             const std::vector<std::unique_ptr<Candidate>>& candidates,
+                             std::map<std::string, std::string>& refused) {
+  Builder builder(problem, state);
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const Candidate& candidate = *candidates[c];
+    if (candidate.amplitudes() == 0 || !candidate.maps().empty() || is_in(state, candidate) ||
+        refused.contains(candidate.name()))
+      continue;
+    if (candidate.amplitudes() > settings.max_amplitudes) {
+      refused.emplace(candidate.name(), fmt::format("has {} sizes, of which {} can be searched at most",
+                                                    candidate.amplitudes(), settings.max_amplitudes));
+      continue;
+    }
+    try {
+      builder.add(candidate, c);
+    } catch (const simulation::EffectError& error) {
+      refused.emplace(candidate.name(), error.what());
+    }
+  }
+  return builder.result();
+}
+
+Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,
+                                 std::span<const Candidate* const> but) {
+  Builder builder(problem, state);
+  std::size_t effect = 0;
+  for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.refine(t, effect);
+  Alternatives result = builder.result();
+  std::map<Eigen::Index, Eigen::Index> moved;  // columns, of which alternatives share some
+  for (std::size_t a = 0; a < some.list.size(); ++a) {
+    const Candidate& candidate = *some.list[a].candidate;
+    if (is_in(state, candidate) || std::ranges::find(but, &candidate.root()) != but.end()) continue;
+    Choice choice = some.choices[a];
+    for (Eigen::Index& column : choice.columns) {
+      const auto [at, first] = moved.try_emplace(column, static_cast<Eigen::Index>(result.group.columns.size()));
+      if (first) result.group.columns.push_back(some.group.columns[static_cast<std::size_t>(column)]);
+      column = at->second;
+    }
+    result.choices.push_back(std::move(choice));
+    result.list.push_back(some.list[a]);
+  }
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

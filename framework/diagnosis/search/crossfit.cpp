@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/crossfit.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/another_contrast.hpp"
+#include "diagnosis/search/prediction.hpp"
+
+#include <tofgraph/physics/robust.hpp>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <random>
+#include <span>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
+                     const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                     const SearchOptions& options) {
+  FoldResult result{.fold = fold};
+  const FoldProblem training(design, data, left_by(fold, design.size()), &options.deadline);
+  FoldProblem held(design, data, fold.held, training);
+  try {
+    Selection selection(training.problem, model, candidates, options, {});
+    selection.begin();
+    selection.linearise();
+    if (options.max_effects > 0) selection.forward_select();
+    Prediction prediction(held, fold);
+    // The model as it was is not refitted, only the reflectivities are.
+    State as_it_was{model, selection.original().state.log_reflectivity, selection.original().state.random_sd};
+    if (!model.empty()) update_grid_bias(training.problem, as_it_was);
+    prediction.before(fit_nuisances(training.problem, as_it_was, selection.weight()).state);
+    result.state = selection.best().state;
+    if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
+    std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
+    if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
+    prediction.after(result.state, std::move(smooth_field));
+    for (const ModelTerm& piece : selection.pieces()) {
+      if (piece.refinement) continue;
+      const std::string name = selection.terms()[piece.term].candidate->name();
+      result.chosen.push_back(name);
+      State taken_out = result.state;
+      taken_out.terms.erase(taken_out.terms.begin() + static_cast<std::ptrdiff_t>(piece.term));
+      prediction.without(name, selection.without(piece).state, taken_out);
+    }
+    result.conditions = prediction.result();
+  } catch (const simulation::EffectError& error) {
+    result.chosen.clear();
+    result.failed = error.what();
+  } catch (const TimeExpired&) {
+    result.time_expired = true;
+  }
+  return result;
+}
+
+/// Two sums of each condition, over all the folds that put it aside: it is one and the same measurement in each. Or of
+/// each cluster of conditions.
+using Sums = std::map<std::size_t, std::array<double, 2>>;
+
+void add(std::array<double, 2>& sums, const std::array<double, 2>& more) {
+  for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += more[s];
+}
+
+/// Ends of the 95 % interval of what a function makes of sums over conditions, which are drawn with replacement.
+template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uint64_t seed, const F& of) {
+  std::vector<std::array<double, 2>> conditions;
+  for (const auto& [one, sums] : of_each) conditions.push_back(sums);
+  std::mt19937_64 generator(seed);
+  std::vector<double> values;
+  for (int d = 0; d < settings.gap_interval_draws; ++d) {
+    std::array<double, 2> sums{};
+    for (std::size_t k = 0; k < conditions.size(); ++k) add(sums, conditions[generator() % conditions.size()]);
+    values.push_back(of(sums));
+  }
+  std::ranges::sort(values);
+  return {values[settings.gap_interval_draws / 40],
+          values[settings.gap_interval_draws - 1 - settings.gap_interval_draws / 40]};
+}
+
+double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
+
+}  // namespace
+
+CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                   const SearchOptions& options, std::span<const std::vector<std::string>> asked,
+                   std::vector<FoldResult> known) {
+  // Each has columns of its own, up to some 500 MB; the first are fewer, as after them it may be known. The same on any
+  // machine, as what is asked after them decides.
+  CrossFit result;
+  result.clusters = clusters_of(design);
+  std::size_t done = known.size();
+  result.folds = std::move(known);
+  result.folds.resize(folds.size());
+  SearchOptions quiet = options;
+  quiet.progress = {};
+  std::atomic<std::size_t> finished = done;
+  // Of those that must choose an effect as many may do without it.
+  const auto may_miss =
+      static_cast<std::size_t>((1 - settings.min_chosen_fraction) * static_cast<double>(folds.size()) + 1e-9);
+  const auto refuted = [&](const std::vector<std::string>& names) {
+    const auto without = [&](const FoldResult& fold) { return !fold.chose(names); };
+    if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
+      return true;
+    return done >= settings.min_folds_to_refute && held_out_improvement_of(result, names, options.seed).is_worse();
+  };
+  const auto decided = [&] { return done > 0 && !asked.empty() && std::ranges::all_of(asked, refuted); };
+  while (done < folds.size() && !decided()) {
+    const std::size_t end =
+        std::min(folds.size(), done + (done < settings.folds_at_once ? settings.first_folds : settings.folds_at_once));
+    if (options.progress)
+      options.progress(fmt::format("predicting what was put aside, {} of {}", done + 1, folds.size()));
+    tbb::parallel_for(done, end, [&](std::size_t f) {
+      // Else a thread that waits within one would begin another one on top of it.
+      tbb::this_task_arena::isolate(
+          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+      if (options.fold_done) options.fold_done(++finished, folds.size());
+    });
+    done = end;
+    if (std::ranges::any_of(result.folds, &FoldResult::time_expired)) break;
+  }
+  result.folds.resize(done);
+  result.time_expired = std::erase_if(result.folds, [](const FoldResult& fold) { return fold.time_expired; }) > 0;
+  result.complete = result.folds.size() == folds.size();
+  return result;
+}
+
+bool FoldResult::chose(const std::vector<std::string>& names) const {
+  return std::ranges::any_of(chosen, [&](const auto& name) { return std::ranges::find(names, name) != names.end(); });
+}
+
+FoldResult::Gap FoldResult::gap(std::size_t o) const {
+  double before = 0, after = 0, count = 0;
+  for (const OutOfFold& c : conditions) before += c.before[o], after += c.after[o], count += c.count[o];
+  return {root_mean(before, count), root_mean(after, count)};
+}
+
+double CrossFit::condition_gram_of(const std::vector<std::string>& names) const {
+  if (folds.empty()) return 0;
+  const auto chosen = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.chose(names); });
+  return static_cast<double>(chosen) / static_cast<double>(folds.size());
+}
+
+CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
+  Sums of_clusters;  // squares, and their number
+  double before = 0, after = 0, count = 0;
+  for (const FoldResult& fold : folds) {
+    if (!setting.empty() && fold.fold.setting != setting) continue;
+    for (const OutOfFold& c : fold.conditions) {
+      add(of_clusters[clusters[c.condition]], {c.after[o], c.count[o]});
+      before += c.before[o], after += c.after[o], count += c.count[o];
+    }
+  }
+  if (!(count > 0)) return {NAN, NAN, NAN, NAN};
+  const auto [low, high] =
+      drawn(of_clusters, seed, [&](const std::array<double, 2>& sums) { return root_mean(sums[0], sums[1]); });
+  return {root_mean(before, count), root_mean(after, count), low, high};
+}
+
+CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) const {
+  const auto pure = [&](const FoldResult& fold) {
+    return fold.failed.empty() && !fold.chosen.empty() &&
+           std::ranges::all_of(fold.chosen,
+                               [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); });
+  };
+  const auto chose_any = [](const FoldResult& fold) { return !fold.chosen.empty(); };
+  const bool most =
+      2 * std::ranges::count_if(folds, pure) >= std::max<std::ptrdiff_t>(1, std::ranges::count_if(folds, chose_any));
+  double before = 0, after = 0, count = 0;
+  for (const FoldResult& fold : folds) {
+    if (most && !pure(fold)) continue;
+    for (const OutOfFold& c : fold.conditions)
+      before += c.before[distance], after += c.after[distance], count += c.count[distance];
+  }
+  return {std::sqrt(before / count), std::sqrt(after / count), most};
+}
+
+HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
+                                           std::uint64_t seed) {
+  Sums conditions;  // without, with
+  HeldOutImprovement improvement;
+  double depth_without = 0, depth_with = 0, count = 0;
+  std::vector<double> taken_out_of_each, with_of_each;
+  // Where a fold chose two that are alike, one of them without the other says nothing of what both do.
+  const auto single = [&](const FoldResult& fold) {
+    return std::ranges::count_if(fold.chosen,
+                                 [&](const auto& one) { return std::ranges::find(names, one) != names.end(); }) == 1;
+  };
+  const bool any = std::ranges::any_of(cross_fit.folds, single);
+  for (const FoldResult& fold : cross_fit.folds) {
+    if (!fold.chose(names)) continue;
+    ++improvement.folds;
+    if (any && !single(fold)) continue;
+    improvement.folds_alone += any ? 1 : 0;
+    double taken_out = 0, known = 0;
+    for (const OutOfFold& c : fold.conditions) {
+      const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
+      if (name == names.end()) continue;
+      const OutOfFold::Less& less = c.without.at(*name);
+      add(conditions[c.condition], {less.chi, c.chi_after});
+      improvement.without += less.chi;
+      improvement.with += c.chi_after;
+      improvement.seen += less.seen;
+      depth_without += less.depth;
+      depth_with += c.after[distance];
+      taken_out += less.taken_out;
+      known += c.count[distance];
+    }
+    count += known;
+    if (!(known > 0)) continue;
+    taken_out_of_each.push_back(root_mean(taken_out, known));
+    with_of_each.push_back(fold.gap(distance).after);
+  }
+  improvement.conditions = conditions.size();
+  if (conditions.empty()) return improvement;
+  improvement.depth_without = std::sqrt(depth_without / count);
+  if (!taken_out_of_each.empty()) {
+    improvement.median_taken_out = physics::median(taken_out_of_each);
+    improvement.median_with = physics::median(with_of_each);
+  }
+  improvement.depth_with = std::sqrt(depth_with / count);
+  improvement.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
+  return improvement;
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Maps that were found on superpixels, at the resolution of the pixels: what each pixel differs by from its superpixel
+/// is estimated from the frames, by least squares over the conditions, and shrunk by how well it is known.
+#pragma once
+
+#include "diagnosis/data/ingest.hpp"
+#include "diagnosis/model/fit.hpp"
+
+namespace tofgraph::diagnosis {
+
+struct PixelMap {
+  std::string effect, dataset, unit;
+  std::vector<double> values;  ///< height x width, SI
+  double spread = 0;           ///< standard deviation of what pixels differ by from their superpixel, without noise; SI
+  double noise = 0;            ///< standard deviation of estimates before they are shrunk, median, SI; NaN: none
+};
+
+/// @param measurements from captures, which are read again
+/// @param state all else, with the maps of superpixels
+/// @throws std::runtime_error when a capture cannot be read any more
+std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem& problem, const State& state);
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/rivals.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/contribution.hpp"
+#include "diagnosis/model/validation.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Keeps one rival a candidate: a tied form if there is one, else one that explains as much.
+void put(std::vector<Rival>& rivals, Rival rival) {
+  const auto rank = [](const Rival& one) { return std::tuple(!one.tied, !one.does_as_much(), one.bic); };
+  const auto known = std::ranges::find(rivals, rival.candidate, &Rival::candidate);
+  if (known == rivals.end())
+    rivals.push_back(std::move(rival));
+  else if (rank(rival) < rank(*known))
+    *known = std::move(rival);
+}
+
+/// All of them, and where these are more than two all but one.
+std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t>& terms) {
+  std::vector<std::vector<std::size_t>> parts = {terms};
+  for (std::size_t out = 0; terms.size() > 2 && out < terms.size(); ++out) {
+    parts.push_back(terms);
+    parts.back().erase(parts.back().begin() + static_cast<std::ptrdiff_t>(out));
+  }
+  return parts;
+}
+
+/// Which of a state's terms is a candidate's, in any of its forms; their number, if none is.
+std::size_t term_of(const State& state, const Candidate& candidate) {
+  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
+  return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
+}
+
+}  // namespace
+
+/// Nothing if it is not better than the model without what it stands in the place of.
+std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& candidate,
+                                      std::vector<std::string> in_place_of, ModelFit fit) {
+  const ModelFit& best = selection_.best();
+  if (!(fit.deviance < less.deviance)) return std::nullopt;
+  const double behind = fit.deviance - best.deviance;
+  if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
+    try {
+      fit = selection_.refitted(fit.state);
+      fit.state.linearisation = less.state.linearisation;  // as all that it is compared with
+    } catch (const simulation::EffectError&) {             // it cannot do all pixels: as it is
+    }
+  }
+  Rival rival{&candidate, std::move(in_place_of), fit.deviance - best.deviance,
+              selection_.bic(fit) - selection_.bic(best)};
+  rival.tied = std::min(rival.deviance, rival.bic) < settings.tie_limit ||
+               practically_equivalent(problem_, best.state, fit.state, settings.tie_limit);
+  if (rival.tied) {
+    const Unidentified unidentified = nonlinear_identifiability(fit, candidate);
+    rival.untold = unidentified.nonlinear;
+    rival.limit = unidentified.at_limit ? unidentified.why : limit_reached(fit, candidate);
+    rival.tied = rival.limit.empty();
+  }
+  rival.state = std::move(fit.state);
+  return rival;
+}
+
+std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
+  const ModelFit& less = selection_.without({term, std::nullopt});
+  const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
+  std::vector<Rival> rivals;
+  const auto compare = [&](const Candidate& candidate, ModelFit fit) {
+    if (std::optional<Rival> rival = compared(less, candidate, {found.name}, std::move(fit)))
+      put(rivals, *std::move(rival));
+  };
+  for (Trial& trial : trials_.best(less, found.candidate, settings.min_rival_gain, alike))
+    compare(trial.candidate->root(), std::move(trial.fit));
+  // A map of the pixels is the same in all conditions, as what belongs to the set-up may be: a tilt at one distance.
+  const bool of_set_up = found.candidate->border().scope == TOFGRAPH_SCOPE_SETUP && problem_.design.superpixels() > 1;
+  for (const auto& candidate : candidates_) {
+    const bool asked = of_set_up && std::ranges::find(alike, candidate->name()) != alike.end();
+    if (!asked || candidate->maps().empty() || is_in(less.state, *candidate)) continue;
+    try {
+      compare(*candidate, fit_with_map_of(problem_, less.state, *candidate, selection_.weight()));
+    } catch (const simulation::EffectError&) {  // it gives no number there
+    }
+  }
+  // What is said to be like it may be so in another form alone, or with other maps beside it.
+  for (const auto& candidate : candidates_) {
+    if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.state, *candidate)) continue;
+    const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
+    const bool tied = known != rivals.end() && known->tied;
+    if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
+    for (ModelFit& fit : selection_.with(less, *candidate)) compare(*candidate, std::move(fit));
+  }
+  std::ranges::stable_sort(rivals, {}, &Rival::bic);
+  return rivals;
+}
+
+/// Identifiability of the first of its nonlinear parameters that these data do not determine.
+Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candidate& candidate) const {
+  const std::size_t term = term_of(fit.state, candidate);
+  const auto may_be_anything = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
+  if (term == fit.state.terms.size() || std::ranges::none_of(fit.state.terms[term].candidate->free(), may_be_anything))
+    return {};
+  const double rest = lack_of_fit(problem_, linearised(problem_, fit));
+  const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
+  return identifiability_of(fit, term, values, rest);
+}
+
+/// Message on the first of its nonlinear parameters that is near its limit, if it explains as much at the limit itself;
+/// or "".
+std::string Rivals::limit_reached(const ModelFit& fit, const Candidate& candidate) const {
+  State end = fit.state;
+  const std::size_t at = term_of(end, candidate);
+  if (at == end.terms.size()) return "";
+  Term& term = end.terms[at];
+  for (std::size_t k = 0; k < term.values.size(); ++k) {
+    const FreeParameter& p = term.candidate->free()[k];
+    std::string limit = limit_of(p, term.values[k]);
+    if (limit.empty()) continue;
+    const double here = std::exchange(term.values[k], p.minimum);
+    try {
+      if (deviance_of(problem_, end) - deviance_of(problem_, fit.state) < settings.tie_limit) return limit;
+    } catch (const simulation::EffectError&) {  // it gives no number there
+    }
+    term.values[k] = here;
+  }
+  return "";
+}
+
+/// In the place of all of these, if it does as much. @param terms ascending
+std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms) {
+  ModelFit less = selection_.best();
+  std::vector<std::string> names;
+  for (const std::size_t term : terms) names.push_back(selection_.terms()[term].candidate->name());
+  std::vector<Rival> rivals;
+  try {
+    for (auto term = terms.rbegin(); term != terms.rend(); ++term)
+      less = without(problem_, less, {*term, std::nullopt}, selection_.weight());
+    for (ModelFit& fit : selection_.with(less, candidate))
+      if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
+  } catch (const simulation::EffectError&) {  // it gives no number there
+  }
+  return !rivals.empty() && rivals.front().does_as_much() ? std::optional(std::move(rivals.front())) : std::nullopt;
+}
+
+void Rivals::add_of_several(std::vector<EffectFinding>& all, std::size_t first_term) {
+  const auto stands_for_several = [](const EffectFinding& found) {
+    return std::ranges::any_of(found.rivals, [](const Rival& one) { return one.tied && one.of_several(); });
+  };
+  for (const auto& candidate : candidates_) {
+    if (candidate->amplitudes() == 0 || !candidate->maps().empty() || is_in(selection_.best().state, *candidate))
+      continue;
+    const std::vector<std::string> alike = confused_with(*candidate, candidates_);
+    std::vector<std::size_t> terms;
+    for (std::size_t f = 0; f < all.size(); ++f) {
+      if (std::ranges::find(alike, all[f].name) != alike.end() && !stands_for_several(all[f]))
+        terms.push_back(first_term + f);
+    }
+    if (terms.size() < 2) continue;
+    std::optional<Rival> rival;  // one that is tied, else one that does as much
+    std::vector<std::size_t> place;
+    for (const std::vector<std::size_t>& some : parts_of_set(terms)) {
+      std::optional<Rival> one = in_place_of_all(*candidate, some);
+      if (!one || (rival && !one->tied)) continue;
+      rival = std::move(one), place = some;
+      if (rival->tied) break;
+    }
+    for (const std::size_t term : place) {
+      std::vector<Rival>& rivals = all[term - first_term].rivals;
+      const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
+      if (known != rivals.end() && known->tied && !rival->tied) continue;
+      if (known != rivals.end()) rivals.erase(known);
+      const auto worse = [&](const Rival& one) { return one.bic > rival->bic; };
+      rivals.insert(std::ranges::find_if(rivals, worse), *rival);
+    }
+  }
+}
+
+}  // namespace tofgraph::diagnosis

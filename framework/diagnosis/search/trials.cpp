@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/trials.hpp"
+
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/search/maps.hpp"
+#include "graph/stream.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {}  // namespace
+
+/// Starts of a fit: at the amplitudes that the score suggests; with those that it does not determine at half their
+/// typical value, as a size may need another one to show; and where the effect changes nothing.
+std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
+  std::vector<double> guess = probe.values, other = guess;
+  bool unmoved = false;
+  for (std::size_t c = 0; c < probe.amplitudes.size(); ++c) {
+    const std::size_t k = probe.amplitudes[c];
+    const FreeParameter& p = probe.parameters()[k];
+    const double share = score.values(static_cast<Eigen::Index>(c));
+    guess[k] = other[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
+    if (std::abs(share) > settings.unmoved_amplitude) continue;
+    other[k] = p.off + probe.steps[c] / 2;
+    unmoved = true;
+  }
+  std::vector<State> result = {probe.placed(state, guess)};
+  if (unmoved) result.push_back(probe.placed(state, other));
+  result.push_back(probe.placed(state, probe.values));
+  return result;
+}
+
+Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& score) const {
+  Trial result{probe.candidate, {}, score};
+  const std::vector<State> all = starts(base.state, probe, score);
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
+    if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
+    try {
+      ModelFit next = fit_last(problem_, all[s], weight_, base.jacobian);
+      if (next.deviance < result.fit.deviance) result.fit = std::move(next);
+    } catch (const simulation::EffectError&) {
+      continue;
+    }
+  }
+  return result;
+}
+
+std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, double promising,
+                                std::span<const std::string> always) const {
+  std::vector<const Probe*> probes;
+  std::vector<const Group*> groups;
+  for (std::size_t p = 0; p < probes_.list.size(); ++p) {
+    const Probe& probe = probes_.list[p];
+    if (is_in(base.state, *probe.candidate) || probes_.refused.contains(probe.candidate->name())) continue;
+    probes.push_back(&probe);
+    groups.push_back(&probes_.groups[p]);
+  }
+  if (groups.empty()) return {};
+  const Scan scanned = scan(problem_, base, groups, 0, 0);
+  std::vector<std::size_t> ranked(probes.size());
+  for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
+  const double price = std::log(static_cast<double>(problem_.data.size()));
+  const auto merit = [&](std::size_t i) { return scanned.scores[i].gain - scanned.scores[i].dimension * price; };
+  std::ranges::stable_sort(ranked, std::greater<>{}, merit);
+  const double most = scanned.scores[ranked.front()].gain;
+  std::vector<Trial> result;
+  std::map<const Candidate*, std::pair<std::size_t, double>> tried;  // starts, and the first one's gain
+  for (const std::size_t i : ranked) {
+    const Probe& probe = *probes[i];
+    const Score& score = scanned.scores[i];
+    const bool asked = std::ranges::find(always, probe.candidate->name()) != always.end();
+    const bool out = except != nullptr && &probe.candidate->root() == &except->root();
+    if (out || (!asked && score.gain < promising * most)) continue;
+    if (!asked && !tried.contains(probe.candidate) && tried.size() >= settings.max_fitted_candidates) continue;
+    auto& [starts, first_gain] = tried.try_emplace(probe.candidate, 0, score.gain).first->second;
+    const bool again = starts > 0 && score.gain > 0.999 * first_gain;  // an angle half a turn on, with the other sign
+    if (starts == settings.max_starts || again || score.gain < settings.second_start_gain * first_gain) continue;
+    ++starts;
+    Trial trial = fitted(base, probe, score);
+    if (!std::isfinite(trial.fit.deviance)) continue;
+    const auto before = std::ranges::find(result, probe.candidate, &Trial::candidate);
+    if (before == result.end())
+      result.push_back(std::move(trial));
+    else if (trial.fit.deviance < before->fit.deviance)
+      before->fit = std::move(trial.fit);
+  }
+  std::ranges::stable_sort(result, {}, [&](const Trial& t) { return t.fit.bic(problem_.data.size()); });
+  return result;
+}
+
+ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece, std::span<const double> weight) {
+  std::vector<Column> columns = best.jacobian;
+  State state = best.state;
+  std::size_t first = first_parameter(state, piece.term);
+  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
+  const std::size_t count = values_of(*term, piece).size();
+  if (piece.refinement) {
+    first += term->candidate->place(*piece.refinement);
+    *term = coarser(std::move(*term), *piece.refinement);
+  } else {
+    state.terms.erase(term);
+  }
+  const auto at = columns.begin() + static_cast<std::ptrdiff_t>(first);
+  columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
+  update_reflectivity_jacobian(problem, state);
+  ModelFit less = fit_last(problem, std::move(state), weight, columns);
+  if (has_maps(less.state)) less = fit_with_maps(problem, less.state, weight);  // maps take over what they can
+  less.jacobian = std::move(columns);
+  return less;
+}
+
+std::vector<std::string> confused_with(const Candidate& one,
+                                       const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  for (const auto& other : candidates) {
+    const std::vector<std::string> theirs = graph::split_words(other->border().confused_with);
+    if (std::ranges::find(theirs, one.name()) != theirs.end()) names.push_back(other->name());
+  }
+  return names;
+}
+
+}  // namespace tofgraph::diagnosis
