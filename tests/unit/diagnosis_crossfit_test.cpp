@@ -131,7 +131,7 @@ TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
 TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   const Term truth = random_term(effect("wiggling"), 1, 6);
   const CrossFit result = folds(data_with({truth}, 7));
-  EXPECT_EQ(result.condition_gram_of({"wiggling"}), 1);
+  EXPECT_EQ(result.chosen_fraction({"wiggling"}), 1);
   const CrossFit::Gap gap = result.gap(distance, "distance", 1);
   // A sine of 5 mm is what is predicted; at these distances its mean square is near a half.
   EXPECT_NEAR(std::sqrt(gap.before * gap.before - gap.after * gap.after), 5e-3 / std::numbers::sqrt2, 5e-4);
@@ -240,7 +240,7 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   EXPECT_FALSE(held_out_improvement_of(result, {"c"}, 1).is_significant());
   // One that gave no number did not choose.
   result.folds.emplace_back().failed = "no number";
-  EXPECT_EQ(result.condition_gram_of({"a", "b"}), 0.8);
+  EXPECT_EQ(result.chosen_fraction({"a", "b"}), 0.8);
   // Where a fold chose both, either without the other is far off, and proves nothing.
   FoldResult twins = fold("a", 1, 1e6, 10);
   twins.chosen = {"a", "b"};

@@ -43,13 +43,13 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
     if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
     prediction.after(result.state, std::move(smooth_field));
-    for (const ModelTerm& piece : selection.pieces()) {
-      if (piece.refinement) continue;
-      const std::string name = selection.terms()[piece.term].candidate->name();
+    for (const ModelTerm& addition : selection.additions()) {
+      if (addition.refinement) continue;
+      const std::string name = selection.terms()[addition.term].candidate->name();
       result.chosen.push_back(name);
       State taken_out = result.state;
-      taken_out.terms.erase(taken_out.terms.begin() + static_cast<std::ptrdiff_t>(piece.term));
-      prediction.without(name, selection.without(piece).state, taken_out);
+      taken_out.terms.erase(taken_out.terms.begin() + static_cast<std::ptrdiff_t>(addition.term));
+      prediction.without(name, selection.without(addition).state, taken_out);
     }
     result.conditions = prediction.result();
   } catch (const simulation::EffectError& error) {
@@ -143,7 +143,7 @@ FoldResult::Gap FoldResult::gap(std::size_t o) const {
   return {root_mean(before, count), root_mean(after, count)};
 }
 
-double CrossFit::condition_gram_of(const std::vector<std::string>& names) const {
+double CrossFit::chosen_fraction(const std::vector<std::string>& names) const {
   if (folds.empty()) return 0;
   const auto chosen = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.chose(names); });
   return static_cast<double>(chosen) / static_cast<double>(folds.size());

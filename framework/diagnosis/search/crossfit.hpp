@@ -50,7 +50,7 @@ struct CrossFit {
   bool empty() const { return folds.empty(); }
   /// Share of the folds that chose an effect, or one that it stands for: one that gave no number did not.
   /// @param names all of these
-  double condition_gram_of(const std::vector<std::string>& names) const;
+  double chosen_fraction(const std::vector<std::string>& names) const;
   /// Root mean square over superpixels, SI; with the ends of its 95 % interval by clusters.
   struct Gap {
     double before = 0, after = 0, low = 0, high = 0;

@@ -56,13 +56,13 @@ double Gates::chance(const ModelFit& best, const ModelFit& less, const Score& sc
 }
 
 EffectFinding Gates::evaluate_term(const ModelFit& best, const ModelFit& less, const PatternScan& left,
-                                   const ModelTerm& piece, bool proved) {
-  const Term& term = best.state.terms[piece.term];
+                                   const ModelTerm& addition, bool proved) {
+  const Term& term = best.state.terms[addition.term];
   EffectFinding found;
   found.candidate = term.candidate;
-  found.name = name_of(term, piece);
+  found.name = name_of(term, addition);
   found.gain = less.deviance - best.deviance;
-  const Group group{found.name, signature(problem_, less.state, best.state, piece)};
+  const Group group{found.name, signature(problem_, less.state, best.state, addition)};
   // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
   const Group direction{group.name, {group.columns[0]}};
   Score score = term.maps ? score_of_maps(problem_, less, term, flips_, seed_)
@@ -71,7 +71,7 @@ EffectFinding Gates::evaluate_term(const ModelFit& best, const ModelFit& less, c
   if (!term.maps) {
     // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
     // likelihood compares the two; not beside shapes of boards, which stay as they are without the piece.
-    const double parameters = static_cast<double>(values_of(term, piece).size());
+    const double parameters = static_cast<double>(values_of(term, addition).size());
     const bool sure =
         nothing_left && !best.state.nuisances.boards && found.gain - parameters > settings.certain_gain * score.stays;
     score.p_value = std::max(chance(best, less, score), sure ? 0.0 : score.p_value);
@@ -92,6 +92,8 @@ EffectFinding Gates::evaluate_term(const ModelFit& best, const ModelFit& less, c
              (proved ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
     found.refutation =
         fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.explained_fraction);
+  } else if (std::isnan(found.explained_fraction) && !nothing_left) {
+    found.refutation = "beside what is left it cannot be tested: it lowers no pattern";
   }
   return found;
 }

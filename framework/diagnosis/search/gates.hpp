@@ -24,7 +24,7 @@ class Gates {
   /// A piece of the best model against the model without it; its refutation is empty when it passes.
   /// @param less the best model without the piece @param left the patterns of the best model
   EffectFinding evaluate_term(const ModelFit& best, const ModelFit& less, const PatternScan& left,
-                              const ModelTerm& piece, bool proved);
+                              const ModelTerm& addition, bool proved);
 
  private:
   double explained(const ModelFit& less, const PatternScan& left, double gain) const;

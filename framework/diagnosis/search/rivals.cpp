@@ -94,7 +94,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
-    for (ModelFit& fit : selection_.with(less, *candidate)) compare(*candidate, std::move(fit));
+    for (ModelFit& fit : selection_.forms_of(less, *candidate)) compare(*candidate, std::move(fit));
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
   return rivals;
@@ -141,7 +141,7 @@ std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const s
   try {
     for (auto term = terms.rbegin(); term != terms.rend(); ++term)
       less = without(problem_, less, {*term, std::nullopt}, selection_.weight());
-    for (ModelFit& fit : selection_.with(less, candidate))
+    for (ModelFit& fit : selection_.forms_of(less, candidate))
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // it gives no number there
   }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
-#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/board_offsets.hpp"
 #include "diagnosis/search/least_rise.hpp"
 #include "diagnosis/search/map_gauge.hpp"
 
@@ -10,17 +10,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 /// Identity of a model: effects, and which of their parameters are free.
-std::vector<const Candidate*> forms_of(const std::vector<Term>& terms) {
-  std::vector<const Candidate*> forms;
-  for (const Term& term : terms) forms.push_back(term.candidate);
-  return forms;
+std::vector<const Candidate*> identity_of(const std::vector<Term>& terms) {
+  std::vector<const Candidate*> identity;
+  for (const Term& term : terms) identity.push_back(term.candidate);
+  return identity;
 }
 
 }  // namespace
@@ -28,50 +27,42 @@ std::vector<const Candidate*> forms_of(const std::vector<Term>& terms) {
 Selection::Selection(const Problem& problem, const std::vector<Term>& model,
                      const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                      std::map<std::string, std::string> refused)
-    : problem_{problem.design, problem.data, problem.targets, problem.target, problem.nuisances, &deadline_},
-      model_(model),
-      candidates_(candidates),
-      options_(options),
-      refused_(std::move(refused)),
-      weight_(problem.data.size(), 1.0) {
-  if (problem.deadline != nullptr) deadline_ = *problem.deadline;
-}
+    : deadline_(problem.deadline != nullptr ? *problem.deadline : Deadline()),
+      task_{{problem.design, problem.data, problem.targets, problem.target, problem.nuisances, &deadline_},
+            model,
+            candidates,
+            options,
+            std::move(refused),
+            std::vector<double>(problem.data.size(), 1)} {}
 
 void Selection::begin() {
-  report_progress("fitting the model as it is");
-  State start = first_state(problem_, model_);
-  if (!model_.empty()) update_grid_bias(problem_, start);
-  accept(fit(problem_, start, weight_));
-  original_ = best_;
-  reached_ = kept();
-  deadline_ = options_.deadline;
-}
-
-void Selection::linearise() {
-  if (options_.max_effects > 0) alternatives_ = alternatives_of(problem_, best_.state, candidates_, refused_);
+  task_.report_progress("fitting the model as it is");
+  State start = first_state(problem(), task_.model);
+  if (!task_.model.empty()) update_grid_bias(problem(), start);
+  accept(fit(problem(), start, weight()));
+  selected_.original = best();
+  reached_ = selected_;
+  deadline_ = task_.options.deadline;
 }
 
 void Selection::accept(ModelFit fit) {
   without_.clear();
-  best_ = linearised(problem_, std::move(fit));
+  selected_.best = linearised(problem(), std::move(fit));
 }
 
-/// The model as it is, with the nuisances of the best one and at its grid bias, so that both can be compared.
-ModelFit Selection::original_beside_best() const {
-  ModelFit given = original_;
-  given.state.nuisances = best_.state.nuisances;
-  given.state.linearisation.grid_bias = best_.state.linearisation.grid_bias;
-  return given;
+void Selection::select(SelectedModel model) {
+  without_.clear();
+  selected_ = std::move(model);
 }
 
 void Selection::return_to_given() {
-  State given = best_.state;
-  given.terms = model_;
-  if (!model_.empty()) update_grid_bias(problem_, given);
-  ModelFit fit = fit_nuisances(problem_, std::move(given), weight_);
-  const auto rows = expected(problem_, fit.state);
-  const std::vector<Column> columns = jacobian(problem_, fit.state, rows);
-  const Solution there = solve_linear(problem_, fit.state, rows, columns, problem_.unknowns(columns.size()));
+  State given = best().state;
+  given.terms = task_.model;
+  if (!task_.model.empty()) update_grid_bias(problem(), given);
+  ModelFit fit = fit_nuisances(problem(), std::move(given), weight());
+  const auto rows = expected(problem(), fit.state);
+  const std::vector<Column> columns = jacobian(problem(), fit.state, rows);
+  const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
   fit.covariance = there.covariance;
   fit.dimension = there.dimension;
   accept(std::move(fit));
@@ -79,17 +70,17 @@ void Selection::return_to_given() {
 
 void Selection::refit() {
   if (terms().empty()) return;
-  report_progress("settling on values");
-  State exact = best_.state;
-  update_grid_bias(problem_, exact, true);
-  const State positive = with_positive_amplitudes(problem_, std::move(exact));
-  accept(fit_with_maps(problem_, with_means_in_constant(problem_, positive), weight_));
+  task_.report_progress("settling on values");
+  State exact = best().state;
+  update_grid_bias(problem(), exact, true);
+  const State positive = with_positive_amplitudes(problem(), std::move(exact));
+  accept(fit_with_maps(problem(), with_means_in_constant(problem(), positive), weight()));
 }
 
 ModelFit Selection::refitted(State state) const {
-  state.nuisances = best_.state.nuisances;
-  update_grid_bias(problem_, state, true);
-  return fit_with_maps(problem_, with_positive_amplitudes(problem_, std::move(state)), weight_);
+  state.nuisances = best().state.nuisances;
+  update_grid_bias(problem(), state, true);
+  return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)), weight());
 }
 
 void Selection::forward_select() {
@@ -103,8 +94,8 @@ void Selection::forward_select() {
 
 bool Selection::select_beside_nuisances(bool anew) {
   if (!update_nuisances()) return false;
-  if (anew && left() >= settings.explained && promises_as_before()) {
-    note({"allowed", {}, {}, "sets of effects promise what they did: none are looked for again"});
+  if (anew && left() >= settings.explained && subsets_.promises_as_before(selected_)) {
+    task_.note({"allowed", {}, {}, "sets of effects promise what they did: none are looked for again"});
     refit();
     return false;
   }
@@ -118,53 +109,54 @@ bool Selection::select_beside_nuisances(bool anew) {
 /// boards come first: sets of effects would make up for them. @returns whether there is anything
 bool Selection::add_best() {
   const bool lacking = left() >= settings.explained;
-  const BoardTrial boards = lacking ? boards_beside(best_.state) : BoardTrial{};
+  const BoardTrial boards = lacking ? boards_.beside(best().state) : BoardTrial{};
   if (boards.sure && allow_boards(boards.boards)) return true;
   SmoothFieldTrial smooth_field;
-  if (best_.state.nuisances.smooth_field && lacking) smooth_field = smooth_field_of(problem_, best_);
-  std::optional<ModelFit> next = search_subsets();
-  const auto beaten = [&] { return !next || bic(best_) - bic(*next) < smooth_field.gain; };
+  if (best().state.nuisances.smooth_field && lacking) smooth_field = smooth_field_of(problem(), best());
+  std::optional<ModelFit> next = subsets_.best_set(selected_);
+  const auto beaten = [&] { return !next || bic(best()) - bic(*next) < smooth_field.gain; };
   // A residue that is the same each time would look like maps: none are looked for beside one.
-  if ((beaten() || (lacking && leaves_nearly_all(*next))) && !best_.state.nuisances.smooth_field) {
-    std::optional<ModelFit> maps = good_maps();
+  if ((beaten() || (lacking && leaves_nearly_all(*next))) && !best().state.nuisances.smooth_field) {
+    std::optional<ModelFit> maps = maps_.best(selected_);
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) {
     const std::size_t before = left_out();
-    return try_refine(std::move(next->state)) || (left_out() > before && add_best());
+    return try_accept(std::move(next->state)) || (left_out() > before && add_best());
   }
   if (!smooth_field.smooth_field) return false;
-  ConditionNuisances more = best_.state.nuisances;
+  ConditionNuisances more = best().state.nuisances;
   more.smooth_field = std::move(smooth_field.smooth_field), more.runs = std::move(smooth_field.runs);
   return allow(std::move(more));
 }
 
 /// True if an addition reduces the unexplained residual hardly at all.
 bool Selection::leaves_nearly_all(const ModelFit& added) const {
-  const double now = lack_of_fit(problem_, linearised(problem_, added));
+  const double now = lack_of_fit(problem(), linearised(problem(), added));
   return now >= settings.explained && left() - now < settings.min_excess_reduction * (left() - 1);
 }
 
 void Selection::add_all() {
   // What is dropped may be tried again, so the rounds are counted, not the effects alone.
-  for (std::size_t round = 0; round < (best_.state.nuisances.smooth_field ? 2 : 2 * options_.max_effects); ++round) {
-    const bool first = terms().size() == model_.size();
-    const double before = left(), reached = bic(best_);
-    const auto having = forms_of(terms());
-    const ConditionNuisances before_nuisances = best_.state.nuisances;
+  for (std::size_t round = 0; round < (best().state.nuisances.smooth_field ? 2 : 2 * task_.options.max_effects);
+       ++round) {
+    const bool first = task_.added(best()) == 0;
+    const double before = left(), reached = bic(best());
+    const auto having = identity_of(terms());
+    const ConditionNuisances before_nuisances = best().state.nuisances;
     if (!add_best()) break;
-    if (std::optional<ModelFit> maps = first ? maps_instead(best_) : std::nullopt) {
-      std::optional<ModelFit> next = search_subsets();  // one effect more may do what maps do
+    if (std::optional<ModelFit> maps = first ? maps_.in_place_of(best(), selected_) : std::nullopt) {
+      std::optional<ModelFit> next = subsets_.best_set(selected_);  // one effect more may do what maps do
       const bool more = next && bic(*next) < bic(*maps);
-      if (!more || !try_refine(std::move(next->state))) try_refine(std::move(maps->state));
+      if (!more || !try_accept(std::move(next->state))) try_accept(std::move(maps->state));
     }
-    reached_ = kept();
+    reached_ = selected_;
     backward_eliminate();
-    reached_ = kept();
+    reached_ = selected_;
     // What was added came out again, as maps took over what it did: so it would for ever.
-    const bool allows_more =
-        best_.state.nuisances.smooth_field != before_nuisances.smooth_field || !best_.state.nuisances.boards != !before_nuisances.boards;
-    if (!allows_more && forms_of(terms()) == having && bic(best_) > reached - settings.min_bic_gain) break;
+    const bool allows_more = best().state.nuisances.smooth_field != before_nuisances.smooth_field ||
+                             !best().state.nuisances.boards != !before_nuisances.boards;
+    if (!allows_more && identity_of(terms()) == having && bic(best()) > reached - settings.min_bic_gain) break;
     // What stays unexplained whatever is added is none of the catalogue's, and each addition a stand-in for a bit of
     // it.
     if (const double now = left();
@@ -173,10 +165,10 @@ void Selection::add_all() {
   }
 }
 
-std::vector<ModelTerm> Selection::pieces() const {
+std::vector<ModelTerm> Selection::additions() const {
   std::vector<ModelTerm> all;
   for (std::size_t t = 0; t < terms().size(); ++t) {
-    if (t >= model_.size()) all.push_back({t, std::nullopt});
+    if (t >= task_.model.size()) all.push_back({t, std::nullopt});
     for (std::size_t r = 0; r < terms()[t].candidate->refinements().size(); ++r) {
       if (terms()[t].candidate->refined(r)) all.push_back({t, r});
     }
@@ -187,7 +179,7 @@ std::vector<ModelTerm> Selection::pieces() const {
 const ModelFit& Selection::without(const ModelTerm& piece) {
   const auto known = std::ranges::find(without_, piece, &std::pair<ModelTerm, ModelFit>::first);
   if (known != without_.end()) return known->second;
-  return without_.emplace_back(piece, diagnosis::without(problem_, best_, piece, weight_)).second;
+  return without_.emplace_back(piece, diagnosis::without(problem(), best(), piece, weight())).second;
 }
 
 void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
@@ -195,100 +187,209 @@ void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
 /// Takes out an effect, and adds sets of effects. @param promised share of what it gained that these must promise to
 /// begin with @param limit of what BIC may rise by @returns whether the model is as good as that
 bool Selection::reselect_without(const Candidate& one, double promised, double limit) {
-  const double reached = bic(best_), deviance = best_.deviance;
-  State state = best_.state;
+  const double reached = bic(best()), deviance = best().deviance;
+  State state = best().state;
   std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
   refine(std::move(state));
-  double least = promised * (best_.deviance - deviance);
-  for (std::size_t round = 0; round < options_.max_effects; ++round) {
-    std::optional<ModelFit> next = search_subsets(least);
+  double least = promised * (best().deviance - deviance);
+  for (std::size_t round = 0; round < task_.options.max_effects; ++round) {
+    std::optional<ModelFit> next = subsets_.best_set(selected_, least);
     if (!next) break;
     const std::size_t before = left_out();
-    if (try_refine(std::move(next->state)))
+    if (try_accept(std::move(next->state)))
       least = 0;
     else if (left_out() == before)
       break;
   }
-  if (best_.deviance > reached + limit) return false;  // what is taken out only raises it
+  if (best().deviance > reached + limit) return false;  // what is taken out only raises it
   backward_eliminate();
-  return bic(best_) < reached + limit;
+  return bic(best()) < reached + limit;
 }
 
 bool Selection::exchange(const Candidate& one) {
-  if (best_.state.nuisances.boards) return false;  // with other boards there is no comparison
-  Kept before = kept();
+  if (best().state.nuisances.boards) return false;  // with other boards there is no comparison
+  SelectedModel before = selected_;
   const std::vector<Term> those = terms();
-  const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best_.state, *term.candidate); };
-  barred_.push_back(&one.root());
+  const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
+  selected_.barred.push_back(&one.root());
   try {
     if (reselect_without(one, 0, settings.min_bic_gain) && terms().size() >= those.size() &&
         std::ranges::all_of(those, stays))
       return true;
   } catch (const simulation::EffectError&) {  // without it the others give no number
   }
-  restore(std::move(before));
+  select(std::move(before));
   return false;
 }
 
 /// Takes out what is not worth its parameters, the least of it first.
 void Selection::backward_eliminate() {
-  while (pieces().size() > 1) {
+  while (additions().size() > 1) {
     const ModelFit* least = nullptr;
     std::string name;
-    const std::vector<ModelTerm> all = pieces();
-    const std::vector<double> rises = min_deviance_rises(problem_, best_, all);
+    const std::vector<ModelTerm> all = additions();
+    const std::vector<double> rises = min_deviance_rises(problem(), best(), all);
     for (std::size_t p = 0; p < all.size(); ++p) {
       const ModelTerm& piece = all[p];
       const auto parameters = static_cast<double>(values_of(terms()[piece.term], piece).size());
       if (rises[p] > settings.clearly_worth *
-                         (settings.min_bic_gain + parameters * std::log(static_cast<double>(problem_.data.size()))))
+                         (settings.min_bic_gain + parameters * std::log(static_cast<double>(problem().data.size()))))
         continue;
       const ModelFit& less = without(piece);
-      if (!(bic(less) < bic(least != nullptr ? *least : best_) + (least != nullptr ? 0 : settings.min_bic_gain)))
+      if (!(bic(less) < bic(least != nullptr ? *least : best()) + (least != nullptr ? 0 : settings.min_bic_gain)))
         continue;
       least = &less;
       name = name_of(terms()[piece.term], piece);
     }
     if (least == nullptr) return;
-    note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best_)}}, "not worth its parameters"});
-    if (!try_refine(least->state)) return;
+    task_.note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best())}}, "not worth its parameters"});
+    if (!try_accept(least->state)) return;
   }
+}
+
+/// Repeats the search, begun with maps, if a residual is unexplained. Other effects may have taken the place of one
+/// that was hidden behind them.
+void Selection::select_from_maps() {
+  if (best().state.nuisances.smooth_field || task_.added(best()) == 0 || left() < settings.explained) return;
+  const double gained = bic(selected_.original) - bic(best());
+  std::optional<MapTrial> alone = maps_.alone(selected_, settings.explained);
+  if (!alone || !significant(alone->trial.score) ||
+      bic(selected_.original) - bic(alone->trial.fit) < settings.map_start_share * gained)
+    return;
+  SelectedModel before = selected_;
+  const double reached = bic(best());
+  if (!try_accept(std::move(alone->trial.fit.state))) return;
+  add_all();
+  // With other boards there is no comparison.
+  if (bic(best()) > reached ||
+      (best().state.nuisances.boards == nullptr) != (before.best.state.nuisances.boards == nullptr))
+    select(std::move(before));
+}
+
+/// If several effects with maps were added, searches for effects with a few parameters in the place of one of
+/// them. A map can do what a lens does to the amplitude, at the price of all its numbers. With boards that are not flat
+/// there is no comparison.
+void Selection::replace_maps() {
+  std::vector<const Candidate*> with_maps;
+  for (std::size_t t = task_.model.size(); t < terms().size(); ++t) {
+    if (terms()[t].maps) with_maps.push_back(terms()[t].candidate);
+  }
+  if (best().state.nuisances.smooth_field || best().state.nuisances.boards || with_maps.size() < 2) return;
+  for (const Candidate* one : with_maps) {
+    SelectedModel before = selected_;
+    bool better = false;
+    try {
+      better = reselect_without(*one, settings.map_replacement_promise, -settings.min_bic_gain);
+    } catch (const simulation::EffectError&) {  // without it the others give no number
+    }
+    task_.note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
+    if (better) return;
+    select(std::move(before));
+  }
+}
+
+/// Looks for nuisances of conditions, a board that stands elsewhere or a residual that is smooth over the
+/// image: what can be seen beside that. Asked when no effect helps any more, as each of these could be taken for one.
+/// @returns whether there is such a thing that was not known before
+bool Selection::update_nuisances() {
+  ConditionNuisances more = best().state.nuisances;
+  more.jitter_scale = jitter_scale_of(board_offsets_of(problem(), best().state));
+  double most = 0;
+  for (std::size_t i = 0; i < more.jitter_scale.size(); ++i)
+    most = std::max(most, std::abs(std::log(more.jitter_scale[i] / (best().state.nuisances.jitter_scale.empty()
+                                                                        ? 1
+                                                                        : best().state.nuisances.jitter_scale[i]))));
+  SmoothFieldTrial smooth_field;
+  if (best().state.nuisances.smooth_field || (additions().empty() && left() >= settings.explained))
+    smooth_field = smooth_field_of(problem(), best());
+  if (most < settings.jitter_scale_change && !smooth_field.smooth_field) return false;
+  if (smooth_field.smooth_field)
+    more.smooth_field = std::move(smooth_field.smooth_field), more.runs = std::move(smooth_field.runs);
+  return allow(std::move(more));
+}
+
+/// @returns whether that could be: an effect may give no number where the fit goes then, and all stays as it was
+bool Selection::allow(ConditionNuisances more) {
+  task_.report_progress("allowing for what conditions have of their own");
+  SelectedModel before = selected_;
+  Step step{"allowed",
+            {},
+            {{"smooth_residue_m", more.smooth_field ? more.smooth_field->sd() : 0},
+             {"boards_m", more.boards ? more.boards->sd : 0},
+             {"loosest_board", more.jitter_scale.empty() ? 1 : std::ranges::max(more.jitter_scale)}},
+            "effects are looked for again beside it"};
+  bool could = true;
+  try {
+    State with = best().state;
+    with.nuisances = std::move(more);
+    refine(std::move(with));
+    ModelFit given = selected_.original_beside_best();
+    given = fit_with_maps(problem(), std::move(given.state), weight());
+    given.jacobian = std::move(selected_.original.jacobian);
+    selected_.original = std::move(given);
+  } catch (const simulation::EffectError& error) {
+    select(std::move(before));
+    step.outcome = error.what();
+    could = false;
+  }
+  task_.note(std::move(step));
+  return could;
+}
+
+/// An effect that has a part in the shapes of boards takes that back when they are found anew beside it.
+/// @returns whether there are any then
+bool Selection::allow_boards(std::shared_ptr<const Boards> boards) {
+  ConditionNuisances more = best().state.nuisances;
+  more.boards = std::move(boards);
+  return allow(std::move(more)) && best().state.nuisances.boards;
+}
+
+/// The search begun with shapes of boards that may be the camera's: of one target alone, or beside effects, which would
+/// make up for them otherwise. That has to lead to where nothing is left, and no effects, nor maps, may lead there
+/// alone.
+void Selection::select_from_boards() {
+  const BoardTrial boards = left() < settings.explained ? BoardTrial{} : boards_.beside(best().state);
+  if (!boards.boards || boards.sure) return;
+  if (const std::optional<ModelFit> next =
+          subsets_.best_set(selected_, settings.board_min_subset_promise * boards.gain);
+      next && lack_of_fit(problem(), linearised(problem(), *next)) < settings.explained)
+    return;
+  if (const std::optional<MapTrial> maps = maps_.alone(selected_, settings.explained);
+      maps && maps->left < settings.explained)
+    return;
+  SelectedModel before = selected_;
+  boards_.accept_unsure(true);
+  if (allow_boards(boards.boards)) add_all();
+  const bool explains = best().state.nuisances.boards && left() < settings.explained;
+  boards_.accept_unsure(explains);
+  if (!explains) select(std::move(before));
 }
 
 /// Fits with what the coarse grid misses of a state, its maps anew. @throws simulation::EffectError
 void Selection::refine(State state) {
-  update_grid_bias(problem_, state);
-  accept(fit_with_maps(problem_, std::move(state), weight_));
-  fit_boards();
+  update_grid_bias(problem(), state);
+  accept(fit_with_maps(problem(), std::move(state), weight()));
+  without_.clear();
+  selected_.best = boards_.refit(std::move(selected_.best));
 }
 
-/// As refine(); where an effect cannot do its images all stays as it was, and if it was new it is not tried again.
-/// @returns whether it can
-bool Selection::try_refine(State state) {
-  Kept before = kept();
+bool Selection::try_accept(State state) {
+  SelectedModel before = selected_;
   try {
     refine(std::move(state));
     return true;
   } catch (const simulation::EffectError& error) {
-    restore(std::move(before));
-    note({"fitted", {error.effect}, {}, error.what()});
-    const auto failing = std::ranges::find(candidates_, error.effect, [](const auto& one) { return one->name(); });
-    if (failing == candidates_.end() || is_in(best_.state, **failing)) return false;
+    select(std::move(before));
+    task_.note({"fitted", {error.effect}, {}, error.what()});
+    const auto failing = std::ranges::find(task_.candidates, error.effect, [](const auto& one) { return one->name(); });
+    if (failing == task_.candidates.end() || is_in(best().state, **failing)) return false;
+    std::vector<const Candidate*>& barred = selected_.barred;
     if (!(*failing)->maps().empty())
-      refused_.emplace(error.effect, error.what());
-    else if (std::ranges::find(barred_, failing->get()) == barred_.end())
-      barred_.push_back(failing->get());
+      task_.refused.emplace(error.effect, error.what());
+    else if (std::ranges::find(barred, failing->get()) == barred.end())
+      barred.push_back(failing->get());
     return false;
   }
-}
-
-Selection::Kept Selection::kept() const { return {original_, best_, barred_}; }
-
-void Selection::restore(Kept before) {
-  without_.clear();
-  original_ = std::move(before.original);
-  best_ = std::move(before.best);
-  barred_ = std::move(before.barred);
 }
 
 }  // namespace tofgraph::diagnosis

@@ -3,6 +3,8 @@
 /// @file The best sets of effects of a linearised problem, by enumeration.
 #pragma once
 
+#include "diagnosis/data/search_settings.hpp"
+
 #include <Eigen/Dense>
 
 #include <cstddef>

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/board_flatness_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Calls f(parameter, value) for what goes on as it went: neither maps nor angles, which have no end to go to.
+/// @param state const or not, as the values then are
+template <class S, class F> void for_each_steady(S& state, F f) {
+  for (auto& term : state.terms) {
+    for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
+      if (!term.candidate->free()[k].is_angle()) f(term.candidate->free()[k], term.values[k]);
+    }
+  }
+}
+
+/// In typical values.
+Eigen::VectorXd steady_values(const State& state) {
+  std::vector<double> values;
+  for_each_steady(state, [&](const FreeParameter& p, double value) { values.push_back(value / std::abs(p.typical)); });
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+State with_steady_values(State state, const Eigen::VectorXd& values) {
+  Eigen::Index at = 0;
+  for_each_steady(state, [&](const FreeParameter& p, double& value) {
+    value = std::clamp(values(at++) * std::abs(p.typical), p.minimum, p.maximum);
+  });
+  return state;
+}
+
+/// Deviance of a model together with its boards: shapes cost the deviance what being any shape is worth.
+double deviance_with_boards(const ModelFit& fit) {
+  return fit.deviance + (fit.state.nuisances.boards ? fit.state.nuisances.boards->cost : 0);
+}
+
+}  // namespace
+
+BoardTrial BoardFlatnessSearch::beside(const State& state) {
+  if (state.nuisances.boards || task_.problem.design.superpixels() < 2) return {};
+  if (!shapes_) shapes_ = std::make_unique<const BoardFlatness>(task_.problem);
+  return shapes_->trial(task_.problem, state);
+}
+
+/// Fits boards and effects once. @returns whether there are boards, and both together fit better
+bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
+  const double before = deviance_with_boards(fit);
+  if (!fit.state.nuisances.boards) return false;
+  BoardTrial boards = shapes_->trial(task_.problem, fit.state);
+  fit.state.nuisances.boards = boards.sure || accept_unsure_ ? std::move(boards.boards) : nullptr;
+  fit = linearised(task_.problem, fit_with_maps(task_.problem, fit.state, task_.weight));
+  return before - deviance_with_boards(fit) >= settings.board_converged;
+}
+
+/// Boards and effects that look alike would take from each other in small steps for ever: after two of these the values
+/// go on as the two differ (SQUAREM, R. Varadhan and C. Roland, Scandinavian Journal of Statistics 35, 2008, scheme
+/// S3), and come back where they went too far.
+ModelFit BoardFlatnessSearch::refit(ModelFit fit) {
+  for (int round = 0; round < settings.board_max_rounds; ++round) {
+    const Eigen::VectorXd start = steady_values(fit.state);
+    if (!refit_once(fit)) return fit;
+    const Eigen::VectorXd first = steady_values(fit.state);
+    if (!refit_once(fit)) return fit;
+    const Eigen::VectorXd second = steady_values(fit.state), step = first - start, bend = second - first - step;
+    if (!(bend.norm() > 0) || !(step.norm() > bend.norm())) continue;  // it comes to an end by itself
+    const double length = step.norm() / bend.norm();
+    ModelFit farther = fit;
+    try {
+      farther.state = with_steady_values(fit.state, start + 2 * length * step + length * length * bend);
+      refit_once(farther);
+      if (deviance_with_boards(farther) <= deviance_with_boards(fit)) fit = std::move(farther);
+    } catch (const simulation::EffectError&) {  // too far: it stays
+    }
+  }
+  return fit;
+}
+
+}  // namespace tofgraph::diagnosis

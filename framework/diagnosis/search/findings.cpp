@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/findings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+
+Findings::Findings(const Problem& problem, const std::vector<Term>& model,
+                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+                   const std::map<std::string, std::string>& refused)
+    : selection(problem, model, candidates, options, refused),
+      finder(selection.problem()),
+      trials(selection.problem(), candidates, selection.weight()),
+      rivals_(selection, trials, candidates, options.seed + 2) {}
+
+std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {
+  return finder.find(selection.problem(), fit, options().flips, options().seed + 1).patterns;
+}
+
+void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {
+  selection.task().report_progress(fmt::format("dropping {}", finding.name));
+  compared_ = false;
+  selection.drop(addition);
+  std::erase_if(result.dropped, [&](const EffectFinding& one) { return one.name == finding.name; });
+  result.dropped.push_back(std::move(finding));
+}
+
+void Findings::dismiss_all(const std::string& why) {
+  for (std::vector<ModelTerm> left = selection.additions(); !left.empty(); left = selection.additions()) {
+    const Term& term = selection.terms()[left.back().term];
+    EffectFinding finding{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
+    note({"questioned", {finding.name}, {}, why});
+    dismiss(left.back(), std::move(finding));
+  }
+}
+
+bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& test) {
+  bool changed = false;
+  for (std::size_t f = result.found.size(); f-- > 0;) {
+    EffectFinding& finding = result.found[f];
+    finding.refutation = test(finding);
+    if (finding.refutation.empty()) continue;
+    dismiss({model().size() + f, std::nullopt}, std::move(finding));
+    result.found.erase(result.found.begin() + static_cast<std::ptrdiff_t>(f));
+    changed = true;
+  }
+  return changed;
+}
+
+bool Findings::replace_by_others(EffectFinding finding, const Unidentified& why) {
+  Replaced replaced{std::move(finding), best(), why, {}};
+  selection.task().report_progress(fmt::format("looking for others in the place of {}", replaced.name()));
+  const bool others = selection.exchange(*replaced.finding.candidate);
+  for (const Term& term : selection.terms())
+    if (!is_in(replaced.fit.state, *term.candidate)) replaced.by.push_back(term.candidate->name());
+  note({"exchanged",
+        others ? replaced.by : std::vector{replaced.name()},
+        {{"bic_rise", others ? selection.bic(best()) - selection.bic(replaced.fit) : NAN}},
+        others ? "as good as " + replaced.name() : "others do not explain as much: all stays as it was"});
+  if (others) replaced_.push_back(std::move(replaced));
+  return others;
+}
+
+void Findings::compare_with_rivals() {
+  if (compared_) return;
+  for (std::size_t t = model().size(); t < selection.terms().size(); ++t) compare(t);
+  rivals_.add_of_several(result.found, model().size());
+  compared_ = true;
+}
+
+void Findings::compare(std::size_t term) {
+  EffectFinding& finding = result.found[term - model().size()];
+  selection.task().report_progress(fmt::format("comparing {} with its rivals", finding.name));
+  finding.where = patterns_of(selection.without({term, std::nullopt}));
+  finding.rivals = rivals_.of(finding, term);
+  for (const Replaced& replaced : replaced_) {
+    if (!stays_replaced(replaced) || std::ranges::find(replaced.by, finding.name) == replaced.by.end()) continue;
+    const Candidate* const other = &replaced.finding.candidate->root();
+    std::erase_if(finding.rivals, [&](const Rival& rival) { return rival.candidate == other; });
+    finding.rivals.insert(
+        finding.rivals.begin(),
+        {other, replaced.by, replaced.fit.deviance - best().deviance,
+         selection.bic(replaced.fit) - selection.bic(best()), !replaced.unidentified.at_limit, replaced.fit.state,
+         replaced.unidentified.nonlinear, replaced.unidentified.at_limit ? replaced.unidentified.why : ""});
+  }
+}
+
+bool Findings::stays_replaced(const Replaced& replaced) const {
+  return beside_the_same(best().state, replaced.by, replaced.fit.state, replaced.name());
+}
+
+void Findings::report_dropped() {
+  for (Replaced& replaced : replaced_)
+    if (!stays_replaced(replaced)) result.dropped.push_back(std::move(replaced.finding));
+  std::erase_if(result.dropped, [&](const EffectFinding& tried) {
+    const auto is = [&](const EffectFinding& one) { return one.name == tried.name; };
+    return std::ranges::any_of(result.found, is) || std::ranges::any_of(result.refinements, is);
+  });
+}
+
+}  // namespace tofgraph::diagnosis

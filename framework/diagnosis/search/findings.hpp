@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Effects that a search has selected, while they are tested: one by one they are dropped, with the reason.
+#pragma once
+
+#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/search/gates.hpp"
+#include "diagnosis/search/rivals.hpp"
+#include "diagnosis/search/search.hpp"
+
+#include <functional>
+
+namespace tofgraph::diagnosis {
+
+/// What all tests of a search share.
+class Findings {
+ public:
+  Findings(const Problem& problem, const std::vector<Term>& model,
+           const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
+           const std::map<std::string, std::string>& refused);
+
+  Selection selection;
+  PatternFinder finder;
+  Trials trials;
+  SearchResult result;
+
+  const std::vector<Term>& model() const { return selection.task().model; }
+  const SearchOptions& options() const { return selection.task().options; }
+  const Problem& problem() const { return selection.problem(); }
+  const ModelFit& best() const { return selection.best(); }
+  void note(Step step) { selection.task().note(std::move(step)); }
+
+  /// Patterns of the gap beside a model, beyond chance.
+  std::vector<Pattern> patterns_of(const ModelFit& fit) const;
+  /// Takes an addition out of the model. The last reason counts.
+  void dismiss(const ModelTerm& addition, EffectFinding finding);
+  /// Takes all additions out of the model.
+  void dismiss_all(const std::string& why);
+  /// Drops the effects that a test refutes. @returns whether there was such a one
+  bool drop_refuted(const std::function<std::string(EffectFinding&)>& test);
+  /// Replaces an effect of which a nonlinear parameter is not identifiable by others, if these explain as much.
+  /// @returns whether they do
+  bool replace_by_others(EffectFinding finding, const Unidentified& why);
+
+  /// Compares each effect with its rivals, once; again after one was dropped.
+  void compare_with_rivals();
+  bool are_compared() const { return compared_; }
+  /// Has effects compared again with their rivals.
+  void forget_comparison() { compared_ = false; }
+  /// Adds what was dropped to the result, without what came back.
+  void report_dropped();
+
+ private:
+  /// An effect of which a nonlinear parameter is not identifiable, or at its limit, and the set that explains as much.
+  struct Replaced {
+    EffectFinding finding;
+    ModelFit fit;  ///< with it
+    Unidentified unidentified;
+    std::vector<std::string> by;
+
+    const std::string& name() const { return finding.name; }
+  };
+
+  void compare(std::size_t term);
+  bool stays_replaced(const Replaced& replaced) const;
+
+  Rivals rivals_;
+  std::vector<Replaced> replaced_;
+  bool compared_ = false;
+};
+
+}  // namespace tofgraph::diagnosis

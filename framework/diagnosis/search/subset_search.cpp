@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/search/subset_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+/// Gain that is nearly all of what the best set promises.
+double needed_of(const std::vector<Subset>& sets) {
+  double most = 0;
+  for (const Subset& set : sets) most = std::max(most, set.merit >= settings.min_bic_gain ? set.gain : 0);
+  return settings.nearly_all * most - settings.chance_gain;
+}
+
+/// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
+/// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
+/// that misses is found from where its fit leads to.
+/// @param singles whether single effects are fitted whatever they promise
+std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed, bool singles) {
+  std::size_t size = std::numeric_limits<std::size_t>::max();
+  for (const Subset& set : sets) {
+    if (set.merit >= settings.min_bic_gain && set.gain >= needed) size = std::min(size, set.choices.size());
+  }
+  std::vector<Subset> chosen;
+  bool larger = false;
+  std::size_t alone = 0;
+  double most = 0;  // that a single effect promises
+  for (const Subset& set : sets) most = std::max(most, set.choices.size() == 1 ? set.gain : 0);
+  for (const Subset& set : sets) {
+    const std::size_t count = set.choices.size();
+    if (set.merit < settings.min_bic_gain && !(singles && count == 1)) continue;
+    if (count == 1 && ++alone > settings.sure_singles && set.gain < settings.min_single_promise * most) continue;
+    if (count == 1 || count == size || (count == size + 1 && !std::exchange(larger, true))) chosen.push_back(set);
+  }
+  std::ranges::stable_sort(chosen, {}, [](const Subset& set) { return set.choices.size(); });
+  return chosen;
+}
+
+std::vector<std::string> names_of(const Alternatives& all, const Subset& subset) {
+  std::vector<std::string> names;
+  for (const std::size_t c : subset.choices) names.push_back(all.list[c].name());
+  return names;
+}
+
+/// Promises of the best set of each size.
+std::vector<Promise> promises_of(const Alternatives& all, const std::vector<Subset>& sets) {
+  std::vector<Promise> promises;
+  for (const Subset& set : sets) {
+    if (std::ranges::none_of(promises, [&](const Promise& one) { return one.names.size() == set.choices.size(); }))
+      promises.push_back({names_of(all, set), set.gain});
+  }
+  return promises;
+}
+
+/// With a map held, an effect for which it stands in part would promise next to nothing beside it. If the others give
+/// no number without the map it is held.
+std::vector<Column> following_maps(const Problem& problem, const State& state) {
+  if (!maps_follow(state)) return {};
+  try {
+    return map_columns(problem, state);
+  } catch (const simulation::EffectError&) {
+    return {};
+  }
+}
+
+SubsetOptions priced_options(const Problem& problem) {
+  SubsetOptions options;
+  options.price = std::log(static_cast<double>(problem.data.size()));
+  options.prior = 1 / (settings.prior_width * settings.prior_width);
+  return options;
+}
+
+/// Each effect by itself, in its best form.
+SubsetOptions single_options(const Problem& problem, const Alternatives& all) {
+  SubsetOptions options = priced_options(problem);
+  options.max_effects = 1;
+  options.singles = all.choices.size();
+  return options;
+}
+
+/// Sets of as many effects as may still be added.
+SubsetOptions subset_options(const SelectionTask& task, const ModelFit& best) {
+  SubsetOptions options = priced_options(task.problem);
+  options.singles = settings.max_singles;
+  options.share_of_all = settings.nearly_all, options.less_than_all = settings.chance_gain;
+  options.max_effects = std::min(options.max_effects, task.options.max_effects - task.added(best));
+  return options;
+}
+
+/// Notes the promise of each effect alone, in its best form.
+void note_ranks(SelectionTask& task, const Alternatives& all, const Score& score) {
+  for (const Subset& subset :
+       best_subsets(score.information, score.score(), all.choices, single_options(task.problem, all)))
+    task.note({"ranked",
+               names_of(all, subset),
+               {{"promised", subset.gain}, {"promised_less_price", subset.merit}},
+               subset.merit < settings.min_bic_gain ? "not worth its parameters" : "may be"});
+}
+
+}  // namespace
+
+void SubsetSearch::linearise(const State& state) {
+  if (task_.options.max_effects > 0)
+    alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
+}
+
+bool SubsetSearch::promises_as_before(const SelectedModel& selected) const {
+  const ModelFit& best = selected.best;
+  const Alternatives all = alternatives_beside(task_.problem, best.state, alternatives_, selected.barred);
+  if (promised_.empty() || all.list.empty()) return false;
+  const Score score = score_of(task_.problem, best, all.group, 0, 0, following_maps(task_.problem, best.state));
+  const auto now =
+      promises_of(all, best_subsets(score.information, score.score(), all.choices, subset_options(task_, best)));
+  return std::ranges::equal(now, promised_, [](const Promise& one, const Promise& before) {
+    return one.names == before.names && std::abs(one.gain - before.gain) < settings.same_promise * before.gain;
+  });
+}
+
+std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, double min_promise) {
+  const ModelFit& from = selected.best;
+  if (!task_.may_add(from)) return std::nullopt;
+  task_.report_progress(fmt::format("looking for effect {}", task_.added(from) + 1));
+  const Alternatives all = alternatives_beside(task_.problem, from.state, alternatives_, selected.barred);
+  if (all.list.empty()) return std::nullopt;
+  const SubsetOptions options = subset_options(task_, from);
+  const bool first_effects = task_.added(from) == 0;
+  ModelFit best = from;
+  RandomEffectSd noise = from.state.random_sd;
+  std::vector<std::vector<std::size_t>> tried;
+  const Group* const group = &all.group;
+  const Scanner scanner(task_.problem, from, std::span(&group, 1), following_maps(task_.problem, from.state));
+  for (std::size_t round = 0; round < settings.max_subset_rounds; ++round) {
+    const Score score = scanner.scan(noise, from.dimension, 0, 0).scores[0];
+    std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
+    if (promised_.empty() && first_effects) promised_ = promises_of(all, sets);
+    std::erase_if(sets, [&](const Subset& set) { return set.gain < min_promise; });
+    if (round == 0) note_ranks(task_, all, score);
+    const double before = task_.bic(best);
+    if (std::optional<ModelFit> instead = best_of_round(selected, all, score.information, sets, tried, best))
+      return instead;
+    if (task_.bic(best) == before) break;
+    noise = best.state.random_sd;
+  }
+  return task_.bic(from) - task_.bic(best) >= settings.min_bic_gain ? std::optional(std::move(best)) : std::nullopt;
+}
+
+/// Fits the sets of one round; the best one becomes better if one is. @returns a model that makes further sets needless
+std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selected, const Alternatives& all,
+                                                    const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
+                                                    std::vector<std::vector<std::size_t>>& tried, ModelFit& best) {
+  const ModelFit& from = selected.best;
+  const double needed = needed_of(sets), before = task_.bic(best);
+  std::size_t size = 1;
+  // Of one number a condition, what no effect explains is scatter: only a fit determines how much less there may be.
+  const bool singles = task_.problem.design.superpixels() == 1;
+  for (const Subset& subset : worth_fitting(sets, needed, singles)) {
+    // Where one effect alone does, once it is fitted, what sets promise, these need not be.
+    const bool larger = subset.choices.size() > size;
+    if (larger && from.deviance - best.deviance >= needed) break;
+    // Nor where boards that are not flat explain what is left beside one.
+    const bool first_larger = larger && size == 1;
+    if (first_larger && task_.bic(best) < task_.bic(from) - settings.min_bic_gain && boards_.beside(best.state).sure)
+      return best;
+    size = subset.choices.size();
+    if (std::ranges::find(tried, subset.choices) != tried.end()) continue;
+    tried.push_back(subset.choices);
+    std::optional<ModelFit> next = fitted(from.state, all, subset, information);
+    const bool better = next && task_.bic(*next) < task_.bic(best) - settings.min_lead;
+    task_.note({"fitted",
+                names_of(all, subset),
+                {{"promised", subset.gain},
+                 {"gain", next ? from.deviance - next->deviance : NAN},
+                 {"bic_fall", next ? before - task_.bic(*next) : NAN}},
+                !next    ? "gives no number"
+                : better ? "the best so far"
+                         : "not better than the best so far"});
+    if (better) best = std::move(*next);
+    // Nor where maps explain more than the best of them does, and than any of them promises.
+    if (!first_larger || task_.added(from) != 0) continue;
+    std::optional<ModelFit> maps = maps_.in_place_of(linearised(task_.problem, best), selected);
+    if (maps && task_.bic(from) - task_.bic(*maps) >= sets.front().merit) return maps;
+  }
+  return std::nullopt;
+}
+
+std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candidate& one) const {
+  std::vector<const Candidate*> others;
+  for (const auto& candidate : task_.candidates)
+    if (candidate.get() != &one) others.push_back(candidate.get());
+  const Alternatives all = alternatives_beside(task_.problem, base.state, alternatives_, others);
+  const auto is_form = [&](const Alternative& a) { return !a.refines && &a.candidate->root() == &one; };
+  if (std::ranges::none_of(all.list, is_form)) return {};
+  const Score score = score_of(task_.problem, base, all.group, 0, 0, following_maps(task_.problem, base.state));
+  const SubsetOptions options = single_options(task_.problem, all);
+  std::vector<Subset> forms;
+  for (std::size_t c = 0; c < all.list.size(); ++c) {
+    if (!is_form(all.list[c])) continue;
+    for (Subset& form : best_subsets(score.information, score.score(), {&all.choices[c], 1}, options)) {
+      form.choices = {c};
+      forms.push_back(std::move(form));
+    }
+  }
+  std::ranges::stable_sort(forms, std::greater<>{}, &Subset::merit);
+  std::vector<const Candidate*> tried;  // each combination of refinements once, at its best nonlinear values
+  std::vector<ModelFit> fits;
+  for (const Subset& form : forms) {
+    const Candidate* const refined = all.list[form.choices.front()].candidate;
+    if (tried.size() == settings.max_forms || std::ranges::find(tried, refined) != tried.end()) continue;
+    tried.push_back(refined);
+    if (std::optional<ModelFit> fit = fitted(base.state, all, form, score.information)) fits.push_back(*std::move(fit));
+  }
+  return fits;
+}
+
+/// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
+/// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
+/// no number. @param information of all columns
+std::optional<ModelFit> SubsetSearch::fitted(const State& from, const Alternatives& all, const Subset& subset,
+                                             const Eigen::MatrixXd& information) const {
+  State plain = from, shown = plain;
+  bool differ = false;
+  Eigen::Index at = 0;
+  for (const std::size_t c : subset.choices) {
+    const std::vector<Eigen::Index>& columns = all.choices[c].columns;
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    Eigen::VectorXd values = subset.values.segment(at, count);
+    const auto placed = [&](State state) {
+      return all.list[c].placed(std::move(state), {values.data(), columns.size()});
+    };
+    plain = placed(std::move(plain));
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (information(columns[k], columns[k]) < settings.min_visible_chi_square)
+        values(static_cast<Eigen::Index>(k)) = 0.5, differ = true;
+    }
+    shown = placed(std::move(shown));
+    at += count;
+  }
+  std::optional<ModelFit> best;
+  const auto try_from = [&](State state) {
+    try {
+      ModelFit next = fit_roughly_with_maps(task_.problem, std::move(state), task_.weight);
+      if (!best || next.deviance < best->deviance) best = std::move(next);
+    } catch (const simulation::EffectError&) {  // nothing from there
+    }
+  };
+  try_from(std::move(plain));
+  const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
+    for (std::size_t t = from.terms.size(); t < state.terms.size(); ++t) {
+      const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
+      for (std::size_t k = 0; k < free.size(); ++k) {
+        const auto is_off = [&](const State& one) { return one.terms[t].values[k] == free[k].off; };
+        if (!free[k].nonlinear && is_off(state) && !is_off(shown)) return true;
+      }
+    }
+    return false;
+  };
+  if (differ && (!best || stays(best->state))) try_from(shown);
+  return best;
+}
+
+}  // namespace tofgraph::diagnosis
