@@ -7,7 +7,7 @@
 #include "diagnosis/report/notes.hpp"
 #include "diagnosis/search/condition_influence.hpp"
 #include "diagnosis/search/maps.hpp"
-#include "diagnosis/search/pattern_ties.hpp"
+#include "diagnosis/search/pixel_maps.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/serial.hpp"
 

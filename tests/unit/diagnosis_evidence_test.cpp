@@ -3,11 +3,10 @@
 // Slow: Rail.BarsAre*
 // Rooms: diagnosis
 // What the gap report shows, against closed forms and brute force.
-#include "diagnosis/data/inputs.hpp"
-#include "diagnosis/model/evidence.hpp"
-#include "diagnosis/model/parameter_status.hpp"
+#include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/validation.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 #include "diagnosis/report/notes.hpp"
 #include "diagnosis/search/condition_influence.hpp"
 #include "tests/unit/rail.hpp"

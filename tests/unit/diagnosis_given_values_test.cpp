@@ -3,9 +3,8 @@
 // Slow: GivenValues.ACalibrated*:GivenValues.AWrong*:GivenValues.AnotherContrast*
 // Rooms: diagnosis
 // Values of the given model that the data do not determine stay; a contrast that is not the profile's is no effect.
-#include "diagnosis/model/another_contrast.hpp"
 #include "diagnosis/model/contrast.hpp"
-#include "diagnosis/search/held_values.hpp"
+#include "diagnosis/search/given_model.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/rail.hpp"
 

@@ -4,9 +4,9 @@
 // Rooms: diagnosis
 // A model that is written is compared with the given one on all data and held out; a set on which folds agree is found;
 // a search that has no time left gives the model back as it was.
-#include "diagnosis/search/not_worse.hpp"
+#include "diagnosis/search/given_model.hpp"
 
-#include "diagnosis/search/fold_agreement.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <chrono>

@@ -4,7 +4,7 @@
 // jitter and light of the tests' own.
 #pragma once
 
-#include "diagnosis/search/injection.hpp"
+#include "diagnosis/search/confidence.hpp"
 #include "diagnosis/search/search.hpp"
 
 #include <gtest/gtest.h>

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
-#include "diagnosis/data/board_window.hpp"
+#include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/recording.hpp"
 #include "io/serial.hpp"
+#include "io/sha256.hpp"
+#include "simulation/files/pose.hpp"
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
@@ -19,8 +21,10 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <set>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 /// Why this search cannot use a condition, or nothing.
@@ -257,6 +261,54 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
   Measurements result = together(campaign, options.physical, std::move(read), why);
   result.serial = std::move(serial);
   return result;
+}
+
+std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width) {
+  const auto& size = *condition.board_size;
+  const auto axes = simulation::rotation(condition.board_tilt_x, condition.board_tilt_y, 0);
+  const auto roll = simulation::rotation(0, 0, condition.roll);  // back to where the camera is upright
+  const std::size_t height = hits.size() / width;
+  std::vector<bool> inside(hits.size()), result(hits.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (!std::isfinite(hits[i].return_path)) continue;
+    const physics::Vector3 point =
+        axes.inverse(roll * hits[i].point - physics::Vector3{0, 0, condition.board_distance});
+    inside[i] = std::abs(point.x) <= size[0] / 2 && std::abs(point.y) <= size[1] / 2;
+  }
+  for (std::size_t v = 0; v < height; ++v) {
+    for (std::size_t u = 0; u < width; ++u) {
+      bool all = true;
+      for (std::size_t y = v - std::min(v, settings.outer_margin_px);
+           all && y <= std::min(v + settings.outer_margin_px, height - 1); ++y) {
+        for (std::size_t x = u - std::min(u, settings.outer_margin_px);
+             all && x <= std::min(u + settings.outer_margin_px, width - 1); ++x)
+          all = inside[y * width + x];
+      }
+      result[v * width + u] = all;
+    }
+  }
+  return result;
+}
+
+namespace fs = std::filesystem;
+
+std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data,
+                                     const std::vector<io::Condition>& conditions) {
+  std::vector<InputFile> inputs = {{model.string(), io::sha256_of_file(model)},
+                                   {data.string(), io::sha256_of_file(data)}};
+  const fs::path folder = fs::absolute(data).lexically_normal().parent_path();
+  std::set<fs::path> seen;
+  const auto add = [&](const fs::path& file) {
+    std::error_code error;
+    if (file.empty() || !fs::is_regular_file(file, error) || !seen.insert(file).second) return;
+    inputs.push_back(
+        {fs::absolute(file).lexically_normal().lexically_proximate(folder).generic_string(), io::sha256_of_file(file)});
+  };
+  for (const io::Condition& c : conditions) {
+    add(c.capture);
+    if (c.capture.empty() && c.at.source) add(c.at.source->name);  // a row of a table
+  }
+  return inputs;
 }
 
 }  // namespace tofgraph::diagnosis

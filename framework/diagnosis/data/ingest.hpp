@@ -5,10 +5,26 @@
 
 #include "diagnosis/data/design.hpp"
 #include "diagnosis/data/superpixels.hpp"
+#include "io/campaign.hpp"
+#include "io/condition.hpp"
+#include "simulation/hit.hpp"
 
+#include <filesystem>
 #include <functional>
+#include <span>
+#include <string>
+#include <vector>
 
 namespace tofgraph::diagnosis {
+
+// ---- Which pixels see a board that does not fill the view ----
+
+/// Pixels whose ray, and that of every pixel up to two away, meets the board within its size: those at its edge see
+/// what stands behind it, too. @param hits where the pixels' rays meet the board's plane, row-major
+/// @param width pixels in a row @param condition with a board that has a size
+std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width);
+
+// ---- From captures to observations ----
 
 /// The standard deviation between the frames of a condition by what the profile's noise says.
 struct NoiseRatio {
@@ -51,5 +67,17 @@ FrameSums frames_of(const io::Condition& condition, const io::Camera& camera);
 /// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.
 /// @throws std::invalid_argument when too little is left to search in
 Measurements measure_table(const io::Campaign& campaign, bool physical);
+
+// ---- The files that a diagnosis has read, with what they contained ----
+
+struct InputFile {
+  std::string file;    ///< as it was given; captures relative to the campaign's folder
+  std::string sha256;  ///< hexadecimal
+};
+
+/// The model, the campaign, its table or its captures; each once, without those that are missing.
+/// @throws std::runtime_error when one cannot be read
+std::vector<InputFile> hashed_inputs(const std::filesystem::path& model, const std::filesystem::path& data,
+                                     const std::vector<io::Condition>& conditions);
 
 }  // namespace tofgraph::diagnosis

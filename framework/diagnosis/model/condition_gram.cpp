@@ -135,7 +135,7 @@ ConditionGram condition_gram_of(const Products& products, std::span<const Shared
   const Eigen::Index count = products.held.cols() - gram_tail;
   double log_determinant = 0;
   const RandomMatrix downdate = downdate_factor(products.held.block<random_directions, random_directions>(count, count),
-                                              random_sd, log_determinant);
+                                                random_sd, log_determinant);
   std::vector<Eigen::Index> kept;
   Eigen::VectorXd factor(static_cast<Eigen::Index>(parts.size() + 1));
   for (const SharedColumn& part : parts) {

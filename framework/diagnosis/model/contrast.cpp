@@ -3,8 +3,7 @@
 #include "diagnosis/model/contrast.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/another_contrast.hpp"
-#include "diagnosis/model/parameter_status.hpp"
+#include "diagnosis/model/identifiability.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>

@@ -3,7 +3,7 @@
 #include "diagnosis/model/linearisation.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/another_contrast.hpp"
+#include "diagnosis/model/contrast.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

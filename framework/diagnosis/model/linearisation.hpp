@@ -7,17 +7,57 @@
 
 #include "diagnosis/data/design.hpp"
 #include "diagnosis/model/candidate.hpp"
-#include "diagnosis/model/deadline.hpp"
 #include "diagnosis/model/mixed_model.hpp"
 #include "diagnosis/model/nuisances.hpp"
 #include "diagnosis/model/smooth_field.hpp"
 
+#include <chrono>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace tofgraph::diagnosis {
+
+// ---- The time at which a computation is abandoned ----
+
+/// Abandons a computation, which leaves nothing behind.
+struct TimeExpired : std::runtime_error {
+  TimeExpired() : std::runtime_error("the time limit ended the search") {}
+};
+
+class Deadline {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  Deadline() = default;  ///< never
+  explicit Deadline(Clock::time_point at) : at_(at) {}
+
+  bool has_passed() const { return at_ != Clock::time_point::max() && Clock::now() >= at_; }
+  /// @throws TimeExpired
+  void check() const {
+    if (has_passed()) throw TimeExpired();
+  }
+
+ private:
+  Clock::time_point at_ = Clock::time_point::max();
+};
+
+/// Deadlines of the parts of a run that together must not take longer than a limit.
+struct TimeLimit {
+  double seconds = 0;  ///< 0: none
+  Deadline::Clock::time_point begin = Deadline::Clock::now();
+
+  /// @param share of the limit, counted from the begin
+  Deadline at(double share) const {
+    if (!(seconds > 0)) return {};
+    return Deadline(
+        begin + std::chrono::duration_cast<Deadline::Clock::duration>(std::chrono::duration<double>(share * seconds)));
+  }
+};
+
+// ---- Expectation of a model for every condition, and its derivatives ----
 
 /// Values of observables x superpixels, one row a condition: what a model expects, or what a parameter changes.
 using Rows = std::vector<std::vector<double>>;

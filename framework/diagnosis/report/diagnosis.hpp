@@ -4,17 +4,15 @@
 #pragma once
 
 #include "diagnosis/data/ingest.hpp"
-#include "diagnosis/data/inputs.hpp"
 #include "diagnosis/model/contrast.hpp"
-#include "diagnosis/model/parameter_status.hpp"
+#include "diagnosis/model/identifiability.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/confidence.hpp"
-#include "diagnosis/search/held_values.hpp"
+#include "diagnosis/search/given_model.hpp"
 #include "diagnosis/search/next_condition.hpp"
 #include "diagnosis/search/pixel_maps.hpp"
 #include "diagnosis/search/search.hpp"
-#include "diagnosis/search/stability.hpp"
 #include "io/output_files.hpp"
 
 #include <nlohmann/json.hpp>

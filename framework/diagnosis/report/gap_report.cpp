@@ -3,7 +3,6 @@
 #include "diagnosis/report/gap_report.hpp"
 
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,8 +10,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 /// "crosstalk or static_reflection"; "zero_offset or warm_up for it and integration_time_offset".
@@ -224,6 +225,64 @@ report::Page gap_report(const Diagnosis& diagnosis) {
   add_next(page, data);
   add_notes(page, data);
   return page;
+}
+
+void add_stability(report::Page& page, const ReportData& data) {
+  const std::vector<Stability>& all = data.d.stability;
+  if (all.empty()) return;
+  std::set<std::string> names;
+  for (const Stability& one : all) {
+    for (const auto& [name, runs] : one.chosen) names.insert(name);
+  }
+  Row header = {"put aside, each time", "held-out gap, simulated", "extended (95 %)"};
+  header.insert(header.end(), names.begin(), names.end());
+  std::vector<Row> rows;
+  for (const Stability& one : all) {
+    const auto text = [&](double gap) { return shown_within(gap, (one.gap.high - one.gap.low) / 2, distance); };
+    rows.push_back({one.put_aside, text(one.gap.before),
+                    fmt::format("{} ({} to {})", text(one.gap.after), text(one.gap.low), text(one.gap.high))});
+    for (const std::string& name : names) {
+      const auto found = one.chosen.find(name);
+      rows.back().push_back(fmt::format("{} of {}", found == one.chosen.end() ? 0 : found->second, one.runs));
+    }
+  }
+  page.heading("How often each effect is chosen");
+  page.paragraph(
+      "Effects were chosen again without each distance, without each target, and without random halves of the levels; "
+      "what was put aside was predicted without being seen. An effect that is chosen in few of these runs rests on "
+      "single levels. What an effect is tied with may be chosen in its place.");
+  page.table(header, rows);
+}
+
+void add_origin(report::Page& page, const ReportData& data) {
+  const Diagnosis& d = data.d;
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < d.inputs.size() && i < 2; ++i)
+    rows.push_back(
+        {i == 0 ? "model" : "campaign",
+         fmt::format("{}{} (SHA-256 {})",
+                     i == 0 || d.campaign_name.empty() ? "" : fmt::format("\u201c{}\u201d, ", d.campaign_name),
+                     d.inputs[i].file, d.inputs[i].sha256)});
+  rows.push_back({"data", d.measurements.table
+                              ? fmt::format("{} conditions, one mean each", data.design.size())
+                              : fmt::format("{} conditions, {} frames", data.design.size(), d.measurements.frames)});
+  if (!d.origin.command.empty()) rows.push_back({"command", d.origin.command});
+  rows.push_back({"seed", fmt::format("{}", d.seed)});
+  if (!d.origin.date.empty()) {
+    rows.push_back({"date", d.origin.date});
+    rows.push_back({"duration", fmt::format("{:.0f} s", d.origin.seconds)});
+  }
+  page.facts(rows);
+  if (d.inputs.size() > 2) {
+    page.fold(d.inputs.size() == 3 ? "The other input file with its SHA-256"
+                                   : fmt::format("The other {} input files with their SHA-256", d.inputs.size() - 2));
+    std::vector<Row> files;
+    for (std::size_t i = 2; i < d.inputs.size(); ++i) files.push_back({d.inputs[i].file, d.inputs[i].sha256});
+    const Row file_header = {"file", "SHA-256"};
+    page.table(file_header, files);
+    page.unfold();
+  }
+  page.contents();
 }
 
 }  // namespace tofgraph::diagnosis

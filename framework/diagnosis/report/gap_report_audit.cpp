@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
 #include "graph/stream.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
 #include "diagnosis/search/condition_influence.hpp"
 #include "report/chart.hpp"
 

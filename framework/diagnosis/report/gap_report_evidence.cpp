@@ -3,7 +3,6 @@
 #include "config/json_text.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 #include "diagnosis/report/gap_report_script.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
 #include "diagnosis/search/condition_influence.hpp"
 #include "io/palettes.hpp"
 #include "report/plot.hpp"

@@ -3,7 +3,6 @@
 #include "config/quantity.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -3,7 +3,7 @@
 // What a search leaves for other commands: the extended model with its maps, and a scene of what to measure next.
 #include "config/quantity.hpp"
 #include "diagnosis/report/diagnosis.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 #include "io/captures/capture_map.hpp"
 #include "io/output_files.hpp"
 #include "simulation/board.hpp"

@@ -48,11 +48,8 @@ void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_se
 /// "0.36 mm and 0.52 % of light", or the one of them that there is.
 std::string length_and_light(double length, double light) {
   constexpr double none = 5e-5;  // m, and of ln amplitude: would be shown as nothing
-  std::string text = length < none && light >= none
-                         ? ""
-                         : fmt::format("{:.2f} mm", 1e3 * length);
-  if (light >= none)
-    text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
+  std::string text = length < none && light >= none ? "" : fmt::format("{:.2f} mm", 1e3 * length);
+  if (light >= none) text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
   return text;
 }
 
@@ -283,8 +280,8 @@ std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps) {
   for (const PixelMap& map : maps) {
     const bool length = map.unit == "m";
     const auto shown = [&](double value) {
-      return fmt::format("{:.3g}{}{}", (length ? 1e3 : 1) * value,
-                         length || !map.unit.empty() ? " " : "", length ? "mm" : map.unit);
+      return fmt::format("{:.3g}{}{}", (length ? 1e3 : 1) * value, length || !map.unit.empty() ? " " : "",
+                         length ? "mm" : map.unit);
     };
     if (std::isnan(map.noise)) {
       notes.push_back(fmt::format(

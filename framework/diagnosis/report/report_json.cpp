@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/report/diagnosis.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 #include "diagnosis/search/condition_influence.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 // What came out of a search, in a sentence.
 #include "config/quantity.hpp"
 #include "diagnosis/report/diagnosis.hpp"
-#include "diagnosis/report/gap_report_values.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 #include "diagnosis/report/notes.hpp"
 
 #include <fmt/format.h>

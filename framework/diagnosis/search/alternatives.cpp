@@ -3,7 +3,7 @@
 #include "diagnosis/search/alternatives.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/search/probes.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <fmt/format.h>
 

@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/confidence.hpp"
 
-#include "diagnosis/search/injection.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 /// The only one that was found is the truth, or cannot be told from it; or several that it may stand for.
@@ -50,6 +52,77 @@ Confidence confidence(const Problem& problem, const std::vector<Term>& model,
       ++result.named;
       result.named_right += truth != nullptr && right(searched, *truth) ? 1U : 0U;
     }
+  }
+  return result;
+}
+
+std::vector<Observations> injected(const Problem& problem, const State& state, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  State whole = state;
+  update_grid_bias(problem, whole);            // as captures are reduced: all over the superpixels
+  const auto rows = expected(problem, whole);  // on the boards as they are
+  std::vector<Observations> result = problem.data;
+  Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions
+  for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u) {
+    const bool drawn = problem.nuisances.sd[u] != &RandomEffectSd::contrast;  // which is what it is
+    const double sd = drawn ? state.random_sd.*problem.nuisances.sd[u] : 0;
+    shared(static_cast<Eigen::Index>(u)) = sd > 0 ? sd * normal(generator) : 0;
+  }
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const RandomEffectSd& sd = state.random_sd;
+    const double jitter = sd.jitter * normal(generator);
+    const double offset = sd.offset * normal(generator);
+    double light = sd.light * normal(generator), uniform = 0;
+    for (const Shared& one : problem.nuisances.of_condition[i])
+      if (one.direction != contrast_direction)
+        (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
+    Eigen::VectorXd smooth_field;  // of the distances, which come first
+    if (state.nuisances.smooth_field) smooth_field = state.nuisances.smooth_field->drawn(i, generator);
+    for (std::size_t row = 0; row < rows[i].size(); ++row) {
+      if (std::isinf(result[i].variance[row])) continue;
+      const auto at = static_cast<Eigen::Index>(row);
+      result[i].value[row] =
+          rows[i][row] + jitter * problem.design.shift(i)[row] + offset * problem.offset_response(i, row) +
+          light * whole.light_response(problem, i, row) + uniform * problem.uniform_response(i, row) +
+          std::sqrt(result[i].variance[row]) * (normal(generator) + (at < smooth_field.size() ? smooth_field(at) : 0));
+    }
+  }
+  return result;
+}
+
+Term random_term(const Candidate& candidate, double factor, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::uniform_real_distribution<double> uniform;
+  Term term{&candidate, {}};
+  for (const FreeParameter& p : candidate.free()) {
+    double value = 0;
+    if (!p.nonlinear)
+      value = p.off + (p.minimum < p.off && uniform(generator) < 0.5 ? -1 : 1) * factor * p.typical;
+    else if (p.unit == "rad" && p.maximum - p.minimum > 6.28)
+      value = p.minimum + uniform(generator) * (p.maximum - p.minimum);
+    else
+      value = p.typical * (0.7 + 0.6 * uniform(generator));
+    term.values.push_back(std::clamp(value, p.minimum, p.maximum));
+  }
+  return term;
+}
+
+std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
+                                 const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
+                                 const SearchOptions& options) {
+  std::vector<Fold> folds = single_levels(problem.design);
+  for (Fold& half : random_halves(problem.design, halves, options.seed)) folds.push_back(std::move(half));
+  const CrossFit all = cross_fit(folds, problem.design, problem.data, model, candidates, options);
+  std::vector<Stability> result;
+  for (const char* setting : {each_distance, each_target, any_half}) {
+    Stability one{setting, 0, {}, all.gap(distance, setting, options.seed)};
+    for (const FoldResult& fold : all.folds) {
+      if (fold.fold.setting != setting || !fold.failed.empty()) continue;
+      ++one.runs;
+      for (const std::string& name : fold.chosen) ++one.chosen[name];
+    }
+    if (one.runs > 0) result.push_back(std::move(one));
   }
   return result;
 }

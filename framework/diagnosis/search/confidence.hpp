@@ -3,8 +3,12 @@
 /// @file Frequency with which a search is right on this very design: truths are injected and searched for.
 #pragma once
 
+#include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/audit.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/search.hpp"
+
+#include <cstdint>
 
 namespace tofgraph::diagnosis {
 
@@ -20,5 +24,35 @@ struct Confidence {
 Confidence confidence(const Problem& problem, const std::vector<Term>& model,
                       const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
                       std::size_t cases, SearchOptions options);
+
+// ---- Campaigns of which the truth is known ----
+
+/// Observations of the problem's own conditions and masks under another state: its effects, reflectivities, and
+/// normal noise of the data's variances; jitter of board, camera and light, a wander, sessions and a residue of the
+/// state's standard deviations; the boards as they are. A residue is new in each condition, whatever the data's
+/// stays for. @throws simulation::EffectError
+std::vector<Observations> injected(const Problem& problem, const State& state, std::uint64_t seed);
+
+/// A term with each size at a factor of its typical value, of random sign where both are allowed, and shapes about
+/// theirs (angles anywhere).
+Term random_term(const Candidate& candidate, double factor, std::uint64_t seed);
+
+// ---- Stability of the names ----
+
+/// Runs that each had something else put aside.
+struct Stability {
+  std::string put_aside;                      ///< each_distance, each_target, any_half
+  std::size_t runs = 0;                       ///< those that gave a number
+  std::map<std::string, std::size_t> chosen;  ///< runs that added an effect
+  CrossFit::Gap gap;                          ///< distance, of what was put aside, m
+};
+
+/// Each distance put aside alone; each target; and random halves of the levels (Meinshausen and Buehlmann, Stability
+/// selection, 2010: halves without replacement vary as a bootstrap does, and no condition stands for a repetition of
+/// itself). What could not be put aside is left out.
+/// @param halves how many of them
+std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
+                                 const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
+                                 const SearchOptions& options);
 
 }  // namespace tofgraph::diagnosis

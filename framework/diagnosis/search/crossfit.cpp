@@ -3,23 +3,26 @@
 #include "diagnosis/search/crossfit.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/another_contrast.hpp"
+#include "diagnosis/model/contrast.hpp"
 #include "diagnosis/search/prediction.hpp"
-
-#include <tofgraph/physics/robust.hpp>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <random>
+#include <set>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
@@ -229,6 +232,45 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
   improvement.depth_with = std::sqrt(depth_with / count);
   improvement.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return improvement;
+}
+
+namespace {
+
+using Names = std::set<std::string>;
+
+/// Effects that more than half of the folds chose and a model lacks.
+Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t given) {
+  std::map<std::string, std::size_t> times;
+  for (const FoldResult& fold : folds.folds) {
+    for (const std::string& name : fold.chosen) ++times[name];
+  }
+  for (std::size_t t = given; t < model.terms.size(); ++t) times.erase(model.terms[t].candidate->name());
+  Names names;
+  for (const auto& [name, count] : times) {
+    if (2 * count > folds.folds.size()) names.insert(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<State> agreed_models(const CrossFit& folds, const State& model, std::size_t given) {
+  if (folds.folds.size() < settings.min_agreeing_folds) return {};
+  const Names lacking = agreed_and_lacking(folds, model, given);
+  std::map<Names, std::vector<const FoldResult*>> sets;
+  for (const FoldResult& fold : folds.folds) {
+    const Names chosen(fold.chosen.begin(), fold.chosen.end());
+    if (std::ranges::any_of(lacking, [&](const std::string& name) { return chosen.contains(name); }))
+      sets[chosen].push_back(&fold);
+  }
+  std::vector<const std::vector<const FoldResult*>*> ranked;
+  for (const auto& [names, of_set] : sets) ranked.push_back(&of_set);
+  std::ranges::stable_sort(ranked, std::greater<>{}, [](const auto* of_set) { return of_set->size(); });
+  std::vector<State> models;
+  for (const auto* of_set : ranked) {
+    if (models.size() < settings.max_agreed_models) models.push_back(of_set->front()->state);
+  }
+  return models;
 }
 
 }  // namespace tofgraph::diagnosis

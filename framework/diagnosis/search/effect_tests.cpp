@@ -3,7 +3,7 @@
 #include "diagnosis/search/effect_tests.hpp"
 
 #include "diagnosis/model/validation.hpp"
-#include "diagnosis/search/fold_agreement.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/held_out_test.hpp"
 
 #include <fmt/format.h>

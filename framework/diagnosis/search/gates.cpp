@@ -3,7 +3,7 @@
 #include "diagnosis/search/gates.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/contribution.hpp"
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/search/maps.hpp"
 
 #include <fmt/format.h>

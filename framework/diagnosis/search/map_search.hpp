@@ -3,6 +3,7 @@
 /// @file Effects with a number for every pixel in a selection: they come last, and may take the place of others.
 #pragma once
 
+#include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/selection_task.hpp"
 
 namespace tofgraph::diagnosis {
@@ -27,5 +28,11 @@ class MapSearch {
 
   SelectionTask& task_;
 };
+
+// ---- The mean of a map of lengths and a constant offset are one and the same ----
+
+/// A state in which the constant has all of it, where the model has one: estimated maps of lengths then have no mean
+/// over the pixels. It expects the same as before. @throws simulation::EffectError
+State with_means_in_constant(const Problem& problem, State state);
 
 }  // namespace tofgraph::diagnosis

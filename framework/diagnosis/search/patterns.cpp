@@ -5,12 +5,226 @@
 #include "diagnosis/data/search_settings.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
+#include <set>
 
 namespace tofgraph::diagnosis {
+
+namespace {
+
+/// A number of a superpixel in a condition; NaN: not known.
+using Covariate = std::function<double(std::size_t condition, std::size_t superpixel)>;
+struct Axis {
+  std::string name;
+  std::vector<Covariate> columns;
+};
+
+constexpr const char* lens_axis = "lens";
+
+/// Legendre polynomials P1 .. P4.
+double legendre(int degree, double u) {
+  switch (degree) {
+    case 1:
+      return u;
+    case 2:
+      return (3 * u * u - 1) / 2;
+    case 3:
+      return u * (5 * u * u - 3) / 2;
+    default:
+      return (35 * u * u * u * u - 30 * u * u + 3) / 8;
+  }
+}
+
+class Axes {
+ public:
+  explicit Axes(const Design& design) : design_(design) {}
+
+  std::vector<Axis> all() {
+    const auto condition = [this](auto member) -> Covariate {
+      return [this, member](std::size_t i, std::size_t) { return design_.conditions()[i].*member; };
+    };
+    const auto each_setting = [&](const char* name, auto label) { levels(name, label); };
+    axes_.push_back({everywhere, {[](std::size_t, std::size_t) { return 1.0; }}});
+    const Covariate board = condition(&io::Condition::board_distance);
+    smooth("board distance", board);
+    const Covariate time = [this](std::size_t i, std::size_t) {
+      return std::log(design_.conditions()[i].integration_time);
+    };
+    smooth("integration time", time);
+    const Covariate bright = [this](std::size_t i, std::size_t s) {
+      return std::log(std::abs(design_.ideal(i)[s].phasor));
+    };
+    smooth("amplitude", bright);
+    smooth("time since power-on", condition(&io::Condition::time_since_power_on));
+    if (design_.tells_order())
+      smooth("order measured",
+             [this](std::size_t i, std::size_t) { return static_cast<double>(*design_.conditions()[i].order); });
+    smooth("tilt about x", condition(&io::Condition::board_tilt_x));
+    smooth("tilt about y", condition(&io::Condition::board_tilt_y));
+    smooth("temperature", condition(&io::Condition::temperature));
+    smooth("velocity", condition(&io::Condition::velocity));
+    const Covariate x = [this](std::size_t, std::size_t s) { return centred(s, 0); };
+    const Covariate y = [this](std::size_t, std::size_t s) { return centred(s, 1); };
+    const Covariate radius = [this](std::size_t, std::size_t s) { return std::hypot(centred(s, 0), centred(s, 1)); };
+    smooth("x", x);
+    smooth("y", y);
+    smooth("radius", radius);
+    smooth("incidence", [this](std::size_t i, std::size_t s) { return design_.incidence(i, s); });
+    each_setting("target", [](const io::Condition& c) { return c.target; });
+    each_setting("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
+    each_setting("ambient", [](const io::Condition& c) { return c.ambient; });
+    each_setting("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
+    const auto capped = [this](std::size_t i, std::size_t) { return design_.shows_board(i) ? 0.0 : 1.0; };
+    if (std::ranges::any_of(design_.conditions(), &io::Condition::is_capped)) axes_.push_back({lens_axis, {capped}});
+    each_setting("rail", [](const io::Condition& c) { return c.rail; });
+    each_setting("reference", [](const io::Condition& c) { return c.reference; });
+    for (int cycles = 1; cycles <= settings.max_cycles; ++cycles) cycle(cycles);
+    product("board distance and x", board, x);
+    product("board distance and y", board, y);
+    product("board distance and radius", board, radius);
+    product("board distance and integration time", board, time);
+    product("amplitude and integration time", bright, time);
+    return std::move(axes_);
+  }
+
+ private:
+  double centred(std::size_t s, std::size_t axis) const {
+    const double size = axis == 0 ? design_.camera().width : design_.camera().height;
+    return 2 * design_.pixels().at[2 * s + axis] / (size - 1) - 1;
+  }
+
+  /// To -1 .. 1; nothing where it does not change. @param levels how many values there are, at most one more than the
+  /// highest degree
+  Covariate scaled(const Covariate& raw, std::size_t& levels) const {
+    std::set<double> values;
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      for (std::size_t s = 0; s < design_.superpixels() && design_.shows_board(i); ++s) {
+        const double value = raw(i, s);
+        if (std::isfinite(value)) values.insert(value);
+      }
+    }
+    const double least = values.empty() ? 0 : *values.begin(), most = values.empty() ? 0 : *values.rbegin();
+    levels = most - least > 1e-9 * std::abs(most) ? std::min<std::size_t>(values.size(), settings.max_legendre + 1) : 1;
+    return [raw, least, most](std::size_t i, std::size_t s) {
+      const double value = raw(i, s);
+      return std::isfinite(value) ? 2 * (value - least) / (most - least) - 1 : 0;
+    };
+  }
+
+  void smooth(const char* name, const Covariate& raw) {
+    std::size_t levels = 0;
+    const Covariate u = scaled(raw, levels);
+    if (levels < 2) return;
+    Axis axis{name, {}};
+    for (int degree = 1; degree < static_cast<int>(levels); ++degree)
+      axis.columns.push_back([u, degree](std::size_t i, std::size_t s) { return legendre(degree, u(i, s)); });
+    axes_.push_back(std::move(axis));
+  }
+
+  void product(const char* name, const Covariate& first, const Covariate& second) {
+    std::size_t first_levels = 0, second_levels = 0;
+    const Covariate u = scaled(first, first_levels), v = scaled(second, second_levels);
+    if (first_levels < 2 || second_levels < 2) return;
+    Axis axis{name, {}};
+    for (int p = 1; p <= 2 && p < static_cast<int>(first_levels); ++p) {
+      for (int q = 1; q <= 2 && q < static_cast<int>(second_levels); ++q)
+        axis.columns.push_back(
+            [u, v, p, q](std::size_t i, std::size_t s) { return legendre(p, u(i, s)) * legendre(q, v(i, s)); });
+    }
+    axes_.push_back(std::move(axis));
+  }
+
+  template <class Label> void levels(const char* name, Label label) {
+    std::set<std::string> words;
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      if (design_.shows_board(i)) words.insert(label(design_.conditions()[i]));
+    }
+    if (words.size() < 2) return;
+    Axis axis{name, {}};
+    for (auto word = std::next(words.begin()); word != words.end(); ++word)
+      axis.columns.push_back([this, label, word = *word](std::size_t i, std::size_t) {
+        return label(design_.conditions()[i]) == word ? 1.0 : 0.0;
+      });
+    axes_.push_back(std::move(axis));
+  }
+
+  /// Periods a round of the phase.
+  void cycle(int cycles) {
+    const double range = physics::unambiguous_range(design_.camera().modulation_frequency);
+    Axis axis{fmt::format("period {:.2f} m", range / cycles), {}};
+    for (const double quarter : {0.0, std::numbers::pi / 2}) {
+      axis.columns.push_back([this, cycles, quarter](std::size_t i, std::size_t s) {
+        return std::cos(cycles * std::arg(design_.ideal(i)[s].phasor) - quarter);
+      });
+    }
+    axes_.push_back(std::move(axis));
+  }
+
+  const Design& design_;
+  std::vector<Axis> axes_;
+};
+
+}  // namespace
+
+Bases generic_bases(const Problem& problem) {
+  const Design& design = problem.design;
+  const std::size_t n = design.superpixels();
+  Bases bases;
+  Axes axes(design);  // what it gives refers to it
+  for (const Axis& axis : axes.all()) {
+    std::vector<Column> values;
+    for (const Covariate& covariate : axis.columns) {
+      auto& column = values.emplace_back(design.size(), std::vector<double>(n));
+      for (std::size_t i = 0; i < design.size(); ++i) {
+        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // none of the settings is one of its
+        for (std::size_t s = 0; s < n; ++s) {
+          const double value = covariate(i, s);
+          column[i][s] = std::isfinite(value) ? basis_unit * value : 0;
+        }
+      }
+    }
+    for (std::size_t o = 0; o < observables; ++o) {
+      const bool known = std::ranges::any_of(problem.data, [&](const Observations& data) {
+        return std::any_of(data.variance.begin() + static_cast<std::ptrdiff_t>(o * n),
+                           data.variance.begin() + static_cast<std::ptrdiff_t>((o + 1) * n),
+                           [](double v) { return std::isfinite(v); });
+      });
+      if (!known) continue;
+      bases.patterns.push_back({o, axis.name});
+      bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
+    }
+  }
+  return bases;
+}
+
+BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
+  const std::size_t n = problem.design.superpixels(), first = basis.observable * n;
+  double sum = 0, count = 0;
+  BasisSize size;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    double here = 0, known = 0;
+    for (std::size_t row = first; row < first + n; ++row) {
+      if (std::isinf(problem.data[i].variance[row])) continue;
+      double value = 0;
+      for (std::size_t c = 0; c < group.columns.size(); ++c)
+        value += values(static_cast<Eigen::Index>(c)) * group.columns[c][i][row - first];
+      here += value * value;
+      ++known;
+    }
+    if (known > 0) size.largest = std::max(size.largest, std::sqrt(here / known));
+    sum += here;
+    count += known;
+  }
+  if (count > 0) size.mean = std::sqrt(sum / count);
+  return size;
+}
+
 namespace {}  // namespace
 
 std::string name_of(const Pattern& pattern) {

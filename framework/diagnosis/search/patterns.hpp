@@ -3,11 +3,41 @@
 /// @file Location of a gap: generic patterns of the observables, with false discoveries controlled.
 #pragma once
 
-#include "diagnosis/search/bases.hpp"
+#include "diagnosis/model/scan.hpp"
 
 #include <optional>
 
 namespace tofgraph::diagnosis {
+
+// ---- Generic patterns of an observable along an axis ----
+
+/// A pattern of one observable along one axis.
+struct Basis {
+  std::size_t observable = 0;
+  std::string axis;
+};
+inline constexpr double basis_unit = 1e-3;
+
+inline constexpr const char* everywhere = "everywhere";  ///< the axis of what does not change
+
+/// Patterns, and the columns of each in mm (distance) or 0.1 % (the others).
+struct Bases {
+  std::vector<Basis> patterns;
+  std::vector<Group> groups;
+};
+
+/// Those axes that this campaign varies.
+Bases generic_bases(const Problem& problem);
+
+/// Root mean square over the superpixels that are known, SI: of all, and of the condition where it is largest.
+struct BasisSize {
+  double mean = 0, largest = 0;
+};
+
+/// Size of the pattern that a basis makes with these values.
+BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
+
+// ---- Location of a gap ----
 
 /// A generic pattern of the gap.
 struct Pattern {

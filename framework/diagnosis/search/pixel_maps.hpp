@@ -8,6 +8,10 @@
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/fit.hpp"
 
+#include <memory>
+#include <string>
+#include <vector>
+
 namespace tofgraph::diagnosis {
 
 struct PixelMap {
@@ -21,5 +25,13 @@ struct PixelMap {
 /// @param state all else, with the maps of superpixels
 /// @throws std::runtime_error when a capture cannot be read any more
 std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem& problem, const State& state);
+
+// ---- Effects of the set-up that a map of the pixels would take in unseen ----
+
+/// "These conditions cannot distinguish board_tilt from the map of fixed_pattern: ..", for each effect of the set-up
+/// that the author of a map in the model lists as confused with it, and of which the data say less than its typical
+/// size beside the map. @param candidates effects that the model may lack
+std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& fit,
+                                               const std::vector<std::unique_ptr<Candidate>>& candidates);
 
 }  // namespace tofgraph::diagnosis

@@ -3,15 +3,38 @@
 /// @file Predictions of the conditions that a fold put aside, by models that were fitted without them.
 #pragma once
 
-#include "diagnosis/model/fold_problem.hpp"
+#include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/folds.hpp"
 
 #include <array>
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
 
 namespace tofgraph::diagnosis {
+
+// ---- Some conditions of a campaign as a problem of their own ----
+
+/// Some conditions of a design, with nothing of the others.
+struct FoldProblem {
+  Design design;
+  std::vector<Observations> data;
+  Problem problem;
+
+  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+              const Deadline* deadline = nullptr);
+  /// With the deadline and the targets of another part, and the targets that are new.
+  FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
+              const FoldProblem& other);
+  /// Fixes the contrast at the value of a fit that estimated it. Fitted to held-out conditions again, it would absorb
+  /// other errors in them, such as boards that are not flat. @param log_lower than the profile's
+  void fix_contrast(double log_lower);
+  FoldProblem(const FoldProblem&) = delete;
+  FoldProblem& operator=(const FoldProblem&) = delete;
+};
+
+// ---- Predictions of the conditions that a fold put aside, by models that were fitted without them ----
 
 /// A condition out of fold. Chi-squares are in the covariance of the model that was fitted without it.
 struct OutOfFold {

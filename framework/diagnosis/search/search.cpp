@@ -3,7 +3,6 @@
 #include "diagnosis/search/search.hpp"
 
 #include "diagnosis/model/board_offsets.hpp"
-#include "diagnosis/model/contribution.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/search/effect_tests.hpp"
 

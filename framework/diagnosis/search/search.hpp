@@ -5,7 +5,7 @@
 
 #include "diagnosis/model/board_offsets.hpp"
 #include "diagnosis/search/crossfit.hpp"
-#include "diagnosis/search/not_worse.hpp"
+#include "diagnosis/search/given_model.hpp"
 #include "diagnosis/search/search_result.hpp"
 #include "diagnosis/search/selection.hpp"
 

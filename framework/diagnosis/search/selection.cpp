@@ -3,8 +3,8 @@
 #include "diagnosis/search/selection.hpp"
 
 #include "diagnosis/model/board_offsets.hpp"
-#include "diagnosis/search/least_rise.hpp"
-#include "diagnosis/search/map_gauge.hpp"
+#include "diagnosis/search/map_search.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <fmt/format.h>
 

@@ -5,16 +5,27 @@
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/maps.hpp"
-#include "diagnosis/search/trace.hpp"
 
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tofgraph::diagnosis {
+
+// ---- Steps of a search, so that a reader can follow why an effect was accepted or rejected ----
+
+struct Step {
+  std::string what;  ///< ranked, fitted, maps, taken out, allowed, questioned, valued, exchanged, proved
+  std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
+  std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
+  std::string outcome;
+};
+
+// ---- Task of a selection and the model that it has reached, which all its steps share ----
 
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;

@@ -3,14 +3,122 @@
 #include "diagnosis/search/trials.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/scan.hpp"
 #include "diagnosis/search/maps.hpp"
 #include "graph/stream.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace tofgraph::diagnosis {
+
+namespace {
+
+/// The change by one step of a parameter, and where the effect cannot do that by one to the other side.
+Column change(const Problem& problem, const State& state, const Rows& rows, const Probe& probe, std::size_t parameter,
+              double step) {
+  std::vector<double> values = probe.values;
+  Column column;
+  double sign = 1;
+  values[parameter] += step;
+  try {
+    column = expected(problem, probe.placed(state, values));
+  } catch (const simulation::EffectError&) {
+    sign = -1;
+    values[parameter] -= 2 * step;
+    column = expected(problem, probe.placed(state, values));
+  }
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = sign * (column[i][row] - rows[i][row]);
+  }
+  return column;
+}
+
+/// A probe and its group for each of the shapes at which a piece is scored. @param piece see Probe
+void probe(const Problem& problem, const State& state, const Rows& rows, const Candidate& candidate,
+           const ModelTerm& piece, NonlinearRange range, Probes& probes) {
+  Probe one{&candidate, piece, {}, {}, {}};
+  const std::vector<FreeParameter>& parameters = one.parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].nonlinear) continue;
+    one.amplitudes.push_back(k);
+    one.steps.push_back(parameters[k].step());
+  }
+  if (one.amplitudes.empty()) return;
+  const std::string name =
+      piece.refinement ? candidate.name() + "." + candidate.refinements()[*piece.refinement].name : candidate.name();
+  bool first = true;
+  for (std::vector<double>& values : probes_of(parameters, range)) {
+    one.values = std::move(values);
+    Group group{name, {}};
+    try {
+      for (std::size_t c = 0; c < one.amplitudes.size(); ++c)
+        group.columns.push_back(change(problem, state, rows, one, one.amplitudes[c], one.steps[c]));
+    } catch (const simulation::EffectError&) {
+      if (std::exchange(first, false)) throw;  // at its usual shapes it has to give numbers
+      continue;
+    }
+    first = false;
+    probes.groups.push_back(std::move(group));
+    probes.list.push_back(one);
+  }
+}
+
+}  // namespace
+
+State Probe::placed(State state, std::span<const double> chosen) const {
+  if (!piece.refinement) {
+    state.terms.push_back({candidate, {chosen.begin(), chosen.end()}});
+    return state;
+  }
+  Term& term = state.terms[piece.term];
+  term = refined(std::move(term), *piece.refinement, chosen);
+  return state;
+}
+
+bool is_in(const State& state, const Candidate& candidate) {
+  return std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == candidate.name(); });
+}
+
+Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
+                 NonlinearRange range) {
+  Probes probes;
+  const auto rows = expected(problem, state);
+  for (const auto& candidate : candidates) {
+    if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
+    const std::size_t before = probes.list.size();
+    try {
+      probe(problem, state, rows, *candidate, {state.terms.size(), std::nullopt}, range, probes);
+    } catch (const simulation::EffectError& error) {
+      probes.refused[candidate->name()] = error.what();
+      probes.list.resize(before);
+      probes.groups.resize(before);
+    }
+  }
+  return probes;
+}
+
+Probes refinement_probes(const Problem& problem, const State& state) {
+  Probes probes;
+  const auto rows = expected(problem, state);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const Candidate& candidate = *state.terms[t].candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (candidate.refined(r)) continue;
+      const std::size_t before = probes.list.size();
+      try {
+        probe(problem, state, rows, candidate.with(r), {t, r}, NonlinearRange::any, probes);
+      } catch (const simulation::EffectError&) {
+        probes.list.resize(before);
+        probes.groups.resize(before);
+      }
+    }
+  }
+  return probes;
+}
+
 namespace {}  // namespace
 
 /// Starts of a fit: at the amplitudes that the score suggests; with those that it does not determine at half their
@@ -121,6 +229,76 @@ std::vector<std::string> confused_with(const Candidate& one,
     if (std::ranges::find(theirs, one.name()) != theirs.end()) names.push_back(other->name());
   }
   return names;
+}
+
+namespace {
+
+/// Change by a term, with the other effects as they are.
+std::optional<Column> change_of(const Problem& problem, const State& state, const Rows& rows, const ModelTerm& piece) {
+  if (state.terms[piece.term].maps) return std::nullopt;
+  State less = state;
+  const auto term = less.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
+  if (piece.refinement)
+    *term = coarser(std::move(*term), *piece.refinement);
+  else
+    less.terms.erase(term);
+  try {
+    return difference(rows, expected(problem, less));
+  } catch (const simulation::EffectError&) {
+    return std::nullopt;
+  }
+}
+
+/// Columns of a model that are not those of a piece.
+std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& piece, std::size_t columns) {
+  const Term& term = state.terms[piece.term];
+  const std::size_t first = first_parameter(state, piece.term) +
+                            (piece.refinement ? term.candidate->place(*piece.refinement) : 0),
+                    last = first + values_of(term, piece).size();
+  std::vector<Eigen::Index> others;
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (c < first || c >= last) others.push_back(static_cast<Eigen::Index>(c));
+  }
+  return others;
+}
+
+}  // namespace
+
+std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
+                                       std::span<const ModelTerm> pieces) {
+  const State& state = best.state;
+  const auto rows = expected(problem, state);
+  Group group{"pieces", best.jacobian};
+  std::vector<std::optional<Eigen::Index>> at;
+  for (const ModelTerm& piece : pieces) {
+    std::optional<Column> change = change_of(problem, state, rows, piece);
+    at.emplace_back();
+    if (!change) continue;
+    at.back() = static_cast<Eigen::Index>(group.columns.size());
+    group.columns.push_back(*std::move(change));
+  }
+  std::vector<double> rises(pieces.size(), 0);
+  std::vector<Column> maps;
+  try {
+    maps = map_columns(problem, state);
+  } catch (const simulation::EffectError&) {  // without a map the others give no number
+    return rises;
+  }
+  ModelFit alone = best;
+  alone.jacobian.clear();
+  const Eigen::MatrixXd information = score_of(problem, alone, group, 0, 0, maps).information;
+  const auto conditions = static_cast<double>(problem.data.size());
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    if (!at[p]) continue;
+    const std::vector<Eigen::Index> others = others_of(state, pieces[p], best.jacobian.size());
+    Eigen::MatrixXd inner = information(others, others);
+    inner.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
+    const Eigen::VectorXd across = information(others, *at[p]);
+    const double alone = information(*at[p], *at[p]) - across.dot(inner.ldlt().solve(across));
+    // Where boards and light scatter more, each condition pays the logarithm.
+    rises[p] = conditions * std::log1p(std::max(alone, 0.0) / conditions);
+  }
+  return rises;
 }
 
 }  // namespace tofgraph::diagnosis

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/report/gap_report_values.hpp"
-
-#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 
 #include "config/quantity.hpp"
+#include "diagnosis/data/search_settings.hpp"
 #include "report/plot.hpp"
 
 #include <fmt/format.h>
