@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace tofgraph::cli {
@@ -22,6 +23,14 @@ std::string unknown_word(const CLI::App& app);
 
 /// What is wrong with the command line, in words, with an example of the command.
 std::string usage_problem(const CLI::App& app, const CLI::ParseError& error);
+
+/// An older spelling of an option, which works and is not shown. @param option the new one; both at once are refused
+template <class T> CLI::Option* add_old_spelling(CLI::App& command, CLI::Option* option, const char* old, T& value) {
+  if constexpr (std::is_same_v<T, bool>)
+    return command.add_flag(old, value)->group("")->excludes(option);
+  else
+    return command.add_option(old, value)->group("")->excludes(option);
+}
 
 /// Checks of an option's value, with the reason in words.
 CLI::Validator whole_number(std::int64_t minimum, std::int64_t maximum = std::numeric_limits<std::int64_t>::max());

@@ -16,13 +16,15 @@ void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
   command.add_option("--threads", arguments.threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));
-  command
-      .add_option("--skip", arguments.skip,
-                  "Leave out the condition with this id; several with commas, or the option several times")
-      ->option_text("ID")
-      ->delimiter(',')
-      ->expected(1)
-      ->take_all();
+  CLI::Option* const exclude =
+      command
+          .add_option("--exclude-condition", arguments.skip,
+                      "Leave out the condition with this id; several with commas, or the option several times")
+          ->option_text("ID")
+          ->delimiter(',')
+          ->expected(1)
+          ->take_all();
+  add_old_spelling(command, exclude, "--skip", arguments.skip)->delimiter(',')->expected(1)->take_all();
   command.add_flag("--skip-missing", arguments.skip_missing, "Continue without captures that cannot be read");
   command.add_flag("--other-serial", arguments.other_serial,
                    "Use a model of a device with another serial number, with a note");
@@ -52,21 +54,25 @@ void add_diagnose(CLI::App& app, Common& common) {
                    "Seed of the random choices: held-out levels, sign flips, bootstrap; default: 1")
       ->option_text("N")
       ->check(whole_number(0));
-  command->add_option("--without", arguments->without, "An effect that is not a candidate; may be repeated")
-      ->option_text("EFFECT")
-      ->expected(1)
-      ->take_all();
+  CLI::Option* const exclude =
+      command->add_option("--exclude-effect", arguments->without, "An effect that is not a candidate; may be repeated")
+          ->option_text("EFFECT")
+          ->expected(1)
+          ->take_all();
+  add_old_spelling(*command, exclude, "--without", arguments->without)->expected(1)->take_all();
   command
       ->add_option("--confidence", arguments->confidence,
                    "Inject this number of known truths into this design and report how often the search is right")
       ->option_text("N")
       ->check(whole_number(0));
-  command
-      ->add_option("--resample", arguments->resample,
-                   "Choose effects again without each distance, without each target and without this number of random "
-                   "halves of the levels, and report how often each is chosen")
-      ->option_text("N")
-      ->check(whole_number(0));
+  CLI::Option* const stability =
+      command
+          ->add_option("--stability-selection", arguments->resample,
+                       "Choose effects again without each distance, without each target and without this number of "
+                       "random halves of the levels, and report how often each is chosen")
+          ->option_text("N")
+          ->check(whole_number(0));
+  add_old_spelling(*command, stability, "--resample", arguments->resample)->check(whole_number(0));
   command
       ->add_option("--time-limit", arguments->time_limit,
                    "End within this time, e.g. '5 min': the best model that is verified by then is reported; default: "

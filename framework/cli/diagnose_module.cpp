@@ -65,10 +65,10 @@ std::string command_of(const DiagnoseArguments& a) {
   if (a.max_effects != usual.max_effects) text += fmt::format(" --max-effects {}", a.max_effects);
   if (!a.time_limit.empty()) text += " --time-limit " + in_shell(a.time_limit);
   if (a.seed != usual.seed) text += fmt::format(" --seed {}", a.seed);
-  for (const std::string& name : a.without) text += " --without " + in_shell(name);
+  for (const std::string& name : a.without) text += " --exclude-effect " + in_shell(name);
   if (a.confidence != usual.confidence) text += fmt::format(" --confidence {}", a.confidence);
-  if (a.resample != usual.resample) text += fmt::format(" --resample {}", a.resample);
-  for (const std::string& id : a.skip) text += " --skip " + in_shell(id);
+  if (a.resample != usual.resample) text += fmt::format(" --stability-selection {}", a.resample);
+  for (const std::string& id : a.skip) text += " --exclude-condition " + in_shell(id);
   if (a.skip_missing) text += " --skip-missing";
   if (a.other_serial) text += " --other-serial";
   for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());

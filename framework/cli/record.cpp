@@ -35,8 +35,10 @@ void add_plan(CLI::App& command, RecordArguments& arguments) {
                   "Records what this campaign or scene with a sequence plans, one condition after the other, into the "
                   "folder -o; goes on where it was stopped")
       ->option_text("CAMPAIGN.yaml");
-  command.add_flag("--still", arguments.still,
-                   "With a plan: records as soon as the board stands still where it belongs, instead of on Enter");
+  CLI::Option* const automatic =
+      command.add_flag("--auto-trigger", arguments.still,
+                       "With a plan: records as soon as the board stands still where it belongs, instead of on Enter");
+  add_old_spelling(command, automatic, "--still", arguments.still);
   command
       .add_option("--alignment", arguments.alignment,
                   "With a plan: how far the depths in the image's corners may differ where a board without tilt fills "
@@ -54,7 +56,7 @@ void add_record(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RecordArguments>();
   CLI::App* command = app.add_subcommand("record", "Record a live camera, or a whole campaign as it is planned");
   command->footer(
-      "Examples: tofgraph record --camera camcube -o board.h5 --for '30 s' --set integration_time='2 ms'\n"
+      "Examples: tofgraph record --camera camcube -o board.h5 --duration '30 s' --set integration_time='2 ms'\n"
       "          tofgraph record --camera simulated:pipelines/scenes/board.yaml -o board.h5 --frames 100\n"
       "          tofgraph record --plan campaign.yaml --camera camcube -o monday");
   add_camera(*command, *arguments);
@@ -65,8 +67,10 @@ void add_record(CLI::App& app, Common& common) {
   command->add_option("--frames", arguments->frames, "Stop after this number of frames; with a plan, of each condition")
       ->option_text("N")
       ->check(whole_number(1, 1000000000));
-  command->add_option("--for", arguments->duration, "Stop after this time, e.g. '30 s'; default: until Ctrl-C")
-      ->option_text("TIME");
+  CLI::Option* const duration =
+      command->add_option("--duration", arguments->duration, "Stop after this time, e.g. '30 s'; default: until Ctrl-C")
+          ->option_text("TIME");
+  add_old_spelling(*command, duration, "--for", arguments->duration);
   command->add_option("--comment", arguments->comment, "Kept in the capture")->option_text("TEXT");
   command->add_flag("--force", arguments->force, "Replace an existing capture");
   add_plan(*command, *arguments);

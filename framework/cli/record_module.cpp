@@ -49,12 +49,12 @@ void check_options(const RecordArguments& arguments) {
   if (arguments.plan.empty()) {
     if (!arguments.alignment.empty())
       refuse("--alignment", "is for --plan, which says which boards are perpendicular; remove it, or use --align");
-    if (arguments.still) refuse("--still", "is for --plan, which says where the board has to be; remove it");
+    if (arguments.still) refuse("--auto-trigger", "is for --plan, which says where the board has to be; remove it");
     if (!arguments.tolerance.empty())
       refuse("--tolerance", "is for --plan, which says where the board has to be; remove it");
     return;
   }
-  if (!arguments.duration.empty()) refuse("--for", "a plan is recorded by frames\n         example: --frames 20");
+  if (!arguments.duration.empty()) refuse("--duration", "a plan is recorded by frames\n         example: --frames 20");
   if (!arguments.comment.empty()) refuse("--comment", "a plan's captures say which condition they are of; remove it");
   if (arguments.force)
     refuse("--force",
@@ -154,7 +154,7 @@ std::uint64_t report(const graph::RunResult& result, const std::optional<Written
 
 int record_capture(const RecordArguments& arguments) {
   const double most = arguments.duration.empty() ? std::numeric_limits<double>::infinity()
-                                                 : positive("--for", arguments.duration, "s", "30 s");
+                                                 : positive("--duration", arguments.duration, "s", "30 s");
   check_folder_of(arguments.out);
   std::atomic<std::uint64_t> lost_frames{0};
   const auto graph = recording::recording_graph(arguments.camera, arguments.out, arguments.comment, {},

@@ -89,7 +89,7 @@ TEST_F(Mistyped, TheMessageHasWhatWasWrittenAndWhatTheDataSay) {
     ASSERT_EQ(error.mistakes().size(), 1U);
     EXPECT_EQ(error.mistakes()[0].at.line, at->place("distance").line);
     EXPECT_GT(at->place("distance").line, at->at.line) << "not where the condition begins";
-    EXPECT_TRUE(error.mistakes()[0].hint.ends_with("--skip " + at->id)) << error.mistakes()[0].hint;
+    EXPECT_TRUE(error.mistakes()[0].hint.ends_with("--exclude-condition " + at->id)) << error.mistakes()[0].hint;
   }
 }
 

@@ -79,14 +79,14 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   change(1, "distance: 1.1 m", "distance: 11 m");
   const Outcome refused = diagnose();
   expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // and the millimetres of the wiggle
-  expect_said(refused, "correct it, or go on without the condition: --skip ");
+  expect_said(refused, "correct it, or go on without the condition: --exclude-condition ");
   expect_said(refused, " |     board: {distance: 11 m");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
-  expect_said(diagnose("--skip nothing"), "--skip: error: there is no condition 'nothing'\n");
-  const std::size_t at = refused.err.rfind("--skip ") + 7;
+  expect_said(diagnose("--skip nothing"), "--exclude-condition: error: there is no condition 'nothing'\n");
+  const std::size_t at = refused.err.rfind("--exclude-condition ") + 20;
   const Outcome skipped = diagnose("--max-effects 0 --skip " + refused.err.substr(at, refused.err.find('\n', at) - at));
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
-  EXPECT_TRUE(notes("--skip says so"));
+  EXPECT_TRUE(notes("--exclude-condition says so"));
   EXPECT_EQ(report()["data"]["conditions"], 7);
 }
 
@@ -108,7 +108,7 @@ TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
   const std::string command = page.substr(at, page.find('<', at) - at);
   EXPECT_EQ(
       command,
-      "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --max-effects 0 --skip " + last);
+      "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --max-effects 0 --exclude-condition " + last);
 }
 
 /// A file that may have 2 KiB at most stands for a full disk: the report has more, the model has less.

@@ -161,7 +161,7 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   ASSERT_EQ(without.exit_code, 0) << without.err;
   EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
   const std::string id = missing.stem().string();
-  EXPECT_TRUE(says(absent, "--skip " + id + " goes on without it")) << absent.err;
+  EXPECT_TRUE(says(absent, "--exclude-condition " + id + " goes on without it")) << absent.err;
   EXPECT_EQ(diagnose(folder, "--max-effects 0 --skip " + id, "one").exit_code, 0);
 }
 
@@ -288,7 +288,7 @@ TEST(Diagnose, AnEffectThatIsNoneIsRefusedWithTheNameThatWasMeant) {
   simulate(folder, "1 m, 2 m, 3 m", "", 2);
   const Outcome refused = diagnose(folder, "--without wigling");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_TRUE(says(refused, "--without: error: there is no effect 'wigling'\n")) << refused.err;
+  EXPECT_TRUE(says(refused, "--exclude-effect: error: there is no effect 'wigling'\n")) << refused.err;
   EXPECT_TRUE(says(refused, "did you mean 'wiggling'?\n")) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "found"));
 }

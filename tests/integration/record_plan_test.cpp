@@ -260,7 +260,7 @@ TEST_F(RecordCampaign, WrongUsageIsToldBeforeAnythingIsMade) {
   const std::string world = "--camera simulated:world.yaml ";
   refuses(world + "--comment mine", {"--comment: error: a plan's captures say"});
   refuses(world + "--force", {"--force: error: a plan goes on"});
-  refuses(world + "--for '3 s'", {"--for: error: a plan is recorded by frames"});
+  refuses(world + "--for '3 s'", {"--duration: error: a plan is recorded by frames"});
   refuses(world + "--set integration_time='1 ms'", {"the plan says the integration times"});
   refuses(world + "--set camera.auto_integration_time=true", {"the plan says the integration times"});
   refuses(world + "--set capture.comment=mine", {"the plan says that"});

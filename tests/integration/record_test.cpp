@@ -228,12 +228,12 @@ TEST_F(Record, WrongUsageIsToldBeforeTheFirstFrame) {
     EXPECT_FALSE(fs::exists(file("a.h5"))) << command;
   };
   refuses("\"$TOFGRAPH\" record --camera nobody:1 -o a.h5", {"there is no camera 'nobody:1'", "camcube:usb"});
-  refuses(record + "-o a.h5 --for 3", {"--for", "no unit", "30 s"});
+  refuses(record + "-o a.h5 --for 3", {"--duration", "no unit", "30 s"});
   refuses(record + "-o a.h5 --for '-3 s'", {"must be greater than 0"});
   refuses(record + "-o a.h5 --set integration_tim='1 ms'", {"integration_tim", "did you mean 'integration_time'"});
   refuses(record + "-o a.h5 --set integration_time='0.1 ms'", {"nearest valid time is 500 us"});
   refuses("\"$TOFGRAPH\" repair board.yaml", {"does not end with .part"});
-  refuses(record + "-o a.h5 --still", {"--still: error: is for --plan"});
+  refuses(record + "-o a.h5 --still", {"--auto-trigger: error: is for --plan"});
   refuses(record + "-o a.h5 --tolerance '-3 mm'", {"--tolerance: error: is for --plan"});
   refuses(record + "-o /proc/x/y.h5", {"/proc/x/y.h5 cannot be written", "nothing can be made in the folder /proc"});
   refuses("\"$TOFGRAPH\" record --camera camcube:usb -o a.h5", {"--camera:1:", "no camera 1c28:c003 is plugged in"});

@@ -88,7 +88,7 @@ class Check {
       return {};
     std::string ids;
     for (const Condition* condition : conditions) ids += (ids.empty() ? "" : ",") + condition->id;
-    return fmt::format("; or leave {} out: --skip {}", conditions.size() == 1 ? "it" : "them", ids);
+    return fmt::format("; or leave {} out: --exclude-condition {}", conditions.size() == 1 ? "it" : "them", ids);
   }
 
   Opened one(const Condition& condition, const CaptureReader& capture) {
