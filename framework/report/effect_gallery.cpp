@@ -5,6 +5,7 @@
 #include "config/document.hpp"
 #include "config/quantity.hpp"
 #include "graph/parameters.hpp"
+#include "report/correlation_figures.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
 #include "simulation/board.hpp"
@@ -219,6 +220,7 @@ std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const to
     gallery.add(page, registry.load(effects[i]));
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(effects.size()));
   }
+  if (camera.focal_length > 0) add_correlation_figures(page, camera);
   page.write(file);
   return effects.size();
 }

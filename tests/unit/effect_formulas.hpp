@@ -80,7 +80,7 @@ struct Light {
 /// One exposure of a pixel.
 struct Sample {
   std::size_t k;
-  double amplitude, phase, step, frequency, c, intensity;
+  double amplitude, phase, step, frequency, distance, c, intensity;
 };
 
 struct Taps {
@@ -157,7 +157,7 @@ inline std::vector<double> by_formula(const Formula& formula, const ExposedCamer
       double psi = std::arg(light);
       if (formula.turn) psi += formula.turn({u, v, frequency, std::abs(light), shone.distance[i]});
       const double a = std::abs(light), contrast = 0.5;
-      Sample sample{k, a, psi, step, frequency, a * std::cos(psi + step), 0};
+      Sample sample{k, a, psi, step, frequency, shone.distance[i], a * std::cos(psi + step), 0};
       sample.intensity = (shone.strength[i] + std::abs(formula.inside)) / (2 * contrast);
       if (formula.sample) formula.sample(sample);
       taps[i] = {u, v, sample.intensity + sample.c / 2, sample.intensity - sample.c / 2};
