@@ -46,12 +46,20 @@ struct BudgetLine {
   double depth = 0;  ///< m
 };
 
+/// Images of one board, frames averaged; row by row over the whole sensor, NaN where no board was seen.
+struct BoardImages {
+  std::vector<double> measured_distance, modelled_distance;    ///< m, half path; modelled: (6.1)
+  std::vector<double> measured_amplitude, modelled_amplitude;  ///< relative to their mean; modelled: (5.9) to (5.13),
+                                                               ///< (5.92)
+};
+
 struct Characterisation {
   Campaign campaign;
   std::vector<Characterised> conditions;  ///< in the campaign's order
   std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
   std::vector<std::vector<float>> residuals;  ///< of `shown`, m: depth minus true depth
   std::vector<std::size_t> shown;             ///< in conditions
+  BoardImages nearest;                        ///< of the nearest board of `shown`
   std::vector<BudgetLine> budget;             ///< what the data say
   std::vector<BudgetLine> effects;            ///< what each effect of the model does, where one is given
   double total = 0;                           ///< m, root mean square of all errors
