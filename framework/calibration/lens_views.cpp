@@ -178,6 +178,8 @@ LensParameters lens_of(const tofgraph_camera& camera) {
   lens[lens::cy] = camera.principal_point[1];
   constexpr std::size_t order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
   for (std::size_t i = 0; i < 5; ++i) lens[order[i]] = camera.distortion[i];
+  for (std::size_t i = 0; i < 3; ++i) lens[lens::k4 + i] = camera.further_distortion[i];
+  lens[lens::skew] = camera.skew;
   return lens;
 }
 

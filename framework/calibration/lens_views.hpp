@@ -38,7 +38,7 @@ struct LensViews {
   std::string serial;
 };
 
-/// Lens of a camera's profile, px; without skew and rational terms.
+/// Lens of a camera's profile, px; without thin prism.
 LensParameters lens_of(const tofgraph_camera& camera);
 
 /// Reads all conditions and finds the pattern, on all threads. Views that are the same are merged.

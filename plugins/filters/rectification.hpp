@@ -23,7 +23,7 @@ class Rectification {
   Rectification() = default;
   explicit Rectification(const tofgraph_camera& camera)
       : rows_(camera.height), columns_(camera.width), sources_(std::size_t{camera.width} * camera.height) {
-    const physics::Lens lens(camera.distortion);
+    const physics::Lens lens(camera);
     for (std::size_t v = 0; v < rows_; ++v) {
       for (std::size_t u = 0; u < columns_; ++u) sources_[v * columns_ + u] = source_of(camera, lens, u, v);
     }
@@ -120,8 +120,8 @@ class Rectification {
     }
     // Steps of a millionth of a pixel: rounding must not give a neighbour a share.
     const auto snapped = [](double x) { return std::round(x * 1e6) / 1e6; };
-    const physics::ImagePoint seen = lens.distort(ideal);
-    const double x = snapped(seen.x * f[0] + c[0]), y = snapped(seen.y * f[1] + c[1]);
+    const physics::ImagePoint seen = physics::pixel_at(camera, lens.distort(ideal));
+    const double x = snapped(seen.x), y = snapped(seen.y);
     if (!(x >= 0 && y >= 0 && x <= static_cast<double>(columns_ - 1) && y <= static_cast<double>(rows_ - 1))) {
       source.bits = flag::invalid;
       return source;

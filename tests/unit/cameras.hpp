@@ -88,7 +88,9 @@ inline std::string profile_of(const tofgraph_camera& camera) {
     file << "focal_length: [" << camera.focal_px[0] << " px, " << camera.focal_px[1] << " px]\n";
   line("focal_length", camera.focal_length, "m");
   file << "principal_point: [" << camera.principal_point[0] << ", " << camera.principal_point[1] << "]\ndistortion: [";
-  for (int i = 0; i < 5; ++i) file << camera.distortion[i] << (i < 4 ? ", " : "]\n");
+  for (int i = 0; i < 5; ++i) file << camera.distortion[i] << ", ";
+  for (int i = 0; i < 7; ++i) file << camera.further_distortion[i] << (i < 6 ? ", " : "]\n");
+  line("skew", camera.skew, "");
   line("modulation_frequency", camera.modulation_frequency, "Hz");
   line("frame_rate", camera.frame_rate, "Hz");
   line("gain", camera.gain, "counts m^2/s");
