@@ -163,11 +163,11 @@ int describe(const std::string& name, bool as_json, const Common& common) {
   if (file == nullptr) {
     std::vector<std::string> names = registry.names();
     for (const graph::PluginFile& other : registry.files()) {
-      if (other.kind == "effect") names.push_back(other.name);
+      if (!other.is_stage()) names.push_back(other.name);
     }
     for (std::string& other : io::profile_names()) names.push_back(std::move(other));
-    throw config::ConfigurationError(fmt::format("error: there is no stage, effect or camera '{}'\n         {}", name,
-                                                 config::suggestion(name, names, "there are")));
+    throw config::ConfigurationError(fmt::format("error: there is no stage, effect, format or camera '{}'\n         {}",
+                                                 name, config::suggestion(name, names, "there are")));
   }
   const json plugin = registry.describe({*file}).at(file->path.string());
   if (plugin.contains("error")) throw config::ConfigurationError("error: " + plugin["error"].get<std::string>());

@@ -14,7 +14,7 @@ namespace {
 const Plugin* find_stage(const NodeSpec& node, const PluginRegistry& registry, config::Diagnostics& diagnostics) {
   if (node.stage.empty()) return nullptr;
   const PluginFile* file = registry.find(node.stage);
-  if (file == nullptr || file->kind == "effect") {
+  if (file == nullptr || !file->is_stage()) {
     const std::string what = file != nullptr
                                  ? fmt::format("'{}' is an effect of the simulator, not a stage", node.stage)
                                  : fmt::format("there is no stage '{}'", node.stage);
