@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file A slow and plain model of a PMD CamCube 2.0 before a board, written from the formulas of the reference and
 /// nothing else: it shares no code with the simulator, so that the gap search is not judged by its own physics.
-/// SI, double, images row by row. The README beside this file says what was decided where the reference is open.
+/// SI, double, images row by row. plain_camera.md lists the decisions where the reference leaves a choice.
 #pragma once
 
 #include "tests/hidden_effects/clutter.hpp"
