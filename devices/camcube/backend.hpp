@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What stands behind the stage `camcube`: one interface, a backend for each way to a camera.
+/// @file Interface of the stage `camcube` to a camera, with a backend for each kind of access.
 #pragma once
 
 #include <tofgraph/frame.hpp>
@@ -23,7 +23,7 @@ class Setup;
 
 namespace tofgraph::camcube {
 
-/// What the user asked for, and what is known of the camera; times in s, frequencies in Hz, NaN: not asked for.
+/// Settings requested by the user, and properties of the camera; times in s, frequencies in Hz, NaN: not requested.
 struct Settings {
   std::string camera;  ///< name of the profile
   RawSourceData layout;
@@ -42,7 +42,7 @@ struct Settings {
   std::int64_t condition = -1;                                     ///< simulated: the only one; -1: all
 };
 
-/// What every frame will have.
+/// Properties of every frame.
 struct Delivery {
   std::vector<std::string> channels;       ///< of those that the stage declares
   std::vector<tofgraph_channel> recorded;  ///< others; their strings live as long as the backend
