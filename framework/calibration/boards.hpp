@@ -25,10 +25,10 @@ struct Boards {
   std::size_t target_of(const Board& board) const;
 };
 
-/// What becomes of conditions of the same target, distance and integration time.
+/// Treatment of conditions of the same target, distance and integration time.
 enum class Repeats { merged, kept };
 
-/// What to do with the boards on the way.
+/// Options for reading boards.
 struct ReadBoards {
   std::function<void(double share)> progress;
   Repeats repeats = Repeats::merged;

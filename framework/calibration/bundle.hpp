@@ -42,7 +42,7 @@ struct View {
   std::vector<BoardDistance> distances;  ///< may be empty
 };
 
-/// What light paths need: sources with their weights; the lens' focal length in metres is that of fx, fy times pitch.
+/// Light paths: sources with their weights; the lens' focal length in metres is that of fx, fy times pitch.
 struct LightPaths {
   std::vector<physics::WeightedSource> sources;
   std::array<double, 2> pitch{};  ///< m
@@ -58,11 +58,11 @@ struct Observations {
   std::optional<LensParameters> expected;  ///< a nominal lens to begin with
 };
 
-/// What is free beyond fx fy cx cy k1 k2 p1 p2.
+/// Free parameters beyond fx fy cx cy k1 k2 p1 p2.
 struct LensOptions {
   bool k3 = false, skew = false, rational = false;
   bool warp = true;       ///< the board may be bent
-  bool distances = true;  ///< where there are any
+  bool distances = true;  ///< used if there are any
 };
 
 struct Pose {
@@ -70,7 +70,7 @@ struct Pose {
   std::array<double, 3> translation{};                        ///< m, of the board's centre in the optical frame
 };
 
-/// What became of one view.
+/// Result for one view.
 struct SolvedView {
   std::size_t view = 0;  ///< in Observations::views
   Pose pose;
@@ -90,7 +90,7 @@ struct LeftOut {
 /// the camera's axes, the translation, the shift of the distances.
 struct Layout {
   std::vector<std::size_t> lens;  ///< which of LensParameters
-  std::size_t warp = 0;           ///< how many
+  std::size_t warp = 0;           ///< number
   std::size_t range = 0;          ///< 0 or 2
   std::size_t shared() const { return lens.size() + warp + range; }
   std::size_t pose(std::size_t solved_view) const { return shared() + 7 * solved_view; }
@@ -118,7 +118,7 @@ struct LensSolution {
 };
 
 inline constexpr std::size_t min_views = 4;
-/// What is known beforehand of the scale of distances, sd: the local slope of a cyclic error of 3 mm at 20 MHz.
+/// Prior of the scale of distances, sd: the local slope of a cyclic error of 3 mm at 20 MHz.
 inline constexpr double range_scale_prior = 0.01;
 
 /// The quadratic warps of a board at a point: along x, along y, twist; each 1 at the edge and 0 in the centre. Constant

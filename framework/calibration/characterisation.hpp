@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a camera does before boards at known places: chapters 3 and 5 of the reference for any camera.
+/// @file Characterisation of a camera by boards at known places: chapters 3 and 5 of the reference for any camera.
 #pragma once
 
 #include "calibration/campaign_inputs.hpp"
@@ -29,7 +29,7 @@ struct AccuracyProtocol {
   std::size_t frames = 25;
 };
 
-/// One condition. Lengths in m.
+/// Result of one condition. Lengths in m.
 struct Characterised {
   std::size_t condition = 0;  ///< in the campaign
   Board board;
@@ -37,7 +37,7 @@ struct Characterised {
   double noise = unknown;               ///< of a pixel's depth in one frame
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
   double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
-  std::vector<std::string> protocol;    ///< what keeps it from following the protocol; none: it does
+  std::vector<std::string> protocol;    ///< deviations from the protocol; none: it follows it
 };
 
 /// A part of the error of a pixel in one frame, root mean square over pixels and conditions.
@@ -52,8 +52,8 @@ struct Characterisation {
   std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
   std::vector<std::vector<float>> residuals;  ///< of `shown`, m: depth minus true depth
   std::vector<std::size_t> shown;             ///< in conditions
-  std::vector<BudgetLine> budget;             ///< what the data say
-  std::vector<BudgetLine> effects;            ///< what each effect of the model does, where one is given
+  std::vector<BudgetLine> budget;             ///< from the data
+  std::vector<BudgetLine> effects;            ///< of each effect of the model, if one is given
   double total = 0;                           ///< m, root mean square of all errors
   Interval total_by_distance;                 ///< the same, with an interval by resampling distances
 };
@@ -76,7 +76,7 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
 
 report::Page characterisation_report(const Characterisation& data);
 nlohmann::json characterisation_json(const Characterisation& data);
-/// What came out, in a few lines.
+/// Summary in a few lines.
 std::string summary_of(const Characterisation& data);
 
 }  // namespace tofgraph::calibration

@@ -24,7 +24,7 @@ struct Place {
   double signal = unknown;  ///< s, from where on one frame is as accurate as wanted, by the profile's noise
 };
 
-/// One integration time for many places.
+/// Integration time recommended for many places.
 struct Suggestion {
   double time = unknown;   ///< s
   double worst = unknown;  ///< m, the largest error among its places

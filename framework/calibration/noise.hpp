@@ -41,7 +41,7 @@ struct PixelNoise {
   bool is_good(std::size_t pixel) const { return use[pixel] == PixelUse::good; }
 };
 
-/// One condition.
+/// Noise of one condition.
 struct NoiseCondition {
   std::size_t index = 0;  ///< in the campaign
   double integration_time = unknown;
@@ -51,7 +51,7 @@ struct NoiseCondition {
   PixelNoise pixels;
 };
 
-/// What the captures bring, the worst of all: of taps both terms are seen directly; of phases and decoded frames the
+/// Data of the captures, the least informative of all: taps show both terms directly; of phases and decoded frames the
 /// level is the amplitude over twice the profile's contrast, as the decoder takes it.
 enum class NoiseSource { taps, phases, decoded };
 

@@ -18,7 +18,7 @@ namespace tofgraph::calibration {
 struct ResponseCondition {
   std::size_t index = 0;              ///< in the campaign
   double integration_time = unknown;  ///< s
-  double level = 0;                   ///< what is left out together with it: its distance, or else integration time
+  double level = 0;                   ///< level that is held out with it: distance, or else integration time
   std::vector<float> amplitude;       ///< counts
   std::vector<float> intensity;       ///< counts, mean of the taps
   std::vector<float> light;           ///< reflectivity t_int / D_t^2, s/m^2; empty: the reflectivity is not known

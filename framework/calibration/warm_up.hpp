@@ -25,7 +25,7 @@ struct FrameError {
   double pattern = unknown;               ///< m, fixed differences between pixels
 };
 
-/// One target at one distance at one integration time over the time since power-on.
+/// Series of one target, distance and integration time over the time since power-on.
 struct Series {
   std::size_t target = 0;
   double distance = 0, integration_time = 0;  ///< m, s
@@ -68,7 +68,7 @@ struct Drift {
 Drift fit_drift(const std::vector<double>& times, const std::vector<double>& distances, bool slow_too = true);
 /// The light's droop at the drift's time constant.
 Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
-/// How long one has to record, at the same pace and noise, until the time constant is known to a tenth; s.
+/// Recording time, at the same pace and noise, that determines the time constant to a tenth; s.
 double sufficient_span(const Drift& drift, double interval);
 /// From when on the fit stays within a tolerance of the distance that it comes to; s. @param end s, of the recording
 double settled_after(const Drift& drift, double tolerance, double end);
