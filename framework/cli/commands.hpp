@@ -21,7 +21,7 @@ using config::say;
 
 inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
 
-/// What every command knows.
+/// Options common to all commands.
 struct Common {
   bool quiet = false;
   bool verbose = false;

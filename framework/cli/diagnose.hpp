@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph diagnose` was asked for; the work is in diagnose_module.cpp.
+/// @file Arguments of `tofgraph diagnose`, implemented in diagnose_module.cpp.
 #pragma once
 
 #include <cstdint>

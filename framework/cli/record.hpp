@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph record` was asked for; the work is in record_module.cpp.
+/// @file Arguments of `tofgraph record`, implemented in record_module.cpp.
 #pragma once
 
 #include "recording/pipelines.hpp"
