@@ -16,7 +16,7 @@
 
 namespace tofgraph::graph {
 
-/// One frame on its way: a slot for what each node made of it.
+/// Frame in flight, with a slot for the output of each node.
 struct Token {
   std::size_t sequence = 0;  ///< of those that were not dropped
   std::vector<tofgraph_frame> frames;
