@@ -30,7 +30,7 @@ struct ParamSpec {
   bool nested = false;    ///< of an effect: a refinement that a search varies only when the data demand it
 };
 
-struct Choice : std::string {};       ///< one of the words in `choices`
+struct Choice : std::string {};       ///< a word of `choices`
 struct InputFile : std::string {};    ///< absolute path of a file to read, or empty
 struct InputFolder : std::string {};  ///< absolute path of a folder, or empty
 struct OutputFile : std::string {};   ///< absolute path of the one file that a run writes, or empty
