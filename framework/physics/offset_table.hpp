@@ -20,7 +20,7 @@
 
 namespace tofgraph::physics {
 
-/// What one board showed.
+/// Measurement of one board.
 struct OffsetSample {
   std::size_t target = 0;       ///< which of the targets, from 0
   double distance = 0;          ///< m, T: sensor plane to board
@@ -87,7 +87,7 @@ class OffsetTable {
 
   Shape shape() const { return shape_; }
   const std::vector<OffsetSample>& samples() const { return samples_; }
-  /// Whether all reflectivities are known, so that a pixel's target can be found by its amplitude.
+  /// Returns whether all reflectivities are known, so a pixel's target can be found by its amplitude.
   bool knows_reflectivities() const {
     return std::ranges::all_of(samples_, [](const OffsetSample& s) { return std::isfinite(s.reflectivity); });
   }
@@ -128,7 +128,7 @@ class OffsetTable {
   }
 
  private:
-  /// How far beyond the samples still counts as inside: the noise of pixels of the outermost boards is no
+  /// Margin beyond the samples that still counts as inside, as the noise of pixels of the outermost boards is not an
   /// extrapolation.
   static constexpr double depth_margin = 0.03;  ///< of the depth
   static constexpr double level_margin = 0.25;  ///< of ln reflectivity
@@ -232,7 +232,7 @@ class OffsetTable {
             far || low.outside || high.outside};
   }
 
-  /// Whether some curve of the target covers this depth.
+  /// Returns whether some curve of the target covers this depth.
   bool reaches(std::size_t target, double z) const {
     return std::ranges::any_of(curves_[target], [&](const Curve& curve) { return !on(curve, z, curve.time).outside; });
   }

@@ -86,7 +86,7 @@ class Unwrapping {
   }
 
   const std::vector<double>& ranges() const { return ranges_; }  ///< of each frequency, m
-  /// Whether all of the common range counts, the end of which is its beginning; otherwise it ends at max_range.
+  /// Returns whether the whole common range is used cyclically; otherwise it ends at max_range.
   bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
   double range() const { return std::min(repeat_, max_range_); }  ///< m
   double repeat() const { return repeat_; }                       ///< m; infinity: never
