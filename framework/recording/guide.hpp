@@ -28,7 +28,7 @@ struct GuideOptions {
   std::function<void()> wait;
 };
 
-/// Of each condition.
+/// Number of frames of each condition.
 inline std::uint64_t frames_of(const Plan& plan, const GuideOptions& options) {
   return options.frames != 0 ? options.frames : plan.frames;
 }
@@ -62,7 +62,7 @@ class Guide {
   GuideOptions options_;
   double unambiguous_range_;
   std::optional<Reference> before_;      ///< the last board, where it was right
-  std::optional<std::string> standing_;  ///< what stands before the camera now
+  std::optional<std::string> standing_;  ///< board before the camera now
 };
 
 }  // namespace tofgraph::recording
