@@ -11,7 +11,7 @@
 
 namespace tofgraph::simulation {
 
-/// What stands in place of the scene's own.
+/// Values that replace those of the scene.
 struct SimulationChanges {
   std::filesystem::path model;
   std::optional<std::uint64_t> seed;
@@ -21,7 +21,7 @@ struct SimulationChanges {
   std::vector<std::string> output = {};         ///< of phases, taps, distance
 };
 
-/// One condition, ready to give frames; frames of different numbers may be made at the same time.
+/// Prepared condition; frames of different numbers may be computed concurrently.
 struct ConditionFrames {
   SceneCondition condition;
   Acquisition acquisition;

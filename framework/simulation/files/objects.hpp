@@ -55,7 +55,7 @@ struct Card {
   bool bilinear = true;          ///< between the image's pixels; otherwise the nearest one
 };
 
-/// Where anything else stands.
+/// Position of any other object.
 struct Placement {
   Vector3 position;                              ///< m
   double about_x = 0, about_y = 0, about_z = 0;  ///< rad, see rotation()
