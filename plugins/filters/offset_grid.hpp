@@ -83,7 +83,7 @@ class OffsetGrid {
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
-  static constexpr double beyond = 0.05;  ///< how far the grid reaches beyond the samples
+  static constexpr double beyond = 0.05;  ///< extent of the grid beyond the samples
 
   static std::uint64_t next_id() {
     static std::atomic<std::uint64_t> last = 0;

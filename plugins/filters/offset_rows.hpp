@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the vector code of offset_correction works on: pointers to one row of pixels.
+/// @file Data of the vector code of offset_correction: pointers to one row of pixels.
 #pragma once
 
 #include <tofgraph/physics/bistatic_tables.hpp>

@@ -220,7 +220,7 @@ struct Statistics final : Sink {
     return value.given() ? "value" : reference.given() ? reference->c_str() : input.rays != nullptr ? "plane" : "";
   }
 
-  /// What stands beside the part that is asked for.
+  /// Parts beside the requested one.
   static std::span<const Part> others(const Input& input) { return std::span(input.parts).subspan(1); }
 
   std::string json() const {
