@@ -19,8 +19,8 @@ struct Rig {
   std::uint64_t seed = 1;  ///< that its maps, bad pixels and boards were drawn from
 };
 
-/// What a capture holds: taps, their differences, or what a camera makes of these: the distance (m, from 0 to the
-/// unambiguous range, as it comes out) and the amplitude (counts).
+/// Content of a capture: taps, their differences, or decoded images: the distance (m, from 0 to the unambiguous range,
+/// as it comes out) and the amplitude (counts).
 enum class Output { taps, phases, distances };
 
 struct CampaignOptions {

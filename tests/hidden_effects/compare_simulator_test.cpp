@@ -20,7 +20,7 @@ namespace {
 
 using tests::TemporaryFolder;
 
-/// What is compared of an image.
+/// Compared values of an image.
 struct Seen {
   Image distance, amplitude, intensity, null1, null2;
 };

@@ -40,7 +40,7 @@ struct Camera {
   double metres_per_radian() const { return speed_of_light / (4 * M_PI * modulation_frequency); }
 };
 
-/// What really stands before the camera in one condition.
+/// True state before the camera in one condition.
 struct View {
   double distance = 1;                 ///< m, sensor plane to board on the axis, as the rail or the laser says
   double tilt_x = 0, tilt_y = 0;       ///< rad, normal = R_y R_x e_z
@@ -96,8 +96,8 @@ Taps expected_taps(const Physics& physics, const View& view);
 
 enum class NoiseKind { none, gaussian, heavy, drift };
 
-/// What the converter hands out of one tap: noise (read and shot, `temporal_noise`), `adc_nonlinearity`,
-/// `saturation`. Real numbers; the capture rounds them.
+/// Conversion of a tap: noise (read and shot, `temporal_noise`), `adc_nonlinearity`, `saturation`. Real numbers; the
+/// capture rounds them.
 class Readout {
  public:
   Readout(const Physics& physics, NoiseKind kind);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Where the rays go: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
+/// @file Paths of rays: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
 /// scene).
 #pragma once
 

@@ -10,7 +10,7 @@ namespace tofgraph::hidden {
 /// The table of the suites, as Markdown.
 std::string table(const std::vector<Score>& scores);
 
-/// One thing that was hidden (or what was there in its place), in one design, at one size.
+/// Cell of the table: a hidden effect (or its replacement), in one design, at one size.
 struct Cell {
   std::string suite, what, design;
   double size = 1;
@@ -36,7 +36,7 @@ std::string cells_csv(const std::vector<Score>& scores);
 /// Intervals that hold the truth, parameter by parameter, as Markdown.
 std::string intervals_markdown(const std::vector<Score>& scores);
 
-/// What was hidden against what was named, as the bytes of a PNG. @param scores of single effects
+/// Hidden against named effects, as the bytes of a PNG. @param scores of single effects
 std::string confusion_png(const std::vector<Score>& scores);
 
 }  // namespace tofgraph::hidden

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the search said of a case, compared with what was hidden.
+/// @file Result of the search in a case, compared with the hidden effects.
 #pragma once
 
 #include "tests/hidden_effects/score_cases.hpp"
@@ -18,7 +18,7 @@ struct HeldInterval {
   bool holds = false;
 };
 
-/// One case's outcome, as a line of scores.csv.
+/// Outcome of a case, as a line of scores.csv.
 struct Score {
   Case what;
   std::string verdict;
