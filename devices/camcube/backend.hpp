@@ -27,7 +27,7 @@ namespace tofgraph::camcube {
 struct Settings {
   std::string camera;  ///< name of the profile
   RawSourceData layout;
-  double nominal_frequency = 0, nominal_frame_rate = 0;  ///< of the profile; NaN: not known
+  double nominal_frequency = 0, nominal_frame_rate = 0;  ///< profile's values; NaN: not known
   double integration_range[2] = {};                      ///< valid ones, of the profile; NaN: not known
   double integration_time = 0, modulation_frequency = 0, frame_rate = 0;
 
@@ -44,7 +44,7 @@ struct Settings {
 
 /// Properties of every frame.
 struct Delivery {
-  std::vector<std::string> channels;       ///< of those that the stage declares
+  std::vector<std::string> channels;       ///< a subset of those that the stage declares
   std::vector<tofgraph_channel> recorded;  ///< others; their strings live as long as the backend
   std::uint64_t known = 0;                 ///< TOFGRAPH_KNOWS_..
   std::uint64_t frames = 0;                ///< 0: endless

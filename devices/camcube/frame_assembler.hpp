@@ -50,12 +50,12 @@ class FrameAssembler {
   const FrameDefaults defaults_;
   FrameExchange& frames_;
   RawFrame frame_;                    ///< under way
-  std::size_t next_image_ = 0;        ///< of it; 0: none is under way
+  std::size_t next_image_ = 0;        ///< within the frame; 0: none is under way
   bool skipping_ = false;             ///< to the beginning of a frame
   std::optional<std::uint64_t> raw_;  ///< as in the headers of the frame that began last
   std::optional<std::uint64_t> last_raw_,
-      last_number_;          ///< of the last whole frame, the latter without wrapping around
-  std::uint64_t count_ = 0;  ///< of frames begun, where headers have no number
+      last_number_;          ///< values of the last whole frame, the latter without wrapping around
+  std::uint64_t count_ = 0;  ///< frames begun, if headers have no number
 };
 
 }  // namespace tofgraph::camcube

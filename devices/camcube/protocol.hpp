@@ -54,7 +54,7 @@ struct Step {
   std::optional<std::array<std::uint16_t, 4>> control;  ///< request type, request, value, index
   std::uint8_t bulk = 0;                                ///< endpoint, where it is not control
   std::vector<Part> data;
-  std::vector<std::uint8_t> answer;  ///< of a control transfer to the host: how it has to begin
+  std::vector<std::uint8_t> answer;  ///< required beginning, for a control transfer to the host
 
   /// @throws std::out_of_range where a number has no room
   std::vector<std::uint8_t> bytes(const CommandValues& values) const;

@@ -23,7 +23,7 @@ std::string_view product_name(std::uint16_t product);
 struct UsbCamera {
   std::uint16_t vendor = 0, product = 0;
   std::string port;     ///< bus and ports: "1-2.3"
-  std::string name;     ///< of the public lists, or as the device says
+  std::string name;     ///< by the public lists, or as the device states
   std::string serial;   ///< empty: it has none, or cannot be opened
   std::string node;     ///< "/dev/bus/usb/001/002"
   std::string problem;  ///< reason why it cannot be opened, with a remedy; empty: none
