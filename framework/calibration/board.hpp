@@ -26,7 +26,7 @@ struct Moments {
 
 /// Pixels of a window that are left out before anything is averaged over pixels, each under one reason.
 struct UnusablePixels {
-  std::size_t pixels = 0;     ///< of the window
+  std::size_t pixels = 0;     ///< pixels in the window
   std::size_t map = 0;        ///< bad in the map of the camera's profile
   std::size_t invalid = 0;    ///< not a number, or not a positive amplitude, in some frame
   std::size_t saturated = 0;  ///< in some frame

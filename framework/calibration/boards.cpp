@@ -25,7 +25,7 @@ namespace {
 
 using config::format_quantity;
 
-constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
+constexpr double too_noisy = 0.05;  ///< relative to the unambiguous range: the phases of single frames begin to wrap
 
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
 std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
@@ -46,7 +46,7 @@ struct Read {
   double wrapped = 0;         ///< share of pixels
   UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
-  std::string mistake, hint;  ///< of the user
+  std::string mistake, hint;  ///< user's
 };
 
 class Reader {

@@ -50,7 +50,7 @@ struct LightPaths {
 
 struct Observations {
   std::size_t width = 0, height = 0;  ///< px
-  std::vector<BoardPoint> points;     ///< of the board, about its centre
+  std::vector<BoardPoint> points;     ///< board's, about its centre
   double circle_radius = 0;    ///< m; the points are centres of filled circles, seen by their centroids; 0: corners
   bool quarter_turns = false;  ///< views may differ by quarter turns of the board, which looks the same then
   std::vector<View> views;
@@ -76,7 +76,7 @@ struct SolvedView {
   Pose pose;
   double range_shift = 0;                        ///< m, of this view's distances beside the common offset and scale
   std::vector<std::array<double, 2>> residuals;  ///< px, seen minus predicted, of each corner
-  std::vector<bool> used;                        ///< of each corner
+  std::vector<bool> used;                        ///< per corner
   std::vector<double> distance_residuals;        ///< m, measured minus predicted
   double rms = 0;                                ///< px, over the corners that are used
 };
@@ -107,14 +107,14 @@ struct LensSolution {
   std::vector<LeftOut> doubtful;  ///< views that were kept, because without them too few would remain
   std::size_t corners_left_out = 0;
   Layout layout;
-  Eigen::MatrixXd covariance;  ///< of all free parameters, with the scatter of the residuals
-  double variance_factor = 1;  ///< of the corners' residuals over their stated covariances
+  Eigen::MatrixXd covariance;  ///< covariance of all free parameters, with the scatter of the residuals
+  double variance_factor = 1;  ///< corners' residuals over their stated covariances
   double rms = 0;              ///< px, of all residuals, a coordinate
   double degrees_of_freedom = 0;
   double range_noise_factor = 1;  ///< standard deviation of distances over the stated one
   double range_shift_sd = 0;      ///< m, scatter of the views' shifts
 
-  double sd(std::size_t parameter) const;  ///< of the lens; 0 where it was not free
+  double sd(std::size_t parameter) const;  ///< lens parameter's; 0 where it was not free
 };
 
 inline constexpr std::size_t min_views = 4;

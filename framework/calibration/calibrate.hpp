@@ -37,7 +37,7 @@ struct HeldOutErrors {
   std::string left_out;          ///< "each distance"
   double before = 0, after = 0;  ///< m, or without a unit; NaN: not known
   std::string unit = "mm";
-  double scale = 1e-3;   ///< of the unit, in SI
+  double scale = 1e-3;   ///< unit's, in SI
   std::string causes;    ///< likely ones of after >= before
   double tolerance = 0;  ///< share of `before` by which `after` may exceed it
 };
@@ -48,7 +48,7 @@ struct Result {
   std::string summary;                 ///< result in a few lines
   std::vector<std::string> notes;      ///< remarks for the user
   std::string model;                   ///< fitted effects, a model file for model_correction
-  std::vector<io::PixelMapData> maps;  ///< of the camera's pixels, for a file of their own
+  std::vector<io::PixelMapData> maps;  ///< maps of the camera's pixels, for a file of their own
   std::size_t map_rows = 0, map_columns = 0;
   std::optional<HeldOutErrors> held_out;  ///< decides whether the calibration is written; none: not judged
 };
@@ -59,7 +59,7 @@ struct Kind {
   const char* text;
   /// @throws config::ConfigurationError, std::runtime_error
   Result (*calibrate)(const Request& request);
-  const char* options = "";                        ///< of the command, words: the others are refused
+  const char* options = "";                        ///< command's, words: the others are refused
   bool writes_model = false, writes_maps = false;  ///< beside the calibration and its report
 };
 

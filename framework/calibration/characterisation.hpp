@@ -24,7 +24,7 @@ inline constexpr std::array depth_model_names = {"perpendicular_illumination", "
 /// The accuracy protocol of the industry: what a condition must be to count, and what is looked at.
 struct AccuracyProtocol {
   double warm_up = 1200;                              ///< s since power-on
-  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< of the target: 90 %
+  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< target's: 90 %
   std::size_t side = 40;                              ///< px, of the square in the middle of the image
   std::size_t frames = 25;
 };
@@ -34,7 +34,7 @@ struct Characterised {
   std::size_t condition = 0;  ///< in the campaign
   Board board;
   std::array<Moments, 3> depth;         ///< by model, over the window's pixels, frames averaged
-  double noise = unknown;               ///< of a pixel's depth in one frame
+  double noise = unknown;               ///< a pixel's depth noise in one frame
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
   double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
   std::vector<std::string> protocol;    ///< deviations from the protocol; none: it follows it
@@ -50,10 +50,10 @@ struct Characterisation {
   Campaign campaign;
   std::vector<Characterised> conditions;  ///< in the campaign's order
   std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
-  std::vector<std::vector<float>> residuals;  ///< of `shown`, m: depth minus true depth
+  std::vector<std::vector<float>> residuals;  ///< residuals of `shown`, m: depth minus true depth
   std::vector<std::size_t> shown;             ///< in conditions
   std::vector<BudgetLine> budget;             ///< from the data
-  std::vector<BudgetLine> effects;            ///< of each effect of the model, if one is given
+  std::vector<BudgetLine> effects;            ///< per effect of the model, if one is given
   double total = 0;                           ///< m, root mean square of all errors
   Interval total_by_distance;                 ///< the same, with an interval by resampling distances
 };

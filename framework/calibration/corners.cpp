@@ -15,7 +15,7 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr double min_spacing = 4;       ///< px between corners: below, the two blurred edges of a square run together
-constexpr double min_crossing = 0.3;    ///< of the contrast, see crossing()
+constexpr double min_crossing = 0.3;    ///< relative to the contrast, see crossing()
 constexpr double min_contrast = 1;      ///< half of bright minus dark over the noise of a pixel; a fit has dozens
 constexpr double max_roughness = 0.35;  ///< px, of the lattice beside a homography and a smooth distortion
 

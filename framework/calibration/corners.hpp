@@ -18,7 +18,7 @@ namespace tofgraph::calibration {
 struct Image {
   std::size_t width = 0, height = 0;
   std::vector<double> values;
-  double noise = std::numeric_limits<double>::quiet_NaN();  ///< of a pixel, where frames were compared
+  double noise = std::numeric_limits<double>::quiet_NaN();  ///< a pixel's, if frames were compared
 
   double at(long column, long row) const {
     return values[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)];
@@ -30,7 +30,7 @@ struct BoardSearch {
   std::vector<Corner> corners;      ///< empty: not found
   std::string reason;               ///< why not
   std::array<int, 2> other_size{};  ///< columns, rows of another chessboard that was seen instead; 0: none
-  double pixel_noise = 0;           ///< of the image about the corners, counts
+  double pixel_noise = 0;           ///< image noise about the corners, counts
 
   bool found() const { return !corners.empty(); }
 };

@@ -50,11 +50,11 @@ struct PatternFit {
   std::vector<double> map, map_sd, slope, slope_sd;  ///< m, m/m; unknown pixels: 0 with a standard deviation of NaN
   bool has_slope = false;
   double slope_evidence = unknown;  ///< mean square of the slopes over their standard deviations; 1: nothing but noise
-  std::vector<ViewPose> poses;      ///< of each view
-  std::vector<double> shape;        ///< of the board, m, a coefficient each of shape_terms
+  std::vector<ViewPose> poses;      ///< per view
+  std::vector<double> shape;        ///< board's, m, a coefficient each of shape_terms
   std::vector<double> shape_sd;
   std::vector<double> waves;            ///< m, an error that follows the distance: cosine and sine of each harmonic
-  double gradient = unknown;            ///< of the log marginal likelihood by ln jitter, over the number of poses
+  double gradient = unknown;            ///< derivative of ln marginal likelihood by ln jitter, per pose
   bool settled = false;                 ///< the gradient vanished from both starts
   double restart_difference = unknown;  ///< m, root mean square difference of the maps from both starts
   double input_spread = unknown;        ///< m, robust standard deviation of a view over its pixels, median of the views

@@ -12,7 +12,7 @@ namespace tofgraph::calibration {
 /// The lens from corners alone against that from corners and distances.
 struct DistanceCheck {
   bool done = false;
-  double statistic = 0, terms = 0, p_value = 1;  ///< of the difference of both lenses
+  double statistic = 0, terms = 0, p_value = 1;  ///< test of the difference of both lenses
   double range_scale = 0;                        ///< relative, as fitted
   bool same_lens() const { return p_value > 1e-3; }
   bool plausible_scale() const;  ///< within three standard deviations of what is known beforehand

@@ -17,7 +17,7 @@ namespace tofgraph::calibration {
 /// Use of a pixel in the frames of one condition.
 enum class PixelUse : std::uint8_t {
   good,
-  outside,    ///< of the region of interest
+  outside,    ///< not in the region of interest
   invalid,    ///< a sample was not a number
   clipped,    ///< a tap held no counts
   saturated,  ///< a tap was full
@@ -33,7 +33,7 @@ struct PixelNoise {
   std::vector<float> amplitude;          ///< counts
   std::vector<float> distance_variance;  ///< m^2, of one frame
   double samples = 0;                    ///< independent ones in each variance of a tap
-  std::size_t images = 0;                ///< of samples in a frame
+  std::size_t images = 0;                ///< images of samples per frame
   double slow = 0;  ///< variance about the mean over variance from frame to frame, median of the pixels; 1: no drift
 
   /// Degrees of freedom of a variance from n frames' successive differences, normal noise: 2 (n - 1)^2 / (3 n - 4).
@@ -61,7 +61,7 @@ struct NoiseData {
   std::size_t rows = 0, columns = 0;
   double modulation_frequency = 0;  ///< Hz
   std::string serial;
-  std::vector<std::uint8_t> listed;  ///< of each pixel: bad_listed or 0
+  std::vector<std::uint8_t> listed;  ///< per pixel: bad_listed or 0
   std::vector<std::string> notes;
 };
 
@@ -99,11 +99,11 @@ struct SigmaRatio {
 
 struct NoiseFit {
   physics::TapNoise noise;
-  double read_sd = unknown, shot_sd = unknown;  ///< of the two numbers, from the scatter between conditions
-  double excess = 0, excess_sd = unknown;  ///< of the variance, relative^2: what grows with the square of the level
+  double read_sd = unknown, shot_sd = unknown;  ///< standard deviations, from the scatter between conditions
+  double excess = 0, excess_sd = unknown;  ///< variance, relative^2: what grows with the square of the level
   double max_level = 0;                    ///< counts
-  std::vector<double> ratio;               ///< of each pixel: its noise over the fitted one; NaN: no data
-  std::vector<std::uint8_t> bad;           ///< of each pixel, bits of BadPixel
+  std::vector<double> ratio;               ///< per pixel: its noise over the fitted one; NaN: no data
+  std::vector<std::uint8_t> bad;           ///< per pixel, bits of BadPixel
   bool response_judged = false;            ///< bad_response was looked for: there were enough flat boards
   std::vector<SigmaRatio> conditions;      ///< each predicted without its level
   std::string left_out;                    ///< integration_time or condition

@@ -27,7 +27,7 @@ struct ResponseCondition {
 struct ResponseData {
   std::vector<ResponseCondition> conditions;
   std::string axis = "distance";  ///< that the levels are of: distance, integration time or condition
-  std::vector<double> angle;      ///< of each pixel, tan^2 to the axis
+  std::vector<double> angle;      ///< per pixel, tan^2 to the axis
   std::size_t rows = 0, columns = 0, saturated = 0;  ///< saturated: values of pixels that were left out
   std::string serial;
   std::vector<std::string> notes;
@@ -41,7 +41,7 @@ ResponseData read_response(const io::Campaign& campaign, const std::function<voi
 struct ResponseValue {
   double value = unknown, sd = unknown;
   double low = unknown, high = unknown;  ///< 95 %
-  std::vector<double> map, map_sd;       ///< of each pixel; NaN: not known
+  std::vector<double> map, map_sd;       ///< per pixel; NaN: not known
 };
 
 struct ResponseFit {

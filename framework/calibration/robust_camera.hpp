@@ -26,7 +26,7 @@ namespace tofgraph::calibration {
 /// Deviation of a condition from an ideal camera or from its expectation.
 struct Deviation {
   double length = 0;  ///< half path, m, within half an unambiguous range
-  double light = 0;   ///< of ln amplitude
+  double light = 0;   ///< difference of ln amplitude
 };
 
 class RobustCamera {
@@ -85,10 +85,10 @@ class RobustCamera {
   double scale_;  ///< m per rad
   std::vector<Seen> seen_;
   std::vector<std::string> targets_;
-  std::vector<std::size_t> target_;   ///< of each condition
+  std::vector<std::size_t> target_;   ///< per condition
   std::vector<std::size_t> support_;  ///< conditions that fit, of each target
   std::vector<double> weight_;
-  Eigen::VectorXd value_;  ///< of the columns
+  Eigen::VectorXd value_;  ///< values of the columns
   Deviation spread_;
 };
 

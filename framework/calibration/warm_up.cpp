@@ -18,7 +18,7 @@ namespace {
 using config::format_quantity;
 
 constexpr double usual_tolerance = 2e-3;  ///< m
-constexpr double max_relative_sd = 0.25;  ///< of a time constant that is worth writing down
+constexpr double max_relative_sd = 0.25;  ///< limit for a time constant that is written
 constexpr double significant = 3;         ///< standard deviations
 
 std::string minutes(double seconds) { return fmt::format("{:.2f} min", seconds / 60); }

@@ -32,7 +32,7 @@ struct Series {
   std::vector<const Board*> points;           ///< rising time since power-on
   std::vector<double> window_means;           ///< m, measured distance in the reported window; NaN: no pixel of it
   double corrected_at = unknown;              ///< s since power-on, of the point whose offset corrects all
-  std::vector<FrameError> errors;             ///< of each point
+  std::vector<FrameError> errors;             ///< per point
 
   double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
   double span() const { return time(points.size() - 1) - time(0); }  ///< s
@@ -52,7 +52,7 @@ struct Estimate {
 struct Drift {
   Estimate start, drift, time_constant;
   Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is enough
-  Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
+  Estimate droop;                           ///< loss of light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
   double scatter = unknown;                 ///< m, root mean square of what the fit leaves
   double redundancy = 1;                    ///< points that say as much as one independent one
   bool seen = false;                        ///< the drift is significant

@@ -26,7 +26,7 @@ struct Common {
   bool quiet = false;
   bool verbose = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
   std::function<int()> command;                    ///< the one that was chosen
 };
 

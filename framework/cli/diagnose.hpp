@@ -21,7 +21,7 @@ struct DiagnoseArguments {
   unsigned threads = 0;  ///< 0: one a core
   bool skip_missing = false, other_serial = false, force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
 };
 
 }  // namespace tofgraph::cli

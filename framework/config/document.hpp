@@ -21,11 +21,11 @@ struct Entry;
 struct Value {
   enum class Kind { null, scalar, list, map };
   Kind kind = Kind::null;
-  std::string text;  ///< of a scalar; "null" where YAML reads nothing
+  std::string text;  ///< scalar; "null" where YAML reads nothing
   bool quoted = false;
   Position at;
-  std::vector<Value> items;    ///< of a list
-  std::vector<Entry> entries;  ///< of a map, in the order written
+  std::vector<Value> items;    ///< items of a list
+  std::vector<Entry> entries;  ///< entries of a map, in the order written
 
   bool is_map() const { return kind == Kind::map; }
   bool is_list() const { return kind == Kind::list; }

@@ -22,8 +22,8 @@ struct Buffer {
   std::size_t capacity = 0;
   std::atomic<std::uint32_t> references{0};
   BufferPool* pool = nullptr;              ///< owner after the last release; null: lent
-  void* owner = nullptr;                   ///< of lent memory
-  void (*release)(void* owner) = nullptr;  ///< of lent memory
+  void* owner = nullptr;                   ///< owner of lent memory
+  void (*release)(void* owner) = nullptr;  ///< releases lent memory
 };
 
 /// Holds a buffer; the last holder gives it back.

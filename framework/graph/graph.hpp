@@ -71,7 +71,7 @@ class Graph {
   std::vector<std::vector<InputSpec>> input_specs_;
   std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
   std::vector<bool> usable_;                                                            ///< whose parameters were right
-  std::optional<Queue> written_queue_;                                                  ///< of the source
+  std::optional<Queue> written_queue_;                                                  ///< source's
   Queue queue_;
 };
 

@@ -30,7 +30,7 @@ class KnownStages {
   struct Step {
     std::string stage;
     std::vector<std::string> makes;
-    std::vector<std::vector<std::string>> reads;  ///< of each port that must be served, its alternatives
+    std::vector<std::vector<std::string>> reads;  ///< alternatives of each required port
     std::vector<std::string> adds;
   };
   using Names = std::vector<std::string>;

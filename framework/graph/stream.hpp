@@ -45,7 +45,7 @@ struct Stream {
   std::uint64_t frames = 0;
   std::uint64_t known = 0;
   std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
-  std::vector<tofgraph_exposure> exposures;  ///< of the raw images; empty: the camera's
+  std::vector<tofgraph_exposure> exposures;  ///< exposures of the raw images; empty: the camera's
   bool exposures_known = true;               ///< not while a source may still say what they are
   std::string source = "{}";                 ///< known origin of the frames, JSON
 

@@ -47,7 +47,7 @@ class CalibrationReader {
   /// @throws ConfigurationError with every mistake, keys of `values` that nobody asked for included
   void finish();
 
-  const std::string& serial() const { return serial_; }  ///< of the camera; empty: not stated
+  const std::string& serial() const { return serial_; }  ///< camera's; empty: not stated
 
  private:
   std::vector<double> column_numbers(const config::Value& list, const std::string& key, std::string_view unit,

@@ -21,7 +21,7 @@ struct Pattern {
   double square = 0;                   ///< m, of circles their spacing
   Type type = Type::chessboard;
   double marker = 0;       ///< m, side of a charuco's marker
-  std::string dictionary;  ///< of a charuco: 4x4_50, ...
+  std::string dictionary;  ///< for a charuco: 4x4_50, ...
   double diameter = 0;     ///< m, of circles
   config::Position at;     ///< position in the file
 };
@@ -38,7 +38,7 @@ struct Campaign {
   std::filesystem::path source;               ///< the campaign that a pipeline made this one from; empty: measured
   std::optional<Pattern> pattern;
   std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
-  std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated
+  std::string corrected_with;         ///< for a table: the model behind measured.depth; empty: not stated
   bool from_table = false;            ///< statistics only, no captures
 };
 

@@ -36,7 +36,7 @@ struct Measured {
 struct Condition {
   std::string id;
   config::Position at;                                          ///< position in the file, for messages
-  std::map<std::string, config::Position, std::less<>> places;  ///< of its values, and of the board's distance, by key
+  std::map<std::string, config::Position, std::less<>> places;  ///< positions of values and board's distance, by key
 
   // What stood there.
   double board_distance = unknown;                  ///< m, sensor plane to board on the axis; NaN: there is no board

@@ -38,7 +38,7 @@ struct OrderFit {
   double falling = 0;     ///< and in which it is nearer, all but without exception
   double slope = 0;       ///< d log(amplitude) / d log(distance): -2 for one surface
   double scatter = 0;     ///< standard deviation of log(amplitude distance^2)
-  double spread = 0;      ///< of the distances, 5th to 95th percentile, in parts of what lies before or behind them
+  double spread = 0;      ///< range of distances, 5th to 95th percentile, in parts of what lies before or behind them
   double white = 0;       ///< median of the reflectivity that the light would need; 0: not known
 
   double misfit() const { return rest + incoherent; }

@@ -130,10 +130,10 @@ class OffsetTable {
  private:
   /// Margin beyond the samples that still counts as inside, as the noise of pixels of the outermost boards is not an
   /// extrapolation.
-  static constexpr double depth_margin = 0.03;  ///< of the depth
-  static constexpr double level_margin = 0.25;  ///< of ln reflectivity
-  static constexpr double time_margin = 0.05;   ///< of ln time
-  static constexpr double sheet_margin = 0.41;  ///< of ln time, of a sheet: a factor 1.5
+  static constexpr double depth_margin = 0.03;  ///< relative to the depth
+  static constexpr double level_margin = 0.25;  ///< in ln reflectivity
+  static constexpr double time_margin = 0.05;   ///< in ln time
+  static constexpr double sheet_margin = 0.41;  ///< in ln time, for a sheet: a factor 1.5
   static constexpr std::size_t nearest_samples = 8;
 
   /// T and ln reflectivity of a target at a place, and whether that is outside of its samples.

@@ -21,7 +21,7 @@ struct Light {
 /// Parameters of the amount of light, apart from the path.
 struct Exposure {
   double gain = std::numeric_limits<double>::quiet_NaN();                  ///< counts m^2/s, the profile's
-  double contrast = std::numeric_limits<double>::quiet_NaN();              ///< of the demodulation, 0..1
+  double contrast = std::numeric_limits<double>::quiet_NaN();              ///< demodulation contrast, 0..1
   double integration_time = std::numeric_limits<double>::quiet_NaN();      ///< s
   double modulation_frequency = std::numeric_limits<double>::quiet_NaN();  ///< Hz
 };

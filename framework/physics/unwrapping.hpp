@@ -85,7 +85,7 @@ class Unwrapping {
     return result;
   }
 
-  const std::vector<double>& ranges() const { return ranges_; }  ///< of each frequency, m
+  const std::vector<double>& ranges() const { return ranges_; }  ///< per frequency, m
   /// Returns whether the whole common range is used cyclically; otherwise it ends at max_range.
   bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
   double range() const { return std::min(repeat_, max_range_); }  ///< m
@@ -111,7 +111,7 @@ class PhaseDecoding {
 
   struct Decoded {
     double distance, amplitude;  ///< m; counts, the mean of the frequencies
-    double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
+    double disagreement;         ///< chi of the best wraps, for samples with the amplitude's standard deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
     std::array<double, max_exposures / min_exposures> distances{}, weights{};

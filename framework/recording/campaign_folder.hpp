@@ -56,7 +56,7 @@ class CampaignFolder {
   CameraIdentity camera_;
   std::uint64_t frames_;
   int lock_ = -1;
-  std::map<std::size_t, Facts> captures_;  ///< of the conditions that are recorded
+  std::map<std::size_t, Facts> captures_;  ///< captures of the recorded conditions
 };
 
 }  // namespace tofgraph::recording

@@ -16,7 +16,7 @@ namespace tofgraph::recording {
 struct GuideOptions {
   CameraRequest camera;
   graph::GraphOptions graph;
-  std::uint64_t frames = 0;         ///< of each condition; 0: the plan's
+  std::uint64_t frames = 0;         ///< per condition; 0: the plan's
   double tolerance = 0.25;          ///< m, see contradiction()
   std::optional<double> alignment;  ///< m, by which the corners of an untilted board may differ; none: not asked
   bool still = false;               ///< records when the board stands still, where it shows that it was moved

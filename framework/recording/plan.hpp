@@ -16,8 +16,8 @@ namespace tofgraph::recording {
 struct Plan {
   std::filesystem::path file;
   io::Campaign campaign;            ///< its captures are names only
-  std::vector<std::string> scenes;  ///< of each condition of a scene: its own, as YAML, where it is not just a board
-  std::uint64_t frames = 20;        ///< of each condition
+  std::vector<std::string> scenes;  ///< per condition of a scene: its own, as YAML, if it is not just a board
+  std::uint64_t frames = 20;        ///< per condition
 };
 
 /// @throws config::ConfigurationError with every mistake

@@ -18,7 +18,7 @@ struct SimulationChanges {
   std::optional<std::int64_t> frames;
   std::shared_ptr<graph::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
   std::optional<double> integration_time = {};  ///< s, of every condition
-  std::vector<std::string> output = {};         ///< of phases, taps, distance
+  std::vector<std::string> output = {};         ///< any of phases, taps, distance
 };
 
 /// Prepared condition; frames of different numbers may be computed concurrently.

@@ -24,7 +24,7 @@ struct CaptureHeader {
   std::string comment, serial;               ///< optional
   std::string profile;                       ///< optional: its text
   std::string provenance;                    ///< optional, JSON; where it is not known yet: CaptureWriter::finish
-  std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
+  std::vector<tofgraph_exposure> exposures;  ///< a frame's; empty: the profile's
   std::vector<std::string> sources;          ///< names of the light sources that were on; empty: not stated
 };
 
@@ -32,7 +32,7 @@ struct CaptureHeader {
 struct CaptureChannel {
   std::string name;
   std::uint32_t type = TOFGRAPH_TYPE_ANY;  ///< in memory: flags are always uint16
-  std::vector<std::uint64_t> extent;       ///< of one frame
+  std::vector<std::uint64_t> extent;       ///< extent of one frame
   std::string unit, of, applied, from;
 
   std::uint64_t elements() const;

@@ -27,7 +27,7 @@ struct ModelEffect {
 struct Model {
   std::string camera;          ///< a profile's name or path, "" where the model is part of a scene
   config::Position camera_at;  ///< position in the file
-  std::string serial;          ///< of the device that it describes; empty: not stated
+  std::string serial;          ///< device's; empty: not stated
   bool physical = false;       ///< light: physical
   std::vector<ModelEffect> effects;
 };

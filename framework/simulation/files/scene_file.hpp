@@ -46,8 +46,8 @@ struct SceneFile {
   config::Value document;
   io::CameraPtr camera;                          ///< always there in a scene without mistakes
   std::optional<config::Value> model;            ///< a map, or the word that names a file; none: the ideal camera
-  std::int64_t frames = 1;                       ///< of each condition
-  std::vector<std::string> output = {"phases"};  ///< of phases, taps, distance
+  std::int64_t frames = 1;                       ///< per condition
+  std::vector<std::string> output = {"phases"};  ///< any of phases, taps, distance
   SceneNoise noise;
   std::int64_t seed = 1;
   std::int64_t subpixels = 1;        ///< rays of a pixel are subpixels x subpixels
