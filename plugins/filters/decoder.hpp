@@ -20,7 +20,7 @@ namespace tofgraph {
 struct DecoderCounts {
   float full_well;                  ///< infinity: not known
   float min_amplitude;              ///< less is of low signal
-  float read_variance, shot_noise;  ///< of a tap: variance = read_variance + shot_noise intensity
+  float read_variance, shot_noise;  ///< per tap: variance = read_variance + shot_noise intensity
   float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
   bool noise_known;
   std::int32_t invalid_flags;  ///< bits that make a pixel invalid
@@ -29,7 +29,7 @@ struct DecoderCounts {
 /// Channels of a frame; null: not wanted.
 struct DecoderImages {
   const void* samples;  ///< P phases, or P x 2 taps
-  std::uint32_t type;   ///< of the samples
+  std::uint32_t type;   ///< type of the samples
   std::size_t pixels;
   float* distance;
   float* amplitude;
@@ -150,7 +150,7 @@ struct Decoder : Filter {
   }
 
   DecoderCounts counts_{};
-  physics::Exposures exposures_;  ///< of the frames
+  physics::Exposures exposures_;  ///< exposures of the frames
 
  private:
   /// @throws std::runtime_error when there are not as many as was announced

@@ -89,7 +89,7 @@ HWY_INLINE Phasors<Bands, D> FitPhasors(D d, const PhaseSettings& s, const Decod
 /// The wrapped distance of each frequency with its variance, and its weight among the others.
 template <std::size_t Bands, class D, class V = hn::Vec<D>> struct Wrapped {
   V distance[Bands], variance[Bands], weight[Bands];
-  V sum, steepest;  ///< of the weights; the largest variance of a phase, rad^2
+  V sum, steepest;  ///< sum of the weights; the largest variance of a phase, rad^2
 };
 
 /// @param variance of a sample
