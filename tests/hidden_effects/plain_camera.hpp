@@ -52,7 +52,7 @@ struct View {
   double roll = 0;                                                       ///< rad
   double velocity = std::numeric_limits<double>::quiet_NaN();            ///< m/s; NaN: not stated
   bool laser = false, capped = false, covered = false;  ///< reference: laser, lens: capped, rail: covered
-  double drift_distance = 0, drift_amplitude = 1;       ///< of the camera itself, at this moment
+  double drift_distance = 0, drift_amplitude = 1;       ///< the camera's own, at this moment
   Smooth warp;  ///< m that the board stands out, away from the camera, over its own x and y in m from its point on the
                 ///< axis
   Smooth residue;               ///< m that the distance errs, over column and row

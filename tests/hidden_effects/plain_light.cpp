@@ -58,9 +58,9 @@ class Surface {
 /// Array of LEDs.
 struct Source {
   Vector position;
-  Vector axis;        ///< of its beam
-  Vector start;       ///< of its light's way: where it is, or where the rail shows it
-  double weight = 1;  ///< of its light
+  Vector axis;        ///< axis of its beam
+  Vector start;       ///< start of its light's path: its place, or its mirror image in the rail
+  double weight = 1;  ///< weight of its light
   double phase = 0;   ///< rad
 };
 

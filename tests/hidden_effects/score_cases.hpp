@@ -14,7 +14,7 @@ struct Case {
   std::string suite, design = "C";
   std::vector<std::string> experiments;  ///< appended to the design
   std::vector<std::string> effects;      ///< hidden
-  double size = 1;                       ///< of effects and patterns, as a factor on the typical one
+  double size = 1;                       ///< size of effects and patterns, as a factor on the typical one
   Drawn drawn = Drawn::all;              ///< parameters of the effects
   std::string pattern;                   ///< hidden, in no catalogue
   std::string without;                   ///< taken out of the search's catalogue

@@ -17,7 +17,7 @@ struct Cell {
   std::size_t cases = 0;
   std::size_t right = 0, tie = 0, wrong = 0, unknown = 0, nothing = 0, blind = 0;  ///< each case is one of these
   std::size_t false_names = 0;                                                     ///< in all its reports
-  std::size_t intervals = 0, intervals_hold = 0;                                   ///< of this effect's parameters
+  std::size_t intervals = 0, intervals_hold = 0;                                   ///< this effect's parameters
   bool disturbed = false;  ///< no effect is hidden, but drift or clutter is: "unknown" is no mistake there
 
   /// Cases without a mistake: right or tied.

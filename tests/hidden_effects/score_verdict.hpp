@@ -29,7 +29,7 @@ struct Score {
   std::size_t wrong = 0;                    ///< names that are not hidden, nor tied with what is
   double before = 0, after = 0, floor = 0;  ///< held-out depth gap, m
   std::optional<double> again;              ///< depth gap of the extended model on another campaign, m
-  std::vector<HeldInterval> intervals;      ///< of hidden effects that were named, beside whatever else
+  std::vector<HeldInterval> intervals;      ///< intervals of hidden effects that were named, beside any others
   double seconds = 0;
 
   std::string line() const;
