@@ -16,9 +16,9 @@ inline constexpr double nearly_best = 1.05;        ///< times whose RMSE is with
 /// All integration times of one target at one distance.
 struct Place {
   std::size_t target = 0;
-  double distance = 0;              ///< m
-  std::vector<const Board*> times;  ///< rising integration time
-  const Board* best = nullptr;      ///< usable one with the least RMSE; null: every one is saturated
+  double distance = 0;                           ///< m
+  std::vector<const Board*> times;               ///< rising integration time
+  const Board* best = nullptr;                   ///< usable one with the least RMSE; null: every one is saturated
   double shortest = unknown, longest = unknown;  ///< s, usable times with an RMSE near the least
   double saturates = unknown;                    ///< s, from where on the profile's full well is exceeded
   double signal = unknown;  ///< s, from where on one frame is as accurate as wanted, by the profile's noise

@@ -100,16 +100,16 @@ struct SigmaRatio {
 struct NoiseFit {
   physics::TapNoise noise;
   double read_sd = unknown, shot_sd = unknown;  ///< standard deviations, from the scatter between conditions
-  double excess = 0, excess_sd = unknown;  ///< variance, relative^2: what grows with the square of the level
-  double max_level = 0;                    ///< counts
-  std::vector<double> ratio;               ///< per pixel: its noise over the fitted one; NaN: no data
-  std::vector<std::uint8_t> bad;           ///< per pixel, bits of BadPixel
-  bool response_judged = false;            ///< bad_response was looked for: there were enough flat boards
-  std::vector<SigmaRatio> conditions;      ///< each predicted without its level
-  std::string left_out;                    ///< integration_time or condition
-  Interval held_out;                       ///< measured over predicted, levels left out
-  double by_profile = unknown;             ///< the same by the profile's noise; NaN: not stated
-  std::vector<SigmaRatio> amplitudes;      ///< by amplitude, all conditions, each predicted without its level
+  double excess = 0, excess_sd = unknown;       ///< variance, relative^2: what grows with the square of the level
+  double max_level = 0;                         ///< counts
+  std::vector<double> ratio;                    ///< per pixel: its noise over the fitted one; NaN: no data
+  std::vector<std::uint8_t> bad;                ///< per pixel, bits of BadPixel
+  bool response_judged = false;                 ///< bad_response was looked for: there were enough flat boards
+  std::vector<SigmaRatio> conditions;           ///< each predicted without its level
+  std::string left_out;                         ///< integration_time or condition
+  Interval held_out;                            ///< measured over predicted, levels left out
+  double by_profile = unknown;                  ///< the same by the profile's noise; NaN: not stated
+  std::vector<SigmaRatio> amplitudes;           ///< by amplitude, all conditions, each predicted without its level
   std::vector<double> bin_level, bin_variance, bin_model;  ///< for the picture: counts, counts^2
 };
 

@@ -16,7 +16,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_level_ratio = 2;  ///< ratio of the levels' 99 and 1 percentiles: below, one number is unknown
+constexpr double min_level_ratio = 2;    ///< ratio of the levels' 99 and 1 percentiles: below, one number is unknown
 constexpr double max_phase_sigma = 0.2;  ///< rad: above, the phase's noise is no longer the samples' over the amplitude
 
 /// Sums of one condition for a weighted fit of a straight line.

@@ -43,8 +43,8 @@ class Camera {
   std::vector<std::string> measured;  ///< keys whose values were measured on a device
   std::vector<std::string> assumed;   ///< keys whose values no source states
   DataSheet data_sheet;
-  std::vector<std::uint8_t> bad_pixels;   ///< per pixel, row by row, not 0: bad; empty: the profile names no map
-  std::filesystem::path bad_pixels_file;  ///< file of the map; empty: none
+  std::vector<std::uint8_t> bad_pixels;        ///< per pixel, row by row, not 0: bad; empty: the profile names no map
+  std::filesystem::path bad_pixels_file;       ///< file of the map; empty: none
   std::shared_ptr<const CameraFolder> folder;  ///< device folder that the profile is from; null: a profile alone
   std::string missing_bad_pixels;  ///< the map that a recorded profile names and that is not found; empty: none
 

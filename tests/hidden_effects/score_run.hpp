@@ -15,7 +15,7 @@ struct Bench {
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
   std::size_t every = 1, frames = 4;  ///< each so-many-th condition of a design, with so many frames
   bool keep = false;                  ///< the campaign and the report
-  bool again = false;  ///< the found model predicts another campaign of the same camera
+  bool again = false;                 ///< the found model predicts another campaign of the same camera
 };
 
 /// Options of a case's campaign; its folder is not set.
