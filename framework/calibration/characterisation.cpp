@@ -144,7 +144,7 @@ class SeriesReader {
   const BoardModels& models_;
   const tofgraph_camera& camera_;
   std::mutex turn_;
-  std::vector<std::size_t> half_;  ///< of each condition
+  std::vector<std::size_t> half_;  ///< per condition
   Pattern pattern_;
 };
 

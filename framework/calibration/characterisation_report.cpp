@@ -26,7 +26,7 @@ std::string sources_of(const io::Condition& c) {
 double distance_of(const Characterised& c) { return c.board.distance; }
 double time_of(const Characterised& c) { return c.board.condition.integration_time * 1e3; }
 
-/// What is drawn over which setting, at the level of the other setting with the most conditions.
+/// Drawing over a setting, at the level of the other setting with the most conditions.
 struct Drawing {
   std::string title, x_label, y_label;
   Value x, other;
@@ -144,7 +144,7 @@ class CharacterisationReport {
             "Modelled: gain reflectivity integration time / D_t^2 (5.92), with one reflectivity a target.");
   }
 
-  /// Of each distance and set of sources the condition whose frames are best.
+  /// Selects, for each distance and set of sources, the condition with the best frames.
   std::vector<const Characterised*> best() const {
     std::map<std::pair<std::string, double>, const Characterised*> result;
     for (const Characterised& c : data_.conditions) {

@@ -247,7 +247,7 @@ void add_fit_notes(const Intrinsics& result, std::vector<std::string>& notes) {
                                 std::sqrt(result.solution.variance_factor)));
 }
 
-/// Whether something is to be said before anyone relies on the lens; the notes say what.
+/// Returns whether the lens needs a warning; the notes state it.
 bool doubtful(const Intrinsics& result) {
   const bool judged = result.halves.done && result.halves.agree() && result.held_out.done;
   const bool distances = !result.distances.done || (result.distances.fit() && square_of(result).empty());

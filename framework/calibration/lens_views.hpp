@@ -31,8 +31,8 @@ struct SkippedView {
 struct LensViews {
   io::Pattern pattern;
   Observations observations;        ///< views with corners; without distances yet
-  std::vector<ViewImages> images;   ///< of these views
-  std::vector<double> pixel_noise;  ///< of these views, counts
+  std::vector<ViewImages> images;   ///< images of these views
+  std::vector<double> pixel_noise;  ///< noise of these views, counts
   std::vector<SkippedView> skipped;
   std::vector<std::string> notes;
   std::string serial;

@@ -29,7 +29,7 @@ struct PixelError {
   double frames = 0;
 };
 
-/// One condition, or why it is left out.
+/// Condition, or the reason why it is left out.
 struct ReadPlane {
   EvaluatedCondition result;
   std::vector<PixelError> pixels;

@@ -31,7 +31,7 @@ void set_parameter(graph::NodeSpec& node, const std::string& key, config::Value 
   node.parameters.push_back({key, at, std::move(value)});
 }
 
-/// Where an output goes below a condition's folder: as written, without what leads out of the pipeline's folder.
+/// Path of an output below a condition's folder: as written, without parts that leave the pipeline's folder.
 fs::path below(const fs::path& folder, const fs::path& written) {
   if (written.is_absolute()) return folder / written.filename();
   fs::path kept;

@@ -21,12 +21,12 @@ using config::say;
 
 inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
 
-/// What every command knows.
+/// Options common to all commands.
 struct Common {
   bool quiet = false;
   bool verbose = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
   std::function<int()> command;                    ///< the one that was chosen
 };
 

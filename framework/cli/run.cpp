@@ -62,7 +62,7 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
   }
 }
 
-/// What came of a run, in words on standard error. @returns the exit code
+/// Prints the result of a run to standard error. @returns the exit code
 int report(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files, const Common& common) {
   if (!common.quiet) {
     say(fmt::format("{} in {}, {:.1f} frames/s{}", config::counted(result.frames, "frame"),

@@ -8,7 +8,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// What is there for people, and for other programs: key and unit.
+/// Skips informative values: key and unit.
 void skip(CalibrationReader& file) {
   constexpr std::pair<const char*, const char*> keys[] = {
       {"board_warp", "m"},         {"range_offset", "m"},        {"range_scale", ""},        {"corner_sd", "px"},

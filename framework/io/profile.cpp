@@ -24,7 +24,7 @@ using config::Entry;
 using config::Reader;
 using config::Value;
 
-/// Where a key's value stands; the document when it is not there.
+/// Position of a key's value; of the document if it is missing.
 config::Position place_of(const config::Value& document, std::string_view key) {
   const config::Entry* entry = document.find(key);
   return entry != nullptr ? entry->value.at : document.at;
@@ -35,7 +35,7 @@ double optional_number(config::Reader& reader, std::string_view key, std::string
   return reader.number(key, unit, example, unknown);
 }
 
-/// One value for both axes, or [x, y].
+/// Reads one value for both axes, or [x, y].
 void read_pair(const config::Entry& entry, std::string_view unit, std::string_view example, double* pair,
                config::Diagnostics& diagnostics) {
   const bool both = entry.value.is_list() && entry.value.items.size() == 2;
@@ -175,7 +175,7 @@ std::string read_model_path(config::Reader& reader, const config::Value& documen
   return file.string();
 }
 
-/// What a data sheet says beside what the stages use.
+/// Reads values of the data sheet that stages do not use.
 DataSheet read_data_sheet(config::Reader& reader, config::Diagnostics& diagnostics) {
   const auto pair = [&](std::string_view key, std::string_view unit, std::string_view example) {
     std::array<double, 2> values = {unknown, unknown};

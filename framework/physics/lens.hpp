@@ -28,7 +28,7 @@ class Lens {
   /// The lens of a camera.
   explicit Lens(const tofgraph_camera& camera) : Lens(camera.distortion, camera.further_distortion) {}
 
-  /// Where the lens images a point that a pinhole would image at `p`.
+  /// Image of a point by the lens that a pinhole would image at `p`.
   ImagePoint distort(ImagePoint p) const {
     const double s = p.x * p.x + p.y * p.y;
     const double radial = numerator(s) / denominator(s);
@@ -36,7 +36,7 @@ class Lens {
             p.y * radial + p1_ * (s + 2 * p.y * p.y) + 2 * p2_ * p.x * p.y + s * (s3_ + s * s4_)};
   }
 
-  /// Whether a point is in the domain in which the model can be inverted.
+  /// Returns whether a point is in the domain in which the model can be inverted.
   bool invertible_at(ImagePoint p) const { return p.x * p.x + p.y * p.y < limit_ && jacobian(p).determinant() > 0; }
 
   /// The inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be

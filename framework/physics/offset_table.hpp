@@ -21,7 +21,7 @@
 
 namespace tofgraph::physics {
 
-/// What one board showed.
+/// Measurement of one board.
 struct OffsetSample {
   std::size_t target = 0;       ///< which of the targets, from 0
   double distance = 0;          ///< m, T: sensor plane to board
@@ -91,7 +91,7 @@ class OffsetTable {
 
   Shape shape() const { return shape_; }
   const std::vector<OffsetSample>& samples() const { return samples_; }
-  /// Whether all reflectivities are known, so that a pixel's target can be found by its amplitude.
+  /// Returns whether all reflectivities are known, so a pixel's target can be found by its amplitude.
   bool knows_reflectivities() const { return knows_reflectivities_; }
   /// The geometric mean of what a target's conditions show; NaN: not known.
   double reflectivity(std::size_t target) const { return std::exp(levels_[target]); }
@@ -130,12 +130,12 @@ class OffsetTable {
   }
 
  private:
-  /// How far beyond the samples still counts as inside: the noise of pixels of the outermost boards is no
+  /// Margin beyond the samples that still counts as inside, as the noise of pixels of the outermost boards is not an
   /// extrapolation.
-  static constexpr double depth_margin = 0.03;     ///< of the depth
-  static constexpr double level_margin = 0.25;     ///< of ln reflectivity
-  static constexpr double time_margin = 0.05;      ///< of ln time
-  static constexpr double sheet_margin = 0.41;     ///< of ln time, of a sheet: a factor 1.5
+  static constexpr double depth_margin = 0.03;     ///< relative to the depth
+  static constexpr double level_margin = 0.25;     ///< in ln reflectivity
+  static constexpr double time_margin = 0.05;      ///< in ln time
+  static constexpr double sheet_margin = 0.41;     ///< in ln time, for a sheet: a factor 1.5
   static constexpr std::size_t nearest_count = 8;  ///< samples whose errors are averaged
 
   /// T and ln reflectivity of a target at a place, and whether that is outside of its samples.
@@ -234,7 +234,7 @@ class OffsetTable {
             far || low.outside || high.outside};
   }
 
-  /// Whether some curve of the target covers this depth.
+  /// Returns whether some curve of the target covers this depth.
   bool reaches(std::size_t target, double z) const {
     return std::ranges::any_of(curves_[target], [&](const Curve& curve) { return !on(curve, z, curve.time).outside; });
   }

@@ -22,7 +22,7 @@ namespace {
 
 using namespace simulation;
 
-/// What four samples and the taps tell of a pixel.
+/// Signal of a pixel by four samples and the taps.
 struct Seen {
   double distance, log_amplitude, log_intensity, null1, null2;
 };

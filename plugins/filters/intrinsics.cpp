@@ -16,9 +16,9 @@
 
 namespace tofgraph {
 
-/// What is not given stays as the camera has it; what is written at the node wins over the calibration file. Where the
-/// pixel pitch is known, new focal lengths in pixels also give the focal length in metres: the mean of fx times the
-/// pitch in x and fy times the pitch in y.
+/// Changes the camera's intrinsics. Values that are not given are kept; those of the node precede the calibration file.
+/// If the pixel pitch is known, new focal lengths in pixels also set the focal length in metres: the mean of fx times
+/// the pitch in x and fy times the pitch in y.
 ///
 /// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinear. Of a pixel whose
 /// four sources are not all valid, and of one that sees nothing of the image, the lengths become invalid; sigma is that

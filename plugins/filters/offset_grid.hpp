@@ -89,7 +89,7 @@ class OffsetGrid {
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
-  static constexpr double beyond = 0.05;  ///< how far the grid reaches beyond the samples
+  static constexpr double beyond = 0.05;  ///< extent of the grid beyond the samples
 
   /// Nodes of one or several times.
   struct Nodes {

@@ -32,7 +32,7 @@ class Rectification {
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
   std::size_t pixels() const { return sources_.size(); }
-  /// How many pixels have a source.
+  /// Number of pixels that have a source.
   std::size_t inside() const {
     return static_cast<std::size_t>(std::ranges::count_if(sources_, [](const Source& s) { return s.bits == 0; }));
   }
@@ -55,7 +55,7 @@ class Rectification {
     });
   }
 
-  /// What is not a length: over those of the four pixels that are numbers.
+  /// Resamples a channel other than a length: over those of the four pixels that are numbers.
   void values(const float* in, float* out) const {
     each(out, nan, [in](const Source& s) {
       float sum = 0, weights = 0;

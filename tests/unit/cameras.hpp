@@ -66,7 +66,7 @@ inline Camera camcube2(std::vector<tofgraph_light> sources = {{"left", {-0.05, 0
 }
 
 /// Writes the camera's profile to a new file and tells its path: for stages, which know cameras by their profiles.
-/// What is NaN is left out. The files are removed at the end of the program.
+/// Profile file of a camera without its NaN values. The files are removed at the end of the program.
 inline std::string profile_of(const tofgraph_camera& camera) {
   static struct Files : std::vector<std::filesystem::path> {
     ~Files() {

@@ -16,7 +16,7 @@ struct Row {
   Formula formula;
 };
 
-/// What the effects' maps hold, and where the files are.
+/// Contents of the effects' maps, and their files.
 struct Files {
   tests::TemporaryFolder folder;
   std::vector<double> offsets = numbers(1, 5e-3), slopes = numbers(2, 1e-3), gains = numbers(3, 0.02),

@@ -37,7 +37,7 @@ std::set<std::string> catalogue_effects(const graph::PluginRegistry& catalogue) 
   return names;
 }
 
-/// What is said of image 3 is refused where there is none.
+/// Parameters of image 3 are refused if it does not exist.
 std::string parameters_of(const Row& row, const Exposures& exposures) {
   std::string parameters = row.parameters;
   for (const char* of_image_3 : {", step3", ", gain3"})

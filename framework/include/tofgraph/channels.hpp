@@ -11,7 +11,7 @@
 
 namespace tofgraph {
 
-/// One line of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
+/// Entry of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
 struct ChannelInfo {
   const char* name;
   const char* shape;

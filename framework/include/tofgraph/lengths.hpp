@@ -122,11 +122,11 @@ struct LengthFilter : Filter {
                          .text = "what is filtered; auto: the first of these that exists"}};
 
  protected:
-  /// What a frame brings. sigma has no data where there is none.
+  /// Lengths of a frame. Without sigma its array has no data.
   struct Lengths {
     Array<float> image, sigma;
     Array<std::uint16_t> flags;
-    bool any;  ///< whether a pixel is valid
+    bool any;  ///< true if a pixel is valid
   };
 
   void prepare_lengths(const Setup& setup) {
