@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t head_bytes = 4096;
 
-/// What a format reports while a call of it runs.
+/// Reports of a format while a call of it runs.
 struct Report {
   std::string problem, profile;
   std::vector<FileArray> arrays;

@@ -37,7 +37,7 @@ std::uint32_t type_of(std::string_view channel, const FileArray& array) {
   return array.kind == TOFGRAPH_ELEMENT_SIGNED && array.bytes <= 2 ? TOFGRAPH_TYPE_I16 : TOFGRAPH_TYPE_I32;
 }
 
-/// What a value of 1 is in SI.
+/// SI value of one unit.
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
   const bool number = !unit.empty() && (std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit[0] == '.');
   const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);

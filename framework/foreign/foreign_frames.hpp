@@ -45,7 +45,7 @@ class ForeignFrames {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  /// How a channel comes out of its array.
+  /// Path of a channel from its array.
   struct Source {
     ChannelLayout layout;
     std::size_t array = 0;

@@ -11,12 +11,12 @@
 
 namespace tofgraph::foreign {
 
-/// One axis of an array in memory: its size, and the step of the output per element.
+/// Axis of an array in memory: its size, and the step of the output per element.
 struct AxisStep {
   std::uint64_t extent = 1, step = 0;
 };
 
-/// What becomes of a value.
+/// Conversion of a value.
 struct Conversion {
   std::uint32_t type = TOFGRAPH_TYPE_F32;   ///< of the channel: F32, U16, I16, I32
   double scale = 1, zero = 0;               ///< (value - zero) scale; F32 only has a scale

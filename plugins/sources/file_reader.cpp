@@ -17,8 +17,8 @@
 
 namespace tofgraph {
 
-/// One file, or a series by a pattern (depth_*.png). What the file does not state is stated by the parameters, or by a
-/// layout file for more than one array; what is ambiguous is an error that lists the readings. Values become SI;
+/// Reads one file, or a series by a pattern (depth_*.png). What the file does not state is stated by the parameters, or
+/// by a layout file for more than one array; what is ambiguous is an error that lists the readings. Values become SI;
 /// "no measurement" becomes NaN with the flag `invalid`.
 struct FileReader final : Source {
   Param<std::string> file{

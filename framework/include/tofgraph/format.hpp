@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How a file format of other programs is written: a class that opens a file, lists its arrays, and reads parts of
+/// File formats of other programs: a class that opens a file, lists its arrays, and reads parts of
 /// them. What the arrays mean (depth, unit, order of the axes) is not the format's concern: the user or a layout states
 /// it.
 ///
