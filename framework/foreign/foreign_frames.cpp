@@ -42,7 +42,7 @@ double scale_of(const std::string& unit, const std::string& wanted, const std::s
   const bool number = !unit.empty() && (std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit[0] == '.');
   const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);
   if (!one.ok() || !(one.value > 0))
-    throw ForeignError(fmt::format("{}: the unit '{}' is no unit of {}; example: unit: {}", where, unit, wanted,
+    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
                                    wanted == "m" ? "mm" : wanted));
   return one.value;
 }

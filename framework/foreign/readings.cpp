@@ -160,7 +160,7 @@ std::vector<Axis> axes_of(const ForeignFile& file, std::size_t index, const Chan
     for (const Axis axis : axes_of_channel(layout.channel))
       names.emplace_back(axis_names[static_cast<std::size_t>(axis)]);
     throw ForeignError(fmt::format(
-        "{}: {} is {}{}, which is no '{}' of a camera of {} x {} px ({} high, {} "
+        "{}: {} is {}{}, which does not fit '{}' of a camera of {} x {} px ({} high, {} "
         "wide{})\n         its axes are {}, in any order, and perhaps frame",
         where, name, shape_text(array), axes.empty() ? "" : fmt::format(" with the axes {}", axes_text(axes)),
         layout.channel, camera.width, camera.height, camera.height, camera.width,
