@@ -9,7 +9,7 @@
 
 namespace tofgraph::calibration {
 
-/// Mapping of counts to grey: proportional; square root, which brightens dark boards; relative to the mean about each
+/// Mapping of counts to grey: proportional; square root, which lifts dark boards; relative to the mean about each
 /// pixel, which removes gradients.
 enum class Tones { linear, root, local };
 

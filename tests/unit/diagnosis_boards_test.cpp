@@ -4,6 +4,7 @@
 // Rooms: diagnosis simulation
 // Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
 #include "diagnosis/model/board_flatness.hpp"
+#include "diagnosis/search/search.hpp"
 #include "tests/unit/clutter.hpp"
 
 #include <cmath>

@@ -100,7 +100,7 @@ TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
       EXPECT_EQ(honest.folds[f].chosen, other.folds[f].chosen);
       ASSERT_EQ(one.terms.size(), two.terms.size());
       for (std::size_t t = 0; t < one.terms.size(); ++t) EXPECT_EQ(one.terms[t].values, two.terms[t].values);
-      EXPECT_EQ(one.light, two.light);
+      EXPECT_EQ(one.log_reflectivity, two.log_reflectivity);
       EXPECT_GT(other.folds[f].conditions[0].after[distance], 100 * honest.folds[f].conditions[0].after[distance]);
     } else if (disjoint) {
       EXPECT_NE(one.random_sd.jitter, two.random_sd.jitter) << "the others have seen it";

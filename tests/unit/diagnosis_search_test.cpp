@@ -25,7 +25,7 @@ TEST_F(Rail, TwoEffectsAreNamedAndTheSameSeedGivesTheSameResult) {
   EXPECT_EQ(first.after.deviance, second.after.deviance);
   for (std::size_t t = 0; t < first.found.size(); ++t) {
     EXPECT_EQ(first.after.state.terms[t].values, second.after.state.terms[t].values);
-    EXPECT_EQ(first.found[t].fall.low, second.found[t].fall.low);
+    EXPECT_EQ(first.found[t].improvement.low, second.found[t].improvement.low);
   }
 }
 

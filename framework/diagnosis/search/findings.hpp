@@ -12,7 +12,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// What all tests of a search share.
+/// Findings and tools that all tests of a search share.
 class Findings {
  public:
   Findings(const Problem& problem, const std::vector<Term>& model,
