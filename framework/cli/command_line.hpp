@@ -24,10 +24,15 @@ std::string unknown_word(const CLI::App& app);
 /// Message on an error of the command line, with an example of the command.
 std::string usage_problem(const CLI::App& app, const CLI::ParseError& error);
 
-/// An older spelling of an option, which works and is not shown. @param option the new one; both at once are refused
+/// An older spelling of an option, which works and is not shown. @param option the new one; of options that have one
+/// value both at once are refused, of lists they add up
 template <class T> CLI::Option* add_old_spelling(CLI::App& command, CLI::Option* option, const char* old, T& value) {
   if constexpr (std::is_same_v<T, bool>)
     return command.add_flag(old, value)->group("")->excludes(option);
+  else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+    return command
+        .add_option_function<T>(old, [&value](const T& more) { value.insert(value.end(), more.begin(), more.end()); })
+        ->group("");
   else
     return command.add_option(old, value)->group("")->excludes(option);
 }

@@ -34,8 +34,8 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
   }
   for (const std::string& name : without) {
     if (std::ranges::find(names, name) == names.end())
-      throw config::ConfigurationError(fmt::format("--exclude-effect: error: there is no effect '{}'\n         {}", name,
-                                                   config::suggestion(name, names, "effects")));
+      throw config::ConfigurationError(fmt::format("--exclude-effect: error: there is no effect '{}'\n         {}",
+                                                   name, config::suggestion(name, names, "effects")));
   }
   std::vector<std::unique_ptr<Candidate>> candidates;
   const auto seen = catalogue.describe(files);
@@ -57,8 +57,9 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
     if (found == campaign.conditions.end()) {
       std::vector<std::string> ids;
       for (const io::Condition& condition : campaign.conditions) ids.push_back(condition.id);
-      throw config::ConfigurationError(fmt::format("--exclude-condition: error: there is no condition '{}'\n         {}", id,
-                                                   config::suggestion(id, ids, "conditions")));
+      throw config::ConfigurationError(
+          fmt::format("--exclude-condition: error: there is no condition '{}'\n         {}", id,
+                      config::suggestion(id, ids, "conditions")));
     }
     notes.push_back(fmt::format("Left out: {}: --exclude-condition says so", id));
     campaign.conditions.erase(found);
@@ -186,7 +187,8 @@ class Run {
       if (!options_.skip_missing && !condition.capture.empty() && !std::filesystem::exists(condition.capture))
         diagnostics.error(
             condition.place("capture"), fmt::format("'capture': there is no file {}", condition.capture.string()),
-            fmt::format("--exclude-condition {} goes on without it, --skip-missing without all that are not there", condition.id));
+            fmt::format("--exclude-condition {} goes on without it, --skip-missing without all that are not there",
+                        condition.id));
     }
     if (!simulation::is_for(d_->model, *campaign.camera))
       diagnostics.error(d_->model.camera_at,
