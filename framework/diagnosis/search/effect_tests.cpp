@@ -184,7 +184,7 @@ bool EffectTests::drop_unconfirmed() {
     return why;
   });
   const std::string why = why_not_together();
-  const auto refute = [&](EffectFinding& finding) {
+  const auto refute = [&](EffectFinding& finding) -> const std::string& {
     findings_.note({"proved", {finding.name}, {}, why});
     return why;
   };
