@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Convert.NumPys*:Convert.Damaged*:Convert.Matlabs*
+// Rooms: foreign plugins
 // Files that NumPy, SciPy and OpenCV wrote, as captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
