@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: HdrFusion.ABracket*
+// Rooms: plugins
 // Bracketed exposures against weighted means by hand, and the simulator's 1:8:64 against the noise that is possible.
 #include <gtest/gtest.h>
 #include <hdf5.h>
