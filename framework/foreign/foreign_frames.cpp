@@ -126,7 +126,7 @@ void ForeignFrames::set_channels() {
         where, readings_text(lines), readings_text(channel_readings())));
   }
   // Flags of the file come last here and are read first: invalid pixels of other channels are added to them.
-  std::ranges::stable_partition(wanted, [](const ChannelLayout& c) { return c.channel != "flags"; });
+  std::stable_partition(wanted.begin(), wanted.end(), [](const ChannelLayout& c) { return c.channel != "flags"; });
   bool lengths = false;
   for (const ChannelLayout& layout : wanted) {
     if (std::ranges::count(wanted, layout.channel, &ChannelLayout::channel) > 1)
