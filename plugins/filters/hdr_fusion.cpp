@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/say.hpp"
+#include "config/log.hpp"
 
 namespace tofgraph {
 
