@@ -4,6 +4,7 @@
 // how often one that was not; and whether the search, without what was named, finds the hidden effect. Prints what was
 // missed and accused, then a table.
 #include "diagnosis/data/plausibility.hpp"
+#include "diagnosis/data/search_settings.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
 #include "tests/hidden_effects/score_run.hpp"
@@ -39,10 +40,10 @@ diagnosis::Measurements updated(const diagnosis::Measurements& before, const io:
   io::Campaign part = campaign;
   part.conditions.clear();
   for (const std::size_t i : wrong) part.conditions.push_back(campaign.conditions[i]);
-  for (std::size_t i = 0; i < diagnosis::fewest_conditions; ++i)  // so that they are enough
+  for (std::size_t i = 0; i < diagnosis::settings.min_conditions; ++i)  // so that they are enough
     if (std::ranges::find(wrong, i) == wrong.end()) part.conditions.push_back(campaign.conditions[i]);
-  for (std::size_t i = 0; part.conditions.size() < diagnosis::fewest_conditions; ++i)
-    part.conditions.push_back(campaign.conditions[diagnosis::fewest_conditions + i]);
+  for (std::size_t i = 0; part.conditions.size() < diagnosis::settings.min_conditions; ++i)
+    part.conditions.push_back(campaign.conditions[diagnosis::settings.min_conditions + i]);
   const diagnosis::Measurements read = diagnosis::measure(part, {});
   diagnosis::Measurements after = before;
   std::vector<io::Condition> conditions = before.design->conditions();

@@ -107,13 +107,13 @@ TEST_P(PutAside, WhicheverItIsItIsAsIfItWereNotThere) {
     SCOPED_TRACE(aside);
     std::vector<double> weight(depths.size(), 1);
     weight[aside] = 0;
-    const Fit with = fit(problem, start, weight);
+    const ModelFit with = fit(problem, start, weight);
     std::vector<io::Condition> conditions = all.design->conditions();
     conditions.erase(conditions.begin() + static_cast<std::ptrdiff_t>(aside));
     std::vector<Observations> observations = all.observations;
     observations.erase(observations.begin() + static_cast<std::ptrdiff_t>(aside));
     const Design fewer(all.design->camera_pointer(), false, conditions, all.table ? single : grid);
-    const Fit without = fit(make_problem(fewer, observations), start, std::vector<double>(conditions.size(), 1));
+    const ModelFit without = fit(make_problem(fewer, observations), start, std::vector<double>(conditions.size(), 1));
     EXPECT_NEAR(with.deviance, without.deviance, 1e-6 * std::abs(without.deviance));
     EXPECT_NEAR(with.state.terms[0].values[0], without.state.terms[0].values[0], 1e-9);
   }
