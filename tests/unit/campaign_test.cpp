@@ -305,5 +305,95 @@ TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
   EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("the table has no rows"));
 }
 
+/// Tables 5.1 to 5.3 and 3.1 of the reference are such tables; here with one cell of each wrong.
+TEST(Campaign, ATableHasSourcesTimesFramesAndValuesOfAllRows) {
+  const TemporaryFolder folder;
+  const std::string text = R"(campaign: 1
+camera: camcube2
+table:
+  file: t.csv
+  distance: 500 mm
+  integration_time: 0.5 ms
+  sources: {column: lamps}
+  time_since_power_on: {column: minutes, unit: min}
+  frames: {column: frames}
+  measured_depth_sd: {column: sd, unit: mm}
+  reach: 20 mm
+)";
+  write_text(folder.path() / "t.yaml", text);
+  write_text(folder.path() / "t.csv", "lamps,minutes,frames,sd\nleft,1,500,6.93\nboth,60,,2.77\nright left,,20,6\n,,,1\n");
+  const Campaign campaign = read(folder.path() / "t.yaml");
+  ASSERT_EQ(campaign.conditions.size(), 4U);
+  const Condition& left = campaign.conditions[0];
+  EXPECT_THAT(left.sources, testing::ElementsAre("left"));
+  EXPECT_EQ(left.board_distance, 0.5);
+  EXPECT_EQ(left.board_tilt_x, 0);
+  EXPECT_EQ(left.integration_time, 0.5e-3);
+  EXPECT_EQ(left.time_since_power_on, 60);
+  EXPECT_EQ(left.measured.frames, 500);
+  EXPECT_EQ(left.measured.reach, 20e-3);
+  EXPECT_TRUE(std::isnan(left.measured.depth)) << "a deviation alone is evidence";
+  EXPECT_TRUE(campaign.conditions[1].sources.empty()) << "both: all";
+  EXPECT_TRUE(std::isnan(campaign.conditions[1].measured.frames));
+  EXPECT_THAT(campaign.conditions[2].sources, testing::ElementsAre("right", "left"));
+  EXPECT_TRUE(campaign.conditions[3].sources.empty());
+
+  write_text(folder.path() / "t.csv", "lamps,minutes,frames,sd\nmiddle,-1,0.5,6\nleft left,1,1,6\n");
+  const std::string said = mistakes(folder.path() / "t.yaml");
+  for (const char* line : {"csv:2:1: error: 'sources' names the word 'middle', which the camera does not have",
+                           "csv:2:8: error: the time_since_power_on '-1' must not be negative",
+                           "csv:2:11: error: the frames '0.5' must be a whole number from 1 on",
+                           "csv:3:1: error: 'sources' names 'left' twice"})
+    EXPECT_THAT(said, testing::HasSubstr(line));
+  std::string wrong = text;
+  wrong.replace(wrong.find("0.5 ms"), 6, "0.5 mm");
+  write_text(folder.path() / "t.yaml", wrong);
+  EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("t.yaml:6:21: error: 'integration_time' is"));
+}
+
+TEST(Campaign, SeveralAreJoined) {
+  const TemporaryFolder folder;
+  const auto table = [&](const std::string& name, const std::string& more) {
+    write_text(folder.path() / (name + ".yaml"), "campaign: 1\ncamera: camcube2\nnote: of " + name +
+                                                     "\ntable:\n  file: t.csv\n  distance: {column: z, unit: mm}\n"
+                                                     "  measured_depth: {column: z, unit: mm}\n" + more);
+  };
+  const auto all = folder.path() / "all.yaml";
+  const auto join = [&](const std::string& members) {
+    write_text(all, "campaign: 1\ncamera: camcube2\nnote: together\ncampaigns: " + members + "\n");
+  };
+  write_text(folder.path() / "t.csv", "z\n500\n1000\n");
+  table("a", "");
+  table("b", "  frames: 20\n");
+  join("[a.yaml, b.yaml]");
+  const Campaign campaign = read(all);
+  ASSERT_EQ(campaign.conditions.size(), 4U);
+  EXPECT_TRUE(campaign.from_table);
+  EXPECT_EQ(campaign.conditions[1].id, "a line 3");
+  EXPECT_EQ(campaign.conditions[2].id, "b line 2");
+  EXPECT_EQ(campaign.conditions[2].session, "b") << "set up anew";
+  EXPECT_EQ(campaign.conditions[2].campaign, folder.path() / "b.yaml");
+  EXPECT_EQ(campaign.conditions[2].measured.frames, 20);
+  EXPECT_THAT(campaign.notes, testing::ElementsAre("together", "a: of a", "b: of b"));
+
+  const auto said = [&](const std::string& members) {
+    join(members);
+    return mistakes(all);
+  };
+  EXPECT_THAT(said("[]"), testing::HasSubstr("all.yaml:4:12: error: 'campaigns' is an empty list"));
+  EXPECT_THAT(said("[a.yaml, a.yaml]"), testing::HasSubstr("all.yaml:4:21: error: two conditions have the id 'a line 2'"));
+  EXPECT_THAT(said("[all.yaml]"), testing::HasSubstr("all.yaml:4:13: error: 'all.yaml' joins campaigns itself"));
+  EXPECT_THAT(said("[gone.yaml]"), testing::HasSubstr("gone.yaml"));
+  EXPECT_THAT(said("[a.yaml]\ntable: {file: t.csv}"), testing::HasSubstr("either 'campaigns' or data of its own"));
+  write_text(folder.path() / "c.yaml", "campaign: 1\ncamera: camcube3\ntable: {file: t.csv, distance: {column: z, unit: "
+                                       "mm}, measured_depth: {column: z, unit: mm}}\n");
+  EXPECT_THAT(said("[a.yaml, c.yaml]"),
+              testing::HasSubstr("all.yaml:4:21: error: the campaign c.yaml was made with the camera 'camcube3'"));
+  write_text(folder.path() / "d.h5", "");
+  write_text(folder.path() / "d.yaml",
+             "campaign: 1\ncamera: camcube2\nconditions: [{capture: d.h5, board: {distance: 1 m}}]\n");
+  EXPECT_THAT(said("[a.yaml, d.yaml]"), testing::HasSubstr("has captures where the others have tables"));
+}
+
 }  // namespace
 }  // namespace tofgraph::io
