@@ -41,7 +41,12 @@ COMMANDS = {
     "times": [
         "tofgraph calibrate integration-time pipelines/campaigns/thesis_tables.yaml -o out/published_times.yaml",
         "tofgraph simulate pipelines/chapter6/integration_times.yaml -o out/times",
-        "tofgraph calibrate integration-time out/times/campaign.yaml -o out/simulated_times.yaml"],
+        "tofgraph calibrate integration-time out/times/campaign.yaml -o out/simulated_times.yaml",
+        "tofgraph calibrate offset out/times/campaign.yaml --force -o out/times_boards.yaml"],
+    "centre": [
+        "tofgraph simulate pipelines/chapter6/centre_pixels.yaml -o out/centre",
+        "tofgraph calibrate offset out/centre/campaign.yaml --force -o out/centre.yaml"],
+    "matrix": ["tofgraph run pipelines/chapter6/offset_matrix.yaml"],
     "tables": [
         "tofgraph simulate pipelines/chapter6/offset_tables.yaml -o out/tables",
         "tofgraph calibrate offset out/tables/campaign.yaml --variant printed --force -o out/tables.yaml"],

@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double probe = 2e-3;  ///< m, for the derivative of what the model measures
+constexpr double gain_step = 2e-3;  ///< m, for the derivative of what the model measures
 
 /// A problem without data: what a model expects of conditions is all that is asked of it.
 struct Expected {
@@ -49,7 +49,7 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
   }
   if (used.empty()) return {};
   std::vector<io::Condition> farther = used;
-  for (io::Condition& c : farther) c.board_distance += probe;
+  for (io::Condition& c : farther) c.board_distance += gain_step;
   const Expected here(campaign.camera, physical, used), there(campaign.camera, physical, farther);
   const auto rows = here.rows(problem, state), moved = there.rows(problem, state);
   std::vector<SpreadRow> result;
@@ -59,7 +59,7 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
                       .distance = c.board_distance,
                       .integration_time = c.integration_time,
                       .amplitude = std::abs(here.design.ideal(i).front().phasor) * std::exp(rows[i][amplitude]),
-                      .gain = 1 + (moved[i][distance] - rows[i][distance]) / (probe * here.design.shift(i)[distance]),
+                      .gain = 1 + (moved[i][distance] - rows[i][distance]) / (gain_step * here.design.shift(i)[distance]),
                       .frames = c.measured.frames,
                       .sd = c.measured.depth_sd,
                       .reach = c.measured.reach});

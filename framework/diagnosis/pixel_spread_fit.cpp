@@ -22,7 +22,7 @@ constexpr double row_sd = 0.15;     ///< of the logarithm of a printed standard 
 constexpr double light_sd = 1;      ///< of the logarithm of a target's light: a factor e
 constexpr double near_share = 0.25;  ///< what counts as explained
 
-constexpr double typical[spread_laws] = {2e-3, 1e-3, 100, 0.5, 2};
+constexpr double start_value[spread_laws] = {2e-3, 1e-3, 100, 0.5, 2};
 
 /// Standard deviation of normal values of which those beyond a reach are left out.
 double within_reach(double sd, double reach) {
@@ -34,9 +34,9 @@ double within_reach(double sd, double reach) {
   return sd * std::sqrt(1 - 2 * a * density / inside);
 }
 
-/// Standard deviation that a law alone makes at its typical value, m.
+/// Standard deviation that a law alone makes at its start value, m.
 double size_of(SpreadLaw law, const SpreadRow& row, double amplitude, const SpreadNoise& noise) {
-  const double unit = typical[static_cast<std::size_t>(law)], scale = noise.metres_per_radian / amplitude;
+  const double unit = start_value[static_cast<std::size_t>(law)], scale = noise.metres_per_radian / amplitude;
   switch (law) {
     case SpreadLaw::pattern:
       return unit;
@@ -58,9 +58,11 @@ class SpreadFit {
  public:
   SpreadFit(std::span<const SpreadRow> rows, Laws laws, const SpreadNoise& noise)
       : rows_(rows), laws_(std::move(laws)), noise_(noise) {
-    for (const SpreadRow& row : rows) targets_.insert(row.target);
+    for (const SpreadRow& row : rows) {
+      if (std::ranges::find(targets_, row.target) == targets_.end()) targets_.push_back(row.target);
+    }
     const bool by_light = std::ranges::any_of(laws_, [](SpreadLaw law) { return law >= SpreadLaw::inside; });
-    const auto lights = by_light ? targets_.size() : 0;
+    const auto lights = by_light ? targets_.size() - 1 : 0;
     values_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(laws_.size() + lights));
     values_.head(static_cast<Eigen::Index>(laws_.size())).setOnes();
     solve();
@@ -81,7 +83,7 @@ class SpreadFit {
     std::vector<SpreadTerm> result;
     for (std::size_t k = 0; k < laws_.size(); ++k)
       result.push_back(
-          {laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) * typical[static_cast<std::size_t>(laws_[k])]});
+          {laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) * start_value[static_cast<std::size_t>(laws_[k])]});
     return result;
   }
   std::map<std::string, double> light() const {
@@ -92,9 +94,9 @@ class SpreadFit {
 
  private:
   double light_of(const std::string& target, const Eigen::VectorXd& values) const {
-    const auto found = targets_.find(target);
-    const auto at = static_cast<Eigen::Index>(laws_.size()) + std::distance(targets_.begin(), found);
-    return found == targets_.end() || at >= values.size() ? 0 : values[at];
+    const auto place = std::ranges::find(targets_, target) - targets_.begin();
+    const auto at = static_cast<Eigen::Index>(laws_.size()) + place - 1;
+    return place == 0 || at >= values.size() ? 0 : values[at];
   }
 
   double predicted(const SpreadRow& row, const Eigen::VectorXd& values) const {
@@ -151,12 +153,12 @@ class SpreadFit {
   std::span<const SpreadRow> rows_;
   Laws laws_;
   SpreadNoise noise_;
-  std::set<std::string> targets_;
-  Eigen::VectorXd values_;  ///< of the laws in their typical values, then ln of each target's light
+  std::vector<std::string> targets_;  ///< in the order of the rows
+  Eigen::VectorXd values_;  ///< of the laws in units of their start values, then ln of the light of each further target
 };
 
 /// Laws that the rows can show.
-Laws candidates_of(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
+Laws candidate_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   Laws laws = {SpreadLaw::pattern, SpreadLaw::growing, SpreadLaw::inside, SpreadLaw::dark};
   const bool counted = std::ranges::all_of(rows, [](const SpreadRow& row) { return row.frames >= 1; });
   if (counted && noise.read_noise >= 0 && noise.shot_noise >= 0 && noise.contrast > 0)
@@ -164,24 +166,22 @@ Laws candidates_of(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   return laws;
 }
 
-/// One law after the other while the criterion falls.
+/// Adds or takes out one law after the other while the criterion falls.
 Laws chosen_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
-  const Laws all = candidates_of(rows, noise);
   Laws chosen;
   double best = std::numeric_limits<double>::infinity();
-  while (chosen.size() < all.size()) {
-    std::optional<SpreadLaw> next;
-    for (const SpreadLaw law : all) {
-      if (std::ranges::find(chosen, law) != chosen.end()) continue;
+  for (;;) {
+    Laws next;
+    for (const SpreadLaw law : candidate_laws(rows, noise)) {
       Laws tried = chosen;
-      tried.push_back(law);
+      if (std::erase(tried, law) == 0) tried.push_back(law);
+      if (tried.empty()) continue;
       const double bic = SpreadFit(rows, tried, noise).bic();
-      if (bic < best) best = bic, next = law;
+      if (bic < best) best = bic, next = tried;
     }
-    if (!next) break;
-    chosen.push_back(*next);
+    if (next.empty()) return chosen;
+    chosen = next;
   }
-  return chosen;
 }
 
 double root_mean_square(const std::vector<double>& errors) {

@@ -74,7 +74,10 @@ struct OffsetCorrection final : Filter {
                                        "extrapolated; refuse: the pixel becomes invalid; hold: not flagged"}};
   Out<float> offset{this,
                     "offset",
-                    {.unit = "m", .optional = true, .text = "what was added to the distance; made with `keep_offset`"}};
+                    {.shape = "H W",
+                     .unit = "m",
+                     .optional = true,
+                     .text = "what was added to the distance; made with `keep_offset`"}};
   Param<bool> keep_offset{
       this, "keep_offset", {.default_value = "false", .text = "the image `offset` of what was added, (6.5)"}};
   Param<std::string> serial{
