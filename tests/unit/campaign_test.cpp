@@ -340,7 +340,7 @@ table:
 
   write_text(folder.path() / "t.csv", "lamps,minutes,frames,sd\nmiddle,-1,0.5,6\nleft left,1,1,6\n");
   const std::string said = mistakes(folder.path() / "t.yaml");
-  for (const char* line : {"csv:2:1: error: 'sources' names the word 'middle', which the camera does not have",
+  for (const char* line : {"csv:2:1: error: 'sources' names 'middle', which the camera does not have",
                            "csv:2:8: error: the time_since_power_on '-1' must not be negative",
                            "csv:2:11: error: the frames '0.5' must be a whole number from 1 on",
                            "csv:3:1: error: 'sources' names 'left' twice"})
