@@ -160,15 +160,18 @@ is not that of Ms.D + O.M. The reach is inferred; `--variant printed` applies it
 others. Its means are {fitted_mean} and {judged_mean} mm off (root mean square; all were fitted). Not matched:
 
 - σ of Ms.D, which nothing was fitted to, is within 25 % in {measured} rows. For the dark sheets from 3.5 m on it is up
-  to six times the printed one: there the σ of N.L.C.D agrees because both have lost the pixels beyond the reach, and
-  the twin has lost too many. Fitted to both σ, the model gets 67 of 84 (N.L.C.D) and 70 of 84 (Ms.D).
+to six times the printed one: there the σ of N.L.C.D agrees because both have lost the pixels beyond the reach, and
+the twin has lost too many. Fitted to both σ, the model gets 67 of 84 (N.L.C.D) and 70 of 84 (Ms.D).
+
 - σ at 5 and 5.5 m, of all sheets: print has less than before and after it, by a quarter. `tofgraph diagnose` names it,
-  too: "no law explains those of distance 5 m".
+too: "no law explains those of distance 5 m".
+
 - σ of the darkest boards at 6.5 and 7 m: print falls to 6.7 mm where the twin fills the reach. Ms.D says that
-  these pixels spread by 40 to 50 mm, which no normal spread with a core of 7 mm has: single frames that wrap at
-  7.49 m would, as each moves the mean of 250 by 30 mm. The twin's mean is one frame with the noise of 250.
+these pixels spread by 40 to 50 mm, which no normal spread with a core of 7 mm has: single frames that wrap at
+7.49 m would, as each moves the mean of 250 by 30 mm. The twin's mean is one frame with the noise of 250.
+
 - Table 5.3 has σ 2.77 mm for the white board at 500 mm and 0.5 ms, table 6.2 has 3.84 mm: one pattern cannot have
-  both.
+both.
 """
 
 TIMES = """Optimal integration times by target and distance. The published boards were selected by the least RMSE,

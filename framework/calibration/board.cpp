@@ -63,7 +63,8 @@ struct BoardModel::Places {
     return {chosen_of(rays, chosen), chosen_of(true_path, chosen), chosen_of(true_depth, chosen),
             chosen_of(modelled, chosen)};
   }
-  template <class T> static std::vector<T> chosen_of(const std::vector<T>& all, const std::vector<std::size_t>& chosen) {
+  template <class T>
+  static std::vector<T> chosen_of(const std::vector<T>& all, const std::vector<std::size_t>& chosen) {
     std::vector<T> some;
     for (const std::size_t i : chosen) some.push_back(all[i]);
     return some;

@@ -55,14 +55,15 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
   std::vector<SpreadRow> result;
   for (std::size_t i = 0; i < used.size(); ++i) {
     const io::Condition& c = used[i];
-    result.push_back({.target = c.target,
-                      .distance = c.board_distance,
-                      .integration_time = c.integration_time,
-                      .amplitude = std::abs(here.design.ideal(i).front().phasor) * std::exp(rows[i][amplitude]),
-                      .gain = 1 + (moved[i][distance] - rows[i][distance]) / (gain_step * here.design.shift(i)[distance]),
-                      .frames = c.measured.frames,
-                      .sd = c.measured.depth_sd,
-                      .reach = c.measured.reach});
+    result.push_back(
+        {.target = c.target,
+         .distance = c.board_distance,
+         .integration_time = c.integration_time,
+         .amplitude = std::abs(here.design.ideal(i).front().phasor) * std::exp(rows[i][amplitude]),
+         .gain = 1 + (moved[i][distance] - rows[i][distance]) / (gain_step * here.design.shift(i)[distance]),
+         .frames = c.measured.frames,
+         .sd = c.measured.depth_sd,
+         .reach = c.measured.reach});
   }
   return result;
 }

@@ -18,8 +18,8 @@ namespace {
 
 using Laws = std::vector<SpreadLaw>;
 
-constexpr double row_sd = 0.15;     ///< of the logarithm of a printed standard deviation: weight beside the next
-constexpr double light_sd = 1;      ///< of the logarithm of a target's light: a factor e
+constexpr double row_sd = 0.15;      ///< of the logarithm of a printed standard deviation: weight beside the next
+constexpr double light_sd = 1;       ///< of the logarithm of a target's light: a factor e
 constexpr double near_share = 0.25;  ///< what counts as explained
 
 constexpr double start_value[spread_laws] = {2e-3, 1e-3, 100, 0.5, 2};
@@ -82,8 +82,8 @@ class SpreadFit {
   std::vector<SpreadTerm> terms() const {
     std::vector<SpreadTerm> result;
     for (std::size_t k = 0; k < laws_.size(); ++k)
-      result.push_back(
-          {laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) * start_value[static_cast<std::size_t>(laws_[k])]});
+      result.push_back({laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) *
+                                      start_value[static_cast<std::size_t>(laws_[k])]});
     return result;
   }
   std::map<std::string, double> light() const {

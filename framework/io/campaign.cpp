@@ -208,9 +208,10 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
 /// where they state none: it was set up anew.
 void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty())
-    return diagnostics.error(list.at, fmt::format("'campaigns' is {}, expected a list of files",
-                                                  list.is_list() ? "an empty list" : list.described()),
-                             "example: campaigns: [rail.yaml, warm_up.yaml]");
+    return diagnostics.error(
+        list.at,
+        fmt::format("'campaigns' is {}, expected a list of files", list.is_list() ? "an empty list" : list.described()),
+        "example: campaigns: [rail.yaml, warm_up.yaml]");
   for (const config::Value& item : list.items) {
     const std::filesystem::path file = config::path_at(item.text, item.at);
     try {

@@ -76,9 +76,10 @@ class TableReader {
     campaign_.from_table = true;
     reader_.finish();
     if (!measured && diagnostics_.ok())
-      diagnostics_.error(rows_.front().front().at,
-                         "the table has no measured column: measured_depth, measured_distance, amplitude or measured_depth_sd",
-                         "example: measured_depth: {column: corrected_mean_mm, unit: mm}");
+      diagnostics_.error(
+          rows_.front().front().at,
+          "the table has no measured column: measured_depth, measured_distance, amplitude or measured_depth_sd",
+          "example: measured_depth: {column: corrected_mean_mm, unit: mm}");
     if (diagnostics_.ok()) read_conditions();
   }
 

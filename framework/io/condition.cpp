@@ -98,7 +98,8 @@ void read_source_words(const std::string& words, const config::Position& at, con
   std::istringstream in(words);
   std::vector<std::string> names{std::istream_iterator<std::string>(in), {}};
   config::Value value{.kind = config::Value::Kind::list, .at = at};
-  for (const std::string& name : names) value.items.push_back({.kind = config::Value::Kind::scalar, .text = name, .at = at});
+  for (const std::string& name : names)
+    value.items.push_back({.kind = config::Value::Kind::scalar, .text = name, .at = at});
   read_sources(names.size() == 1 ? value.items.front() : value, camera, sources, diagnostics);
 }
 

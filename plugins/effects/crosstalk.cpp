@@ -5,7 +5,8 @@
 
 namespace tofgraph {
 
-/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int counts in the intensity.
+/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int counts in the
+/// intensity.
 struct Crosstalk final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",

@@ -126,7 +126,8 @@ struct OffsetCorrection final : Filter {
                                ", the camera has " + std::to_string(rows_) + " x " + std::to_string(columns_));
     const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
     mark_invalid(image, Array<float>(), bits);
-    const std::vector<float> before = *keep_offset ? std::vector<float>(image.begin(), image.end()) : std::vector<float>{};
+    const std::vector<float> before =
+        *keep_offset ? std::vector<float>(image.begin(), image.end()) : std::vector<float>{};
     thread_local Surface seen;
     look(image, only_ ? nullptr : amplitude(frame).data(), time, seen);
     if (*method == "board")

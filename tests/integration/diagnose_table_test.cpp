@@ -101,8 +101,8 @@ TEST_F(DiagnoseTable, AllThatWasPublishedOfACamera) {
   for (const auto& input : said["inputs"]) inputs.push_back(fs::path(input["file"].get<std::string>()).filename());
   for (const auto& fold : said["folds"])
     if (fold["setting"] == "session") sessions.push_back(fold["levels"]);
-  EXPECT_THAT(names, testing::UnorderedElementsAre("crosstalk", "integration_time_offset", "wiggling",
-                                                   "phase_step_error"))
+  EXPECT_THAT(names,
+              testing::UnorderedElementsAre("crosstalk", "integration_time_offset", "wiggling", "phase_step_error"))
       << "15 mm between single lamps are within what boards scatter by: neither source_phase nor source_position";
   for (const char* file : {"published_rmse.yaml", "published_single_sources.yaml", "published_single_sources.csv",
                            "published_warm_up.yaml", "thesis_offset_tables.csv"})

@@ -82,8 +82,7 @@ TEST(DrawnPattern, IsThatOfItsSeedAndScale) {
 TEST(DrawnPattern, AveragesOutWherePointsStandForManyPixels) {
   View view = whole_view();
   view.pixels = superpixels(camcube(), 12, 12);
-  const std::string both =
-      "{effect: fixed_pattern, scale: 1, spread: 4 mm}, {effect: crosstalk, spread: 500 counts/s}";
+  const std::string both = "{effect: fixed_pattern, scale: 1, spread: 4 mm}, {effect: crosstalk, spread: 500 counts/s}";
   for (const double offset : offsets_of(both, view)) EXPECT_EQ(offset, 0);
 }
 
@@ -92,7 +91,8 @@ TEST(DrawnPattern, OfCrosstalkGrowsWithTheTimeAndSpreadsBothParts) {
   for (const double time : {1e-3, 4e-3}) {
     view.acquisition.condition.integration_time = time;
     const auto ideal = seen("", view),
-               real = seen("{effect: crosstalk, real: 300 counts/s, imaginary: -200 counts/s, spread: 500 counts/s}", view);
+               real = seen("{effect: crosstalk, real: 300 counts/s, imaginary: -200 counts/s, spread: 500 counts/s}",
+                           view);
     std::vector<double> across, along;
     double product = 0;
     for (std::size_t i = 0; i < ideal.size(); ++i) {

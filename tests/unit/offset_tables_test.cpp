@@ -9,11 +9,11 @@
 #include <map>
 #include <random>
 
+#include <tofgraph/physics/geometry.hpp>
 #include "calibration/boards.hpp"
 #include "calibration/calibrate.hpp"
 #include "calibration/held_out.hpp"
 #include "io/profile.hpp"
-#include <tofgraph/physics/geometry.hpp>
 
 #include "tests/unit/published_boards.hpp"
 
@@ -98,10 +98,10 @@ TEST(OffsetTables, ThePrintedVariantLeavesOutFarPixels) {
     std::normal_distribution<double> normal(0, sd);
     images.distance.clear();
     for (const std::size_t i : images.pixels)
-      images.distance.push_back(
-          physics::distance_at_depth(geometric.geometry(), geometric.ray(i), 3 + normal(random)));
+      images.distance.push_back(physics::distance_at_depth(geometric.geometry(), geometric.ray(i), 3 + normal(random)));
     const double a = 20e-3 / sd, inside = std::erf(a / std::sqrt(2)),
-                 density = std::exp(-a * a / 2) / std::sqrt(2 * M_PI), cut = sd * std::sqrt(1 - 2 * a * density / inside);
+                 density = std::exp(-a * a / 2) / std::sqrt(2 * M_PI),
+                 cut = sd * std::sqrt(1 - 2 * a * density / inside);
     const calibration::Board all = geometric.measure(board, images), near = printed.measure(board, images);
     EXPECT_NEAR(all.corrected.sd, sd, 0.015 * sd);  // of 41616 pixels: 0.35 % is one standard deviation
     EXPECT_NEAR(near.corrected.sd, cut, 0.015 * cut);

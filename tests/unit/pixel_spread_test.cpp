@@ -58,7 +58,8 @@ TEST(PixelSpread, FindsEachLawAlone) {
   const std::pair<SpreadLaw, double> truths[] = {{SpreadLaw::pattern, 4e-3}, {SpreadLaw::growing, 1.5e-3}};
   for (const auto& [law, value] : truths) {
     const auto found = fit_spread(
-        with_law([&](const SpreadRow& r) { return value * (law == SpreadLaw::growing ? r.distance : 1); }, 600), profile);
+        with_law([&](const SpreadRow& r) { return value * (law == SpreadLaw::growing ? r.distance : 1); }, 600),
+        profile);
     ASSERT_TRUE(found);
     ASSERT_EQ(found->terms.size(), 1U);
     EXPECT_EQ(found->terms[0].law, law);
