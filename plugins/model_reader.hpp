@@ -47,7 +47,7 @@ class ModelReader {
   graph::PluginRegistry registry() const {
     return graph::PluginRegistry(config::split_path(stage_.host->plugin_path(stage_.context)));
   }
-  /// Of the effects; it must not outlive the stage.
+  /// Host of the effects; it must not outlive the stage.
   std::shared_ptr<graph::Host> host() const {
     auto own = std::make_shared<graph::Host>();
     own->plugin_path = stage_.host->plugin_path(stage_.context);

@@ -27,7 +27,7 @@ struct RawSourceData {
   std::size_t image_bytes() const { return pixels() * 2 * sizeof(std::uint16_t); }  ///< without its header
   std::size_t frame_bytes() const { return images * (header_bytes + image_bytes()); }
 
-  /// What a parameter `phase_order` says: each of 0 .. 3 once. Nothing: it says something else
+  /// Order by a parameter `phase_order`: each of 0 .. 3 once. Nothing: it is not such an order
   static std::optional<std::array<std::size_t, images>> order_of(const std::vector<double>& order) {
     std::array<std::size_t, images> result{};
     for (std::size_t i = 0; i < images; ++i) {

@@ -19,10 +19,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each may use those before it.
-ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "simulation/files", "recording",
-         "simulation", "report", "calibration", "diagnosis", "cli"]
+ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "foreign", "simulation/files",
+         "recording", "simulation", "report", "calibration", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
-PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "simulation/files", "simulation"}
+PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "simulation/files", "simulation"}
 DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli what their commands are asked for
 FOLDERS = ["framework", "plugins", "devices", "tests"]  # of sources
 MAX_FILE_LINES, MAX_FUNCTION_LINES = 350, 60

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What stands behind the stage `camcube`: one interface, a backend for each way to a camera.
+/// @file Interface of the stage `camcube` to a camera, with a backend for each kind of access.
 #pragma once
 
 #include <tofgraph/frame.hpp>
@@ -23,11 +23,11 @@ class Setup;
 
 namespace tofgraph::camcube {
 
-/// What the user asked for, and what is known of the camera; times in s, frequencies in Hz, NaN: not asked for.
+/// Settings requested by the user, and properties of the camera; times in s, frequencies in Hz, NaN: not requested.
 struct Settings {
   std::string camera;  ///< name of the profile
   RawSourceData layout;
-  double nominal_frequency = 0, nominal_frame_rate = 0;  ///< of the profile; NaN: not known
+  double nominal_frequency = 0, nominal_frame_rate = 0;  ///< profile's values; NaN: not known
   double integration_range[2] = {};                      ///< valid ones, of the profile; NaN: not known
   double integration_time = 0, modulation_frequency = 0, frame_rate = 0;
 
@@ -42,9 +42,9 @@ struct Settings {
   std::int64_t condition = -1;                                     ///< simulated: the only one; -1: all
 };
 
-/// What every frame will have.
+/// Properties of every frame.
 struct Delivery {
-  std::vector<std::string> channels;       ///< of those that the stage declares
+  std::vector<std::string> channels;       ///< a subset of those that the stage declares
   std::vector<tofgraph_channel> recorded;  ///< others; their strings live as long as the backend
   std::uint64_t known = 0;                 ///< TOFGRAPH_KNOWS_..
   std::uint64_t frames = 0;                ///< 0: endless

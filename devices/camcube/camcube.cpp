@@ -99,7 +99,7 @@ struct CamCube final : CamCubeParameters {
     host->set_source(context, config::json_text(source).c_str());
   }
 
-  /// What the controller of the integration time has to know; it may begin with another time.
+  /// Prepares the controller of the integration time, which may begin with another time.
   void prepare_control(const Setup& setup) {
     if (!*auto_integration_time) return;
     if (!(*amplitude_low < *amplitude_high))

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the stage `camcube` gives and what can be set: its contract.
+/// @file Contract of the stage `camcube`: outputs and parameters.
 #pragma once
 
 #include <tofgraph/stage.hpp>

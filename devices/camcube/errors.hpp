@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What can go wrong on the way to a camera.
+/// @file Errors in the access to a camera.
 #pragma once
 
 #include <stdexcept>

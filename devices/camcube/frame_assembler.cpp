@@ -92,7 +92,7 @@ void FrameAssembler::finish_frame() {
   frames_.offer(frame_);
 }
 
-/// What the headers say of the exposure. @returns false when it cannot be, which spoils the frame
+/// Takes the exposure from the headers. @returns false if it is impossible, which invalidates the frame
 bool FrameAssembler::take_settings() {
   const Bytes header(frame_.bytes.data(), RawSourceData::header_bytes);
   const auto value = [&](const std::optional<Field>& field, double unit, double otherwise) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What single transfers bring, put together to frames; what does not fit spoils its frame and no other.
+/// @file Assembly of transfers to frames; an invalid transfer invalidates its own frame only.
 #pragma once
 
 #include <span>
@@ -11,15 +11,15 @@
 
 namespace tofgraph::camcube {
 
-/// What a frame has where its headers do not say; s, Hz, NaN: not known.
+/// Values of a frame that its headers do not state; s, Hz, NaN: not known.
 struct FrameDefaults {
   double integration_time, modulation_frequency;
   double longest_time = 1;  ///< s, that a header may say
 };
 
-/// Where a frame begins is known from each message, not counted on from the one before: by the message itself where it
-/// is a whole frame, else by the header's index of the image, else by the number of the frame, which changes there.
-/// Not thread-safe: all calls come from one thread.
+/// Assembler of frames, whose beginning each message states without counting: by the message itself if it is a whole
+/// frame, else by the header's index of the image, else by the number of the frame, which changes there. Not
+/// thread-safe: all calls come from one thread.
 class FrameAssembler {
  public:
   FrameAssembler(const Protocol& protocol, const RawSourceData& layout, const FrameDefaults& defaults,
@@ -50,12 +50,12 @@ class FrameAssembler {
   const FrameDefaults defaults_;
   FrameExchange& frames_;
   RawFrame frame_;                    ///< under way
-  std::size_t next_image_ = 0;        ///< of it; 0: none is under way
+  std::size_t next_image_ = 0;        ///< within the frame; 0: none is under way
   bool skipping_ = false;             ///< to the beginning of a frame
   std::optional<std::uint64_t> raw_;  ///< as in the headers of the frame that began last
   std::optional<std::uint64_t> last_raw_,
-      last_number_;          ///< of the last whole frame, the latter without wrapping around
-  std::uint64_t count_ = 0;  ///< of frames begun, where headers have no number
+      last_number_;          ///< values of the last whole frame, the latter without wrapping around
+  std::uint64_t count_ = 0;  ///< frames begun, if headers have no number
 };
 
 }  // namespace tofgraph::camcube

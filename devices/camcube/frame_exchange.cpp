@@ -11,7 +11,7 @@ std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
 }
 
-/// What loses the device is the reason for all that went wrong before.
+/// Merges faults: the loss of the device replaces earlier faults.
 void FrameExchange::merge(MaybeFault& earlier, MaybeFault later) {
   if (later && (!earlier || (later->second && !earlier->second))) earlier = std::move(later);
 }

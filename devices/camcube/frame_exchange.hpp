@@ -38,8 +38,8 @@ class FrameExchange {
 
   /// Takes a frame; gives back the memory of another. Where all places are taken the oldest makes room.
   void offer(RawFrame& frame);
-  /// What went wrong, for the reader when it has read what came before. Of several between two frames the first is
-  /// kept, or the first that lost the device.
+  /// Adds a fault that the reader receives after earlier frames. Of several between two frames the first is kept, or
+  /// the first that lost the device.
   void fail(const Fault& fault);
   /// Waits for a frame. @returns false when none came in time, or after wake() @throws Fault
   bool take(RawFrame& frame, std::chrono::milliseconds patience);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t pixel_step = 7;   ///< every so many pixels are looked at: 6000 of 204 x 204
 constexpr double bright_tap = 0.99;     ///< percentile of the brighter tap, which must not reach the full well
-constexpr double max_filling = 0.8;     ///< of the full well
+constexpr double max_filling = 0.8;     ///< relative to the full well
 constexpr double when_saturated = 0.4;  ///< factor of the time: how far it is above the full well, nobody sees
 constexpr double max_change = 8;        ///< factor in one step
 constexpr double not_worth = 0.02;      ///< relative change that is not made

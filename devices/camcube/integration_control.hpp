@@ -29,7 +29,7 @@ class IntegrationControl {
  public:
   explicit IntegrationControl(const ControlLimits& limits) : limits_(limits) {}
 
-  /// What one frame says. Frames that were under way when the time was changed are left out: by their own time.
+  /// Evaluates one frame. Frames in flight at a change of the time are skipped, by their own time.
   /// @param taps 4 x (A, B) x pixels @param time of this frame, s
   /// @returns the time for the frames to come in whole microseconds; nothing: it stays
   std::optional<double> next(std::span<const std::uint16_t> taps, double time);

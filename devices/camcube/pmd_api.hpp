@@ -36,7 +36,7 @@ enum Proximity : int { at_least = 0, at_most = 1, close_to = 2 };
 /// Bits of a pixel's flags; only these four mean the same as ours.
 inline constexpr unsigned common_flags = 0x0f, flag_invalid = 0x01;
 
-/// What the source data are, DataDescription::type: taps A and B of 16 bits, big-endian or little-endian.
+/// Types of source data, DataDescription::type: taps A and B of 16 bits, big-endian or little-endian.
 enum DataType : std::uint32_t {
   raw_b16_ab = 0x9006,
   raw_l16_ab = 0x1006,

@@ -14,8 +14,8 @@ namespace tofgraph::camcube {
 /// Never closed again: a call into it may still be running when the camera is given up.
 class PmdLibrary {
  public:
-  /// Where it is looked for: only `library` where that is given; else below $PMDDIR, /usr/local/pmd, and where the
-  /// system has its libraries.
+  /// Search path of the library: only `library` if that is given; else below $PMDDIR, /usr/local/pmd, and in the
+  /// system's folders.
   static std::vector<std::string> candidates(const std::string& library);
   /// @param library path, may be empty
   /// @throws NotFound naming all places, and of each why it does not serve
@@ -35,7 +35,7 @@ class PmdLibrary {
     throw SettingError(parameter, path_ + " has no function " + name + ": is it an older version?");
   }
 
-  /// What the library says of the last error, with the code. @param handle 0: of opening
+  /// Text of the library's last error, with the code. @param handle 0: of opening
   std::string error_text(pmd::Handle handle, int result) const;
 
  private:

@@ -31,7 +31,7 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   /// @param nearest the nearest valid value will do @throws SettingError that says the nearest valid value
   void set_number(const char* parameter, const char* what, const char* unit, double factor, double value,
                   bool nearest = false) const;
-  /// What is set, in s or Hz; NaN where the library cannot tell.
+  /// Current setting, in s or Hz; NaN if the library does not provide it.
   double number(const char* what, double factor) const;
 
   /// Frames flow from now on, made in a thread of their own.
@@ -41,13 +41,13 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   static bool close(const std::shared_ptr<PmdSession>& session) noexcept;
 
   FrameExchange& frames() { return frames_; }
-  /// Of a frame: raw source data, or four images of 4 bytes each pixel.
+  /// Size of a frame: raw source data, or four images of 4 bytes per pixel.
   std::size_t frame_bytes() const;
   void set_defaults(double integration_time, double modulation_frequency) {
     integration_time_ = integration_time;
     modulation_frequency_ = modulation_frequency;
   }
-  /// Of the frames to come, between two of them: the library is used by one thread. [any thread]
+  /// Sets the time of following frames, between two frames: the library is used by one thread. [any thread]
   void change_integration_time(double time) { wanted_time_.store(time); }
   bool big_endian() const { return big_endian_.load(); }
 

@@ -15,8 +15,8 @@
 namespace tofgraph::camcube {
 namespace {
 
-/// What the vendor's software would correct before our models see it: command, and whether the processing plugin takes
-/// it.
+/// Corrections of the vendor's software that precede the project's models: command, and whether the processing plugin
+/// accepts it.
 constexpr std::pair<const char*, bool> calibrations[] = {{"SetFPNCalibration", false},
                                                          {"SetLensCalibration", false},
                                                          {"SetFPPNCalibration", true},
@@ -146,7 +146,7 @@ class PmdSdk final : public Backend {
     }
   }
 
-  /// Of the flags only the bits that mean the same as ours; an invalid pixel has no length.
+  /// Writes images. Only flag bits with equal meaning are kept; an invalid pixel has no length.
   void write_images(const Frame& frame) const {
     const std::size_t n = layout_.pixels();
     const auto distance = image<float>(frame, "distance", "m", layout_);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How a USB camera speaks, as a file describes it: ids, endpoints, commands, what its headers hold. Keys:
+/// @file Protocol of a USB camera, described by a file: ids, endpoints, commands, fields of headers. Keys:
 /// docs/formats/protocol.md.
 #pragma once
 
@@ -38,12 +38,12 @@ struct Magic {
   std::vector<std::uint8_t> bytes;
 };
 
-/// What commands send beside fixed bytes.
+/// Values that commands send beside fixed bytes.
 struct CommandValues {
   std::uint64_t integration_time_us = 0, modulation_frequency_hz = 0;
 };
 
-/// One transfer of a command: over the control pipe, or to a bulk endpoint.
+/// Transfer of a command: over the control pipe, or to a bulk endpoint.
 struct Step {
   /// Fixed bytes, or a number in their place.
   struct Part {
@@ -54,7 +54,7 @@ struct Step {
   std::optional<std::array<std::uint16_t, 4>> control;  ///< request type, request, value, index
   std::uint8_t bulk = 0;                                ///< endpoint, where it is not control
   std::vector<Part> data;
-  std::vector<std::uint8_t> answer;  ///< of a control transfer to the host: how it has to begin
+  std::vector<std::uint8_t> answer;  ///< required beginning, for a control transfer to the host
 
   /// @throws std::out_of_range where a number has no room
   std::vector<std::uint8_t> bytes(const CommandValues& values) const;
@@ -67,7 +67,7 @@ struct Protocol {
   int interface = 0;
   std::uint8_t endpoint = 0;  ///< bulk IN
   std::size_t transfers = 8;  ///< in flight
-  bool whole_frames = false;  ///< one transfer brings a frame; otherwise an image
+  bool whole_frames = false;  ///< a transfer contains a frame; otherwise an image
   std::optional<Magic> magic;
   std::optional<Field> image, number, integration_time, modulation_frequency;
   std::map<std::string, std::vector<Step>> commands;  ///< by name; missing: the camera needs none

@@ -214,7 +214,7 @@ class Replay final : public Backend {
                                            settings_.file));
   }
 
-  /// What lies between the time stamps, which nobody vouches for: they may go back, or jump by years.
+  /// Learns the pace from time stamps, which are not reliable: they may decrease, or jump by years.
   void learn_pace() {
     pauses_.assign(recording_->frames(), 0);
     for (std::size_t i = 1; i < pauses_.size(); ++i) {
@@ -239,7 +239,7 @@ class Replay final : public Backend {
                       static_cast<double>(longest) * 1e-9));
   }
 
-  /// Of the next frame; each round begins a frame after the end of the one before. Whatever was recorded, it wraps.
+  /// Recorded time of the next frame; each round begins a frame after the end of the previous one. Wraps around.
   std::int64_t recorded_time() const {
     const auto stamp = [this](std::size_t i) {
       return static_cast<std::uint64_t>(recording_->metadata(i).timestamp_ns);

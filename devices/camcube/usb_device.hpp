@@ -16,17 +16,17 @@ namespace tofgraph::camcube {
 
 inline constexpr std::uint16_t pmd_vendor = 0x1c28;
 
-/// What the public lists of ids call a product of PMD Technologies; "" where they do not know it.
+/// Name of a product of PMD Technologies in the public lists of ids; "" if they do not list it.
 std::string_view product_name(std::uint16_t product);
 
 /// A device of the vendor, plugged in.
 struct UsbCamera {
   std::uint16_t vendor = 0, product = 0;
   std::string port;     ///< bus and ports: "1-2.3"
-  std::string name;     ///< of the public lists, or as the device says
+  std::string name;     ///< by the public lists, or as the device states
   std::string serial;   ///< empty: it has none, or cannot be opened
   std::string node;     ///< "/dev/bus/usb/001/002"
-  std::string problem;  ///< what keeps it from being opened, with what to do; empty: nothing
+  std::string problem;  ///< reason why it cannot be opened, with a remedy; empty: none
   /// "1c28:c003 CamCube, port 1-2, serial 17"
   std::string text() const;
 };
@@ -38,7 +38,7 @@ UsbContext make_usb_context();
 /// All devices of a vendor. Each is opened for a moment, to read its serial number.
 std::vector<UsbCamera> find_usb_cameras(libusb_context* context, std::uint16_t vendor);
 
-/// How a user gets at devices that only root may open.
+/// Advice on access to devices that only root may open.
 std::string permission_advice();
 
 /// The shipped file of that name: protocol descriptions, the udev rule.

@@ -11,7 +11,7 @@
 namespace tofgraph::camcube {
 namespace {
 
-constexpr std::size_t largest_packet = 1024;  ///< of USB 3; a transfer takes whole packets
+constexpr std::size_t largest_packet = 1024;  ///< USB 3; a transfer takes whole packets
 constexpr std::size_t patience_with_failures = 8;
 constexpr auto cancel_patience = std::chrono::seconds(1);
 

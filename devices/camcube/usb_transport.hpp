@@ -17,14 +17,14 @@
 
 namespace tofgraph::camcube {
 
-/// Where Linux says how many MB it gives to transfers at once.
+/// File in which Linux states the MB available to simultaneous transfers.
 inline constexpr const char* usb_memory_file = "/sys/module/usbcore/parameters/usbfs_memory_mb";
 /// In bytes; 0: without limit, or not known.
 std::size_t usb_memory();
 
-/// What comes out of a transport; called from one thread at a time.
+/// Events of a transport; called from one thread at a time.
 struct TransportEvents {
-  std::function<void(std::span<const std::uint8_t>)> message;  ///< what one transfer brought
+  std::function<void(std::span<const std::uint8_t>)> message;  ///< content of a transfer
   std::function<void()> interrupted;                           ///< some of the stream is missing
   std::function<void(const Fault&)> fault;
 };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What one board at a known place showed, against what the ideal camera would have shown: chapter 6 of the
-/// reference for one condition. SI.
+/// @file Measurement of one board at a known place, compared with the ideal camera: chapter 6 of the reference for one
+/// condition. SI.
 #pragma once
 
 #include "io/condition.hpp"
@@ -26,7 +26,7 @@ struct Moments {
 
 /// Pixels of a window that are left out before anything is averaged over pixels, each under one reason.
 struct UnusablePixels {
-  std::size_t pixels = 0;     ///< of the window
+  std::size_t pixels = 0;     ///< pixels in the window
   std::size_t map = 0;        ///< bad in the map of the camera's profile
   std::size_t invalid = 0;    ///< not a number, or not a positive amplitude, in some frame
   std::size_t saturated = 0;  ///< in some frame
@@ -51,15 +51,15 @@ struct MeanImages {
   UnusablePixels left_out;
 };
 
-/// How the light falls off over the image: what a fit of ln response = b1 q + b2 q^2 needs of one condition, about its
-/// own means. q = tan^2 of the ray's angle to the axis.
+/// Falloff of the light over the image: sums of one condition, about its own means, for a fit of ln response = b1 q +
+/// b2 q^2. q = tan^2 of the ray's angle to the axis.
 struct FalloffSums {
   double count = 0, q = 0, q2 = 0, level = 0;  ///< means of q, q^2 and ln(amplitude D_t^2 / (gain t))
   std::array<double, 3> square{};              ///< sums of (q, q), (q, q^2), (q^2, q^2)
   std::array<double, 2> product{};             ///< sums of (q, level), (q^2, level)
 };
 
-/// One condition. Lengths of a table that cannot be known from its statistics are NaN.
+/// Measurement of a condition. Lengths that a table's statistics do not contain are NaN.
 struct Board {
   io::Condition condition;
   std::size_t frames = 0;

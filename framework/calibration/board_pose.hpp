@@ -16,10 +16,10 @@ struct BoardPose {
   Pose board;              ///< T_camera_board
   Pose world_camera;       ///< T_world_camera, its inverse: p_world = R p_camera + t
   double rms = 0;          ///< px, of the reprojected points
-  std::size_t points = 0;  ///< of the pattern that were seen
+  std::size_t points = 0;  ///< seen points of the pattern
   double distance = 0;     ///< m, from the camera's optical centre to the pattern's middle
   double tilt = 0;         ///< rad, of the pattern's normal against the optical axis
-  std::string serial;      ///< of the camera; empty: not recorded
+  std::string serial;      ///< camera's; empty: not recorded
 };
 
 /// Finds the pattern in the mean image of the campaign's first condition and solves for the pose with the profile's

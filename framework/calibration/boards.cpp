@@ -25,7 +25,7 @@ namespace {
 
 using config::format_quantity;
 
-constexpr double too_noisy = 0.05;  ///< of the unambiguous range: the phases of single frames begin to wrap
+constexpr double too_noisy = 0.05;  ///< relative to the unambiguous range: the phases of single frames begin to wrap
 
 /// Why a condition cannot be used, or nothing. It is left out, with a note.
 std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
@@ -38,7 +38,7 @@ std::string other_purpose(const io::Condition& c, bool table, bool single_source
   return "";
 }
 
-/// One condition read, or why not.
+/// Condition that was read, or the reason why not.
 struct Read {
   std::optional<Board> board;
   CameraSeen seen;
@@ -46,7 +46,7 @@ struct Read {
   double wrapped = 0;         ///< share of pixels
   UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
-  std::string mistake, hint;  ///< of the user
+  std::string mistake, hint;  ///< user's
 };
 
 class Reader {
@@ -272,7 +272,7 @@ void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, 
       "is the unit of the distances right? 1 cm = 10 mm");
 }
 
-/// One note for all conditions with pixels that wrap.
+/// Adds a note for all conditions with pixels that wrap.
 void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
   std::size_t count = 0, worst = 0;
   for (std::size_t i = 0; i < read.size(); ++i) {
@@ -285,7 +285,7 @@ void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, B
                   count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
 }
 
-/// One note for all conditions with pixels that were left out before averaging. Saturation is reported with each board.
+/// Adds a note for all conditions with pixels excluded before averaging. Saturation is reported with each board.
 void note_unusable(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
   const auto count_of = [](const Read& r) { return r.unusable.total() - r.unusable.saturated; };
   const auto worst = std::ranges::max_element(read, {}, count_of);

@@ -17,7 +17,7 @@ struct Boards {
   std::vector<Board> boards;         ///< merged: by target, distance, integration time; kept: as in the campaign
   std::vector<std::string> targets;  ///< labels, in the order of the campaign
   std::array<double, 2> falloff{};   ///< see io::response_of
-  std::string serial;                ///< of the camera; empty: not recorded
+  std::string serial;                ///< camera's; empty: not recorded
   std::vector<std::string> notes;    ///< conditions left out or merged, and why
   std::vector<std::string> applied;  ///< corrections that the captures' distances have already, by stage
   std::size_t repeats = 0;           ///< conditions that were merged with another one
@@ -25,10 +25,10 @@ struct Boards {
   std::size_t target_of(const Board& board) const;
 };
 
-/// What becomes of conditions of the same target, distance and integration time.
+/// Treatment of conditions of the same target, distance and integration time.
 enum class Repeats { merged, kept };
 
-/// What to do with the boards on the way.
+/// Options for reading boards.
 struct ReadBoards {
   std::function<void(double share)> progress;
   Repeats repeats = Repeats::merged;

@@ -71,7 +71,7 @@ class Solver {
         100 * sd));
   }
 
-  /// One view at a time, the worst, until all belong together; then single corners.
+  /// Excludes single views, the worst first, until the others are consistent; then single corners.
   void leave_outliers_out() {
     for (;;) {
       problem_.solve(true, false, scatter_);

@@ -42,7 +42,7 @@ struct View {
   std::vector<BoardDistance> distances;  ///< may be empty
 };
 
-/// What light paths need: sources with their weights; the lens' focal length in metres is that of fx, fy times pitch.
+/// Light paths: sources with their weights; the lens' focal length in metres is that of fx, fy times pitch.
 struct LightPaths {
   std::vector<physics::WeightedSource> sources;
   std::array<double, 2> pitch{};  ///< m
@@ -50,7 +50,7 @@ struct LightPaths {
 
 struct Observations {
   std::size_t width = 0, height = 0;  ///< px
-  std::vector<BoardPoint> points;     ///< of the board, about its centre
+  std::vector<BoardPoint> points;     ///< board's, about its centre
   double circle_radius = 0;    ///< m; the points are centres of filled circles, seen by their centroids; 0: corners
   bool quarter_turns = false;  ///< views may differ by quarter turns of the board, which looks the same then
   std::vector<View> views;
@@ -58,11 +58,11 @@ struct Observations {
   std::optional<LensParameters> expected;  ///< a nominal lens to begin with
 };
 
-/// What is free beyond fx fy cx cy k1 k2 p1 p2.
+/// Free parameters beyond fx fy cx cy k1 k2 p1 p2.
 struct LensOptions {
   bool k3 = false, skew = false, rational = false;
   bool warp = true;       ///< the board may be bent
-  bool distances = true;  ///< where there are any
+  bool distances = true;  ///< used if there are any
 };
 
 struct Pose {
@@ -70,13 +70,13 @@ struct Pose {
   std::array<double, 3> translation{};                        ///< m, of the board's centre in the optical frame
 };
 
-/// What became of one view.
+/// Result for one view.
 struct SolvedView {
   std::size_t view = 0;  ///< in Observations::views
   Pose pose;
   double range_shift = 0;                        ///< m, of this view's distances beside the common offset and scale
   std::vector<std::array<double, 2>> residuals;  ///< px, seen minus predicted, of each corner
-  std::vector<bool> used;                        ///< of each corner
+  std::vector<bool> used;                        ///< per corner
   std::vector<double> distance_residuals;        ///< m, measured minus predicted
   double rms = 0;                                ///< px, over the corners that are used
 };
@@ -90,7 +90,7 @@ struct LeftOut {
 /// the camera's axes, the translation, the shift of the distances.
 struct Layout {
   std::vector<std::size_t> lens;  ///< which of LensParameters
-  std::size_t warp = 0;           ///< how many
+  std::size_t warp = 0;           ///< number
   std::size_t range = 0;          ///< 0 or 2
   std::size_t shared() const { return lens.size() + warp + range; }
   std::size_t pose(std::size_t solved_view) const { return shared() + 7 * solved_view; }
@@ -107,18 +107,18 @@ struct LensSolution {
   std::vector<LeftOut> doubtful;  ///< views that were kept, because without them too few would remain
   std::size_t corners_left_out = 0;
   Layout layout;
-  Eigen::MatrixXd covariance;  ///< of all free parameters, with the scatter of the residuals
-  double variance_factor = 1;  ///< of the corners' residuals over their stated covariances
+  Eigen::MatrixXd covariance;  ///< covariance of all free parameters, with the scatter of the residuals
+  double variance_factor = 1;  ///< corners' residuals over their stated covariances
   double rms = 0;              ///< px, of all residuals, a coordinate
   double degrees_of_freedom = 0;
   double range_noise_factor = 1;  ///< standard deviation of distances over the stated one
   double range_shift_sd = 0;      ///< m, scatter of the views' shifts
 
-  double sd(std::size_t parameter) const;  ///< of the lens; 0 where it was not free
+  double sd(std::size_t parameter) const;  ///< lens parameter's; 0 where it was not free
 };
 
 inline constexpr std::size_t min_views = 4;
-/// What is known beforehand of the scale of distances, sd: the local slope of a cyclic error of 3 mm at 20 MHz.
+/// Prior of the scale of distances, sd: the local slope of a cyclic error of 3 mm at 20 MHz.
 inline constexpr double range_scale_prior = 0.01;
 
 /// The quadratic warps of a board at a point: along x, along y, twist; each 1 at the edge and 0 in the centre. Constant

@@ -48,7 +48,7 @@ struct CornerResidual {
   double u, v;
   std::array<double, 3> white;  ///< lower triangular: 00, 10, 11
   BentPoint point;
-  double radius;           ///< of a circle; 0: a corner
+  double radius;           ///< circle's; 0: a corner
   const double* rotation;  ///< fixed part of the pose
 
   template <class T> bool operator()(const T* lens, const T* warp, const T* pose, T* residual) const {
@@ -127,7 +127,7 @@ template <class T> T half_path(const LightPaths& light, const T* point, const T&
 /// Measured minus predicted distance of a pixel's ray to the bent board.
 struct DistanceResidual {
   double u, v, distance, sd;
-  std::array<double, 2> half_extent;  ///< of the board, where the warps are 1
+  std::array<double, 2> half_extent;  ///< board's, where the warps are 1
   bool isotropic;
   const LightPaths* light;
   const double* rotation;

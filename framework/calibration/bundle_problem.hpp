@@ -14,7 +14,7 @@ struct Scatter {
   double range_shift = 3e-3;  ///< m, of a view's distances as a whole
 };
 
-/// One state of the fit.
+/// State of the fit.
 class BundleProblem {
  public:
   /// Initial lens and poses by OpenCV. @throws std::runtime_error when there is none

@@ -51,7 +51,7 @@ double error_of(const Observations& observations, const LensParameters& lens) {
   return squares / count;
 }
 
-/// Whether a plane's image explains these points at all.
+/// Returns whether a plane's image explains these points at all.
 bool has_homography(const Points& points) {
   try {
     std::vector<cv::Point2f> flat;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What can be calibrated: from a campaign to a calibration file and its report.
+/// @file Kinds of calibration: from a campaign to a calibration file and its report.
 #pragma once
 
 #include "io/captures/capture_map.hpp"
@@ -18,7 +18,7 @@
 
 namespace tofgraph::calibration {
 
-/// What is asked for; each kind uses what it needs.
+/// Request of the user; each kind uses what it needs.
 struct Request {
   std::filesystem::path campaign, output;
   io::OffsetVariant variant = io::OffsetVariant::geometric;
@@ -28,7 +28,7 @@ struct Request {
   std::optional<double> corrected_at;          ///< s since power-on, at which the offset is corrected
   std::vector<std::string> free;               ///< k3, skew, rational: what is fitted beyond the usual
   std::vector<std::string> without;            ///< distances, warp: what is not used or fitted
-  bool force = false;                          ///< what does not improve held-out conditions is written as well
+  bool force = false;                          ///< write results that do not improve held-out conditions
   std::function<void(double share, const std::string& what)> progress;
 };
 
@@ -37,7 +37,7 @@ struct HeldOutErrors {
   std::string left_out;          ///< "each distance"
   double before = 0, after = 0;  ///< m, or without a unit; NaN: not known
   std::string unit = "mm";
-  double scale = 1e-3;   ///< of the unit, in SI
+  double scale = 1e-3;   ///< unit's, in SI
   std::string causes;    ///< likely ones of after >= before
   double tolerance = 0;  ///< share of `before` by which `after` may exceed it
 };
@@ -45,21 +45,21 @@ struct HeldOutErrors {
 struct Result {
   std::string file;                    ///< the text of the calibration file
   report::Page page;                   ///< the report
-  std::string summary;                 ///< what came out, in a few lines
-  std::vector<std::string> notes;      ///< what the user should know
-  std::string model;                   ///< what was fitted as effects, a model file for model_correction
-  std::vector<io::PixelMapData> maps;  ///< of the camera's pixels, for a file of their own
+  std::string summary;                 ///< result in a few lines
+  std::vector<std::string> notes;      ///< remarks for the user
+  std::string model;                   ///< fitted effects, a model file for model_correction
+  std::vector<io::PixelMapData> maps;  ///< maps of the camera's pixels, for a file of their own
   std::size_t map_rows = 0, map_columns = 0;
-  std::optional<HeldOutErrors> held_out;  ///< what decides whether the calibration is written; none: not judged
+  std::optional<HeldOutErrors> held_out;  ///< decides whether the calibration is written; none: not judged
 };
 
-/// One kind of calibration.
+/// Kind of calibration.
 struct Kind {
   const char* name;
   const char* text;
   /// @throws config::ConfigurationError, std::runtime_error
   Result (*calibrate)(const Request& request);
-  const char* options = "";                        ///< of the command, words: the others are refused
+  const char* options = "";                        ///< command's, words: the others are refused
   bool writes_model = false, writes_maps = false;  ///< beside the calibration and its report
 };
 

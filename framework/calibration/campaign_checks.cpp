@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t blocks = 8;                      ///< in a row and in a column
 constexpr std::size_t min_plausible = 5;               ///< conditions; of fewer none can contradict the others
-constexpr double usual_board = 0.5, usual_gain = 7e6;  ///< where reflectivity or gain are not known
+constexpr double usual_board = 0.5, usual_gain = 7e6;  ///< used if reflectivity or gain are unknown
 
 /// The block of the image that a pixel is in.
 std::size_t block_of(const tofgraph_camera& camera, std::size_t pixel) {

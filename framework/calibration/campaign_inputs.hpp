@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What every calibration from boards begins and ends with.
+/// @file Beginning and end that every calibration from boards has in common.
 #pragma once
 
 #include "calibration/boards.hpp"
@@ -40,11 +40,11 @@ void refuse_duplicates(const io::Campaign& campaign);
 std::string described(const Boards& boards);
 /// Lines as one sentence for the top of a report.
 std::string sentence_of(const std::vector<std::string>& lines);
-/// Of a target without a label: `the board`.
+/// Name of a target; without a label: `the board`.
 std::string name_of(const Boards& boards, std::size_t target);
 /// Columns of a table of values, one a board.
 io::Calibrated column_of(const Boards& boards, const std::function<double(const Board&)>& value);
-/// Whether a value is known of every board.
+/// Returns whether a value is known of every board.
 bool known(const io::Calibrated& column);
 
 }  // namespace tofgraph::calibration

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <tofgraph/physics/non_linearity.hpp>
+#include <tofgraph/physics/phasor.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -143,9 +144,37 @@ class SeriesReader {
   const BoardModels& models_;
   const tofgraph_camera& camera_;
   std::mutex turn_;
-  std::vector<std::size_t> half_;  ///< of each condition
+  std::vector<std::size_t> half_;  ///< per condition
   Pattern pattern_;
 };
+
+/// Modelled beside measured images of a board, section 5.7.1 of the reference.
+BoardImages images_of(const Board& board, const MeanImages& images, const BoardModel& model,
+                      const tofgraph_camera& camera) {
+  BoardImages result;
+  for (auto* image :
+       {&result.measured_distance, &result.modelled_distance, &result.measured_amplitude, &result.modelled_amplitude})
+    image->assign(std::size_t{camera.width} * camera.height, unknown);
+  const physics::Plane plane = plane_of(board.condition);
+  const physics::Exposure exposure{1, 1, 1, camera.modulation_frequency};
+  const std::vector<double> distances = model.modelled(board.condition, images.pixels);
+  double measured = 0, modelled = 0;
+  for (std::size_t k = 0; k < images.pixels.size(); ++k) {
+    const std::size_t i = images.pixels[k];
+    const double path = physics::reflected_path(model.geometry(), model.ray(i), plane);
+    result.measured_distance[i] = images.distance[k];
+    result.modelled_distance[i] = distances[k];
+    result.modelled_amplitude[i] =
+        std::abs(physics::reference_light(model.geometry(), model.ray(i), path, 1, exposure).phasor);
+    modelled += result.modelled_amplitude[i];
+    if (images.amplitude.empty()) continue;
+    result.measured_amplitude[i] = images.amplitude[k];
+    measured += images.amplitude[k];
+  }
+  for (double& value : result.modelled_amplitude) value *= static_cast<double>(images.pixels.size()) / modelled;
+  for (double& value : result.measured_amplitude) value *= static_cast<double>(images.pixels.size()) / measured;
+  return result;
+}
 
 /// Amplitudes that the camera model gives with one reflectivity a target.
 void set_modelled_amplitudes(Characterisation& data) {
@@ -218,6 +247,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
                  .single_sources = true,
                  .visit = [&](std::size_t at, const Board& b, const MeanImages& images) {
                    const BoardModel& model = models.of(b.condition);
+                   if (at == 0) data.nearest = images_of(b, images, model, campaign.camera->view());
                    const physics::Plane plane = plane_of(b.condition);
                    for (std::size_t k = 0; k < images.pixels.size(); ++k) {
                      const physics::Vector3 ray = model.ray(images.pixels[k]);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a camera does before boards at known places: chapters 3 and 5 of the reference for any camera.
+/// @file Characterisation of a camera by boards at known places: chapters 3 and 5 of the reference for any camera.
 #pragma once
 
 #include "calibration/campaign_inputs.hpp"
@@ -24,20 +24,20 @@ inline constexpr std::array depth_model_names = {"perpendicular_illumination", "
 /// The accuracy protocol of the industry: what a condition must be to count, and what is looked at.
 struct AccuracyProtocol {
   double warm_up = 1200;                              ///< s since power-on
-  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< of the target: 90 %
+  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< target's: 90 %
   std::size_t side = 40;                              ///< px, of the square in the middle of the image
   std::size_t frames = 25;
 };
 
-/// One condition. Lengths in m.
+/// Result of one condition. Lengths in m.
 struct Characterised {
   std::size_t condition = 0;  ///< in the campaign
   Board board;
   std::array<Moments, 3> depth;         ///< by model, over the window's pixels, frames averaged
-  double noise = unknown;               ///< of a pixel's depth in one frame
+  double noise = unknown;               ///< a pixel's depth noise in one frame
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
   double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
-  std::vector<std::string> protocol;    ///< what keeps it from following the protocol; none: it does
+  std::vector<std::string> protocol;    ///< deviations from the protocol; none: it follows it
 };
 
 /// A part of the error of a pixel in one frame, root mean square over pixels and conditions.
@@ -46,14 +46,22 @@ struct BudgetLine {
   double depth = 0;  ///< m
 };
 
+/// Images of one board, frames averaged; row by row over the whole sensor, NaN where no board was seen.
+struct BoardImages {
+  std::vector<double> measured_distance, modelled_distance;    ///< m, half path; modelled: (6.1)
+  std::vector<double> measured_amplitude, modelled_amplitude;  ///< relative to their mean; modelled: (5.9) to (5.13),
+                                                               ///< (5.92)
+};
+
 struct Characterisation {
   Campaign campaign;
   std::vector<Characterised> conditions;  ///< in the campaign's order
   std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
-  std::vector<std::vector<float>> residuals;  ///< of `shown`, m: depth minus true depth
+  std::vector<std::vector<float>> residuals;  ///< residuals of `shown`, m: depth minus true depth
   std::vector<std::size_t> shown;             ///< in conditions
-  std::vector<BudgetLine> budget;             ///< what the data say
-  std::vector<BudgetLine> effects;            ///< what each effect of the model does, where one is given
+  BoardImages nearest;                        ///< images of the nearest board of `shown`
+  std::vector<BudgetLine> budget;             ///< from the data
+  std::vector<BudgetLine> effects;            ///< per effect of the model, if one is given
   double total = 0;                           ///< m, root mean square of all errors
   Interval total_by_distance;                 ///< the same, with an interval by resampling distances
 };
@@ -76,7 +84,7 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
 
 report::Page characterisation_report(const Characterisation& data);
 nlohmann::json characterisation_json(const Characterisation& data);
-/// What came out, in a few lines.
+/// Summary in a few lines.
 std::string summary_of(const Characterisation& data);
 
 }  // namespace tofgraph::calibration

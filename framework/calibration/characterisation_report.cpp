@@ -26,7 +26,7 @@ std::string sources_of(const io::Condition& c) {
 double distance_of(const Characterised& c) { return c.board.distance; }
 double time_of(const Characterised& c) { return c.board.condition.integration_time * 1e3; }
 
-/// What is drawn over which setting, at the level of the other setting with the most conditions.
+/// Drawing over a setting, at the level of the other setting with the most conditions.
 struct Drawing {
   std::string title, x_label, y_label;
   Value x, other;
@@ -48,6 +48,7 @@ class CharacterisationReport {
     depth();
     amplitude();
     models();
+    images();
     maps();
     protocol();
     budget();
@@ -143,7 +144,7 @@ class CharacterisationReport {
             "Modelled: gain reflectivity integration time / D_t^2 (5.92), with one reflectivity a target.");
   }
 
-  /// Of each distance and set of sources the condition whose frames are best.
+  /// Selects, for each distance and set of sources, the condition with the best frames.
   std::vector<const Characterised*> best() const {
     std::map<std::pair<std::string, double>, const Characterised*> result;
     for (const Characterised& c : data_.conditions) {
@@ -185,6 +186,34 @@ class CharacterisationReport {
                              .x_label = "column, px",
                              .y_label = "row, px"},
                             340, 290);
+  }
+
+  void images() {
+    const BoardImages& n = data_.nearest;
+    if (n.modelled_distance.empty()) return;
+    page_.heading("Modelled and measured images");
+    const tofgraph_camera& camera = data_.campaign.conditions.camera->view();
+    const auto image = [&](const std::string& title, const std::string& unit, const std::vector<double>& values) {
+      return report::heat_map({.title = title,
+                               .unit = unit,
+                               .rows = camera.height,
+                               .columns = camera.width,
+                               .values = values,
+                               .x_label = "column, px",
+                               .y_label = "row, px",
+                               .signed_values = false},
+                              340, 290);
+    };
+    std::vector<double> modelled = n.modelled_distance, measured = n.measured_distance;
+    for (auto* distances : {&modelled, &measured})
+      for (double& d : *distances) d *= 1e3;
+    page_.figures(std::vector<std::string>{image("modelled distance (6.1)", "mm", modelled),
+                                           image("measured distance", "mm", measured)});
+    page_.figures(std::vector<std::string>{image("modelled amplitude (5.92)", "of its mean", n.modelled_amplitude),
+                                           image("measured amplitude", "of its mean", n.measured_amplitude)},
+                  fmt::format("The nearest board, at {}, frames averaged; half paths, amplitudes of the reference's "
+                              "light: inverse square law and interference of the sources. Section 5.7.1.",
+                              format_quantity(data_.conditions[data_.shown.front()].board.distance, "m")));
   }
 
   void maps() {

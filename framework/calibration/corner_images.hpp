@@ -9,11 +9,11 @@
 
 namespace tofgraph::calibration {
 
-/// How counts become grey: in proportion; their roots, which lift dark boards; against the mean about each pixel, which
-/// takes a slope of light away.
+/// Mapping of counts to grey: proportional; square root, which brightens dark boards; relative to the mean about each
+/// pixel, which removes gradients.
 enum class Tones { linear, root, local };
 
-/// How many times the image has to be enlarged for detectors made for larger ones.
+/// Factor by which the image has to be enlarged for detectors made for larger ones.
 int scale_for(const Image& image);
 /// Eight bits, between the first and the last percent of the counts. Invalid pixels are dark.
 cv::Mat enlarged(const Image& image, int scale, Tones tones);

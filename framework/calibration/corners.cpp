@@ -15,7 +15,7 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr double min_spacing = 4;       ///< px between corners: below, the two blurred edges of a square run together
-constexpr double min_crossing = 0.3;    ///< of the contrast, see crossing()
+constexpr double min_crossing = 0.3;    ///< relative to the contrast, see crossing()
 constexpr double min_contrast = 1;      ///< half of bright minus dark over the noise of a pixel; a fit has dozens
 constexpr double max_roughness = 0.35;  ///< px, of the lattice beside a homography and a smooth distortion
 
@@ -50,7 +50,7 @@ void make_right_handed(Lattice& l) {
                  l.at.begin() + static_cast<std::ptrdiff_t>((row + 1) * l.columns));
 }
 
-/// How far the lattice is from a homography with a smooth distortion, px rms: third-order polynomials of the place on
+/// Distance of the lattice from a homography with a smooth distortion, px rms: third-order polynomials of the place on
 /// the board, of which a small lattice has fewer.
 double roughness(const Lattice& l) {
   std::vector<cv::Point2d> ideal;
@@ -81,7 +81,7 @@ double roughness(const Lattice& l) {
   return cv::norm(miss - basis * fit) / std::sqrt(static_cast<double>(2 * (n - terms)));
 }
 
-/// Whether the squares go on beyond one side: crossings where the next corners would be.
+/// Returns whether the squares continue beyond a side: crossings where the next corners would be.
 bool goes_on(const Image& image, const Lattice& l, bool columns, bool at_end) {
   const std::size_t count = columns ? l.rows : l.columns, last = (columns ? l.columns : l.rows) - 1;
   std::size_t looked = 0, crossings = 0;

@@ -18,26 +18,26 @@ namespace tofgraph::calibration {
 struct Image {
   std::size_t width = 0, height = 0;
   std::vector<double> values;
-  double noise = std::numeric_limits<double>::quiet_NaN();  ///< of a pixel, where frames were compared
+  double noise = std::numeric_limits<double>::quiet_NaN();  ///< a pixel's, if frames were compared
 
   double at(long column, long row) const {
     return values[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)];
   }
 };
 
-/// What was seen of the pattern.
+/// Result of the search for the pattern.
 struct BoardSearch {
   std::vector<Corner> corners;      ///< empty: not found
   std::string reason;               ///< why not
   std::array<int, 2> other_size{};  ///< columns, rows of another chessboard that was seen instead; 0: none
-  double pixel_noise = 0;           ///< of the image about the corners, counts
+  double pixel_noise = 0;           ///< image noise about the corners, counts
 
   bool found() const { return !corners.empty(); }
 };
 
 /// The places of the pattern's points about their middle, m: row by row, of a ChArUco board its inner corners.
 std::vector<BoardPoint> board_points(const io::Pattern& pattern);
-/// Whether the pattern looks the same after a quarter turn.
+/// Returns whether the pattern looks the same after a quarter turn.
 bool looks_the_same_turned(const io::Pattern& pattern);
 /// True if the pattern looks the same after a half turn: a chessboard of 8 x 6 inner corners does, of 9 x 6 does not.
 bool looks_the_same_upside_down(const io::Pattern& pattern);
@@ -48,7 +48,7 @@ bool looks_the_same_upside_down(const io::Pattern& pattern);
 /// @throws std::runtime_error what OpenCV does not take, as the end of a sentence about the image
 BoardSearch find_board(const Image& image, const io::Pattern& pattern);
 
-/// Where corners are about, with the directions to their neighbours, px.
+/// Approximate corners with the directions to their neighbours, px.
 struct RoughCorner {
   std::size_t point = 0;
   double u = 0, v = 0;
@@ -56,7 +56,7 @@ struct RoughCorner {
   double plain = 1;                                   ///< share of the way to the next corner without anything else
 };
 
-/// One corner after refine().
+/// Corner after refine().
 struct RefinedCorner {
   Corner corner;        ///< covariance for noise 1
   double contrast = 0;  ///< half the difference of bright and dark; its sign: which quadrants are bright
@@ -76,8 +76,8 @@ void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vec
 bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined);
 /// Means of the four quadrants between the edges about a place, in turn. False: outside the image.
 bool quadrants(const Image& image, const RoughCorner& rough, std::array<double, 4>& means);
-/// How much darker the darker pair of opposite quadrants is in any of its pixels' means, over the whole contrast: 1 for
-/// a crossing, at most 0 for the end of an edge or the corner of a square.
+/// Contrast of the darker pair of opposite quadrants, by the brighter of its pixels' means, over the whole contrast: 1
+/// for a crossing, at most 0 for the end of an edge or the corner of a square.
 double crossing(const std::array<double, 4>& means);
 
 }  // namespace tofgraph::calibration

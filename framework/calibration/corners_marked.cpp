@@ -13,7 +13,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr std::size_t min_corners = 8;       ///< of a view: a pose has six unknowns
+constexpr std::size_t min_corners = 8;       ///< per view: a pose has six unknowns
 constexpr double min_marked_crossing = 0.3;  ///< see crossing()
 
 cv::Ptr<cv::aruco::CharucoBoard> board_of(const io::Pattern& p) {

@@ -15,7 +15,7 @@ namespace tofgraph::calibration {
 
 inline constexpr double slope_origin = 2;  ///< m: the distance that the effect fixed_pattern counts its slope from
 
-/// What one condition showed beyond the model of its flat board, pixel by pixel; NaN: the pixel was not used.
+/// Deviation of one condition from the model of its flat board, pixel by pixel; NaN: the pixel was not used.
 struct PatternView {
   std::size_t condition = 0;                ///< in the campaign
   std::vector<float> residual;              ///< m, D_mes - D(T)
@@ -37,8 +37,8 @@ struct PatternData {
 /// @throws config::ConfigurationError with every mistake
 PatternData read_pattern(const Request& request);
 
-/// Where a board stood beside where it is said to stand, and what an error that follows the distance does to a view: an
-/// offset of all pixels, a displacement as well, and a bending.
+/// Deviation of a board from its stated pose, and the effect on a view of an error that follows the distance: an offset
+/// of all pixels, a displacement, and a bending.
 struct ViewPose {
   double offset = 0;              ///< m of the half path: wiggling, integration time and the like
   double z = 0;                   ///< m
@@ -50,16 +50,16 @@ struct PatternFit {
   std::vector<double> map, map_sd, slope, slope_sd;  ///< m, m/m; unknown pixels: 0 with a standard deviation of NaN
   bool has_slope = false;
   double slope_evidence = unknown;  ///< mean square of the slopes over their standard deviations; 1: nothing but noise
-  std::vector<ViewPose> poses;      ///< of each view
-  std::vector<double> shape;        ///< of the board, m, a coefficient each of shape_terms
+  std::vector<ViewPose> poses;      ///< per view
+  std::vector<double> shape;        ///< board's, m, a coefficient each of shape_terms
   std::vector<double> shape_sd;
   std::vector<double> waves;            ///< m, an error that follows the distance: cosine and sine of each harmonic
-  double gradient = unknown;            ///< of the log marginal likelihood by ln jitter, over the number of poses
+  double gradient = unknown;            ///< derivative of ln marginal likelihood by ln jitter, per pose
   bool settled = false;                 ///< the gradient vanished from both starts
   double restart_difference = unknown;  ///< m, root mean square difference of the maps from both starts
   double input_spread = unknown;        ///< m, robust standard deviation of a view over its pixels, median of the views
   ViewPose jitter;                      ///< standard deviations of the poses, estimated; offset: not used
-  double misfit = unknown;              ///< what is left over the noise, root mean square; 1: nothing but noise
+  double misfit = unknown;              ///< residual over noise, root mean square; 1: noise only
   double noise = unknown;               ///< m, of a pixel's mean in one view, root mean square
   Interval before, after;               ///< m, one distance left out and predicted, boards' places taken out
   double noise_floor = unknown;         ///< m, what noise alone leaves there
@@ -71,7 +71,7 @@ inline constexpr std::array<std::array<int, 2>, 12> shape_terms = {
     {{2, 0}, {1, 1}, {0, 2}, {3, 0}, {2, 1}, {1, 2}, {0, 3}, {4, 0}, {3, 1}, {2, 2}, {1, 3}, {0, 4}}};
 /// The terms at a place. @param x, y in units of the half extent
 std::array<double, shape_terms.size()> shape_terms_at(double x, double y);
-/// How far the board's surface is behind its plane there, m.
+/// Depth of the board's surface behind its plane there, m.
 double shape_at(const std::vector<double>& shape, double x, double y);
 
 /// The reason why a fit cannot be used: it diverged or did not converge; empty: it can.

@@ -31,8 +31,8 @@ void take_mean_out(PatternFit& fit) {
   for (ViewPose& pose : fit.poses) pose.offset += mean;
 }
 
-/// How much slopes differ from one pixel to its neighbour beyond their noise: what is smooth over the image may as well
-/// be wiggling, or the board. @returns standard deviation, m/m; 0 where noise alone may have made it
+/// Difference of the slopes of neighbouring pixels beyond their noise: slopes that are smooth over the image may be due
+/// to wiggling or the board. @returns standard deviation, m/m; 0 where noise alone may have made it
 double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   double squares = 0, noise = 0, ratio = 0, count = 0;
   for (std::size_t i = 0; i + 1 < fit.slope.size(); ++i) {

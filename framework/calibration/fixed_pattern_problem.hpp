@@ -238,7 +238,7 @@ class Problem {
     sums.moment -= own.cross.transpose() * factor.solve(own.moment);
   }
 
-  /// How the mean of the map goes with the few common ones.
+  /// Derivative of the map's mean by the few common unknowns.
   Eigen::RowVectorXd mean_gain() const {
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(size_);
     double count = 0;

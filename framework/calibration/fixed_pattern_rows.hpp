@@ -20,7 +20,7 @@ inline constexpr Eigen::Index per_view = 5, shapes = shape_terms.size(), waves =
 /// Rows of the problem that belong to one pixel.
 struct Rows {
   Eigen::Index own = 2;                       ///< unknowns of the pixel: map, slope
-  std::vector<Eigen::Index> view;             ///< of each row
+  std::vector<Eigen::Index> view;             ///< per row
   std::vector<double> weight, residual, arm;  ///< 1/m^2, m, D - 2 m in m
   std::vector<Eigen::Matrix<double, per_view, 1>> pose;
   std::vector<Eigen::Matrix<double, commons, 1>> common;  ///< the board's shape, then the waves

@@ -11,7 +11,7 @@
 
 namespace tofgraph::calibration {
 
-/// What the capture knows and the condition does not say: integration time, time since power-on.
+/// Completes a condition from the capture: integration time, time since power-on.
 /// @throws std::runtime_error several integration times, an unknown one, another modulation frequency than the camera's
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera);
 

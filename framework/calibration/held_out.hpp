@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How well an offset table tells what it was not made from: one level of one axis at a time is left out.
+/// @file Held-out errors of an offset table: each level of an axis is left out in turn.
 #pragma once
 
 #include "calibration/boards.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::calibration {
 
-/// One board, predicted by a table made without its level.
+/// Prediction of a board by a table made without its level.
 struct Prediction {
   std::size_t board;  ///< in Boards::boards
   double before;      ///< m, z - T

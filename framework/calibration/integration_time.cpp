@@ -45,7 +45,7 @@ std::vector<std::string> given_times(const Boards& boards, const IntegrationTime
   return lines;
 }
 
-/// What is recommended, line by line.
+/// Recommendation, line by line.
 std::vector<std::string> advice_of(const Boards& boards, const IntegrationTimes& times, const Request& request) {
   if (!times.compares) return given_times(boards, times);
   std::vector<std::string> lines;

@@ -16,15 +16,15 @@ inline constexpr double nearly_best = 1.05;        ///< times whose RMSE is with
 /// All integration times of one target at one distance.
 struct Place {
   std::size_t target = 0;
-  double distance = 0;              ///< m
-  std::vector<const Board*> times;  ///< rising integration time
-  const Board* best = nullptr;      ///< of the usable ones that with the least RMSE; null: every one is saturated
+  double distance = 0;                           ///< m
+  std::vector<const Board*> times;               ///< rising integration time
+  const Board* best = nullptr;                   ///< usable one with the least RMSE; null: every one is saturated
   double shortest = unknown, longest = unknown;  ///< s, usable times with an RMSE near the least
   double saturates = unknown;                    ///< s, from where on the profile's full well is exceeded
   double signal = unknown;  ///< s, from where on one frame is as accurate as wanted, by the profile's noise
 };
 
-/// One integration time for many places.
+/// Integration time recommended for many places.
 struct Suggestion {
   double time = unknown;   ///< s
   double worst = unknown;  ///< m, the largest error among its places
@@ -38,7 +38,7 @@ struct IntegrationTimes {
   Suggestion single;                       ///< the one time for all wanted places; no places: there is none
   std::vector<Suggestion> several;         ///< the fewest times that together reach the accuracy, where one does not
   std::vector<const Place*> out_of_reach;  ///< no time is accurate enough there
-  Interval excess;                         ///< of times interpolated from other distances: their RMSE over the least
+  Interval excess;                         ///< times interpolated from other distances: their RMSE over the least
   double excess_of_one_time = unknown;     ///< mean of the same, of one time for all distances
   std::size_t held_out = 0;                ///< places in it
 };

@@ -16,7 +16,7 @@ namespace {
 
 double time_of(const Board* board) { return board->condition.integration_time; }
 
-/// What does not show its saturation is not taken where the profile's full well is exceeded.
+/// Returns whether a board can be used. Data that do not show saturation are limited by the profile's full well.
 bool usable(const Board& board, const Place& place) {
   const bool full = !board.shows_saturation && time_of(&board) > place.saturates;
   return board.saturated <= usable_saturation && !full && std::isfinite(board.rmse);
@@ -35,7 +35,7 @@ void choose_best(Place& place) {
   }
 }
 
-/// Where the profile puts the limits for this reflectivity: a tap's largest mean is a / (2 contrast) + a / 2.
+/// Sets the profile's limits for this reflectivity: a tap's largest mean is a / (2 contrast) + a / 2.
 void set_limits(Place& place, const tofgraph_camera& camera, double reflectivity, double accuracy) {
   const double path = 2 * place.times.front()->modelled.mean;
   const double rate = camera.gain * reflectivity / (path * path);  // counts/s of amplitude

@@ -247,7 +247,7 @@ void add_fit_notes(const Intrinsics& result, std::vector<std::string>& notes) {
                                 std::sqrt(result.solution.variance_factor)));
 }
 
-/// Whether something is to be said before anyone relies on the lens; the notes say what.
+/// Returns whether the lens needs a warning; the notes state it.
 bool doubtful(const Intrinsics& result) {
   const bool judged = result.halves.done && result.halves.agree() && result.held_out.done;
   const bool distances = !result.distances.done || (result.distances.fit() && square_of(result).empty());
@@ -289,8 +289,6 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
   if (result.solution.sd(lens::fx) > 0.01 * result.solution.lens[lens::fx])
     notes.push_back(fmt::format("the focal length is known to {:.1f} % only: tilt the board more, by 20 to 40 deg",
                                 100 * result.solution.sd(lens::fx) / result.solution.lens[lens::fx]));
-  if (result.options.rational || result.options.skew)
-    notes.emplace_back("skew and rational terms are in the file, but no stage's lens model has them");
   return notes;
 }
 

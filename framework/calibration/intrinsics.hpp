@@ -16,7 +16,7 @@ struct Intrinsics {
   LensSolution alone;  ///< from corners, where distances were used too
   LensSolution joint;  ///< with distances, where there are any, whether they are used or not
   LensSolution solution;
-  DistanceCheck distances;  ///< whether they may be used
+  DistanceCheck distances;  ///< decides whether they are used
   TwoSets halves;
   HeldOutViews held_out;
   Structure lens, board;

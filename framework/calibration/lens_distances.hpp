@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Whether the distances that a camera measured of the board may have a say in its lens.
+/// @file Decision whether the measured distances of the board are used for the lens.
 #pragma once
 
 #include "calibration/bundle.hpp"
@@ -12,12 +12,12 @@ namespace tofgraph::calibration {
 /// The lens from corners alone against that from corners and distances.
 struct DistanceCheck {
   bool done = false;
-  double statistic = 0, terms = 0, p_value = 1;  ///< of the difference of both lenses
+  double statistic = 0, terms = 0, p_value = 1;  ///< test of the difference of both lenses
   double range_scale = 0;                        ///< relative, as fitted
   bool same_lens() const { return p_value > 1e-3; }
   bool plausible_scale() const;  ///< within three standard deviations of what is known beforehand
   bool fit() const { return same_lens() && plausible_scale(); }
-  std::string reason() const;  ///< what does not fit; empty: all does
+  std::string reason() const;  ///< inconsistency; empty: none
 };
 
 /// Hausman's test (Econometrica 46, 1978): if the distances are right, the difference d of both lenses has the

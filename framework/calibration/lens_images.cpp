@@ -88,7 +88,7 @@ void add_frame(const io::Recording& recording, std::size_t frame, const io::Cond
   }
 }
 
-/// Whether a pixel and its neighbours are alike and bright: away from edges and markers.
+/// Returns whether a pixel and its neighbours are alike and bright: away from edges and markers.
 bool even_and_bright(const Image& image, long u, long v, double level) {
   if (u < 1 || v < 1 || u + 1 >= static_cast<long>(image.width) || v + 1 >= static_cast<long>(image.height))
     return false;

@@ -81,7 +81,7 @@ double resect(const Observations& observations, const View& view, const std::vec
   return squares;
 }
 
-/// What remains of the difference of two lenses after the best turn and shift of the camera, px rms over the places.
+/// Difference of two lenses after the best turn and shift of the camera, px rms over the places.
 double difference(const Observations& observations, const LensSolution& a, const LensSolution& b, double range) {
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Vector2d> pixels;

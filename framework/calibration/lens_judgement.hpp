@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a fitted lens is worth: how exactly it projects, whether halves of the views agree, how it predicts views
-/// that were left out, whether the lens is of the fitted model at all, and which view would help most.
+/// @file Validation of a fitted lens: uncertainty of projection, agreement of halves of the views, prediction of
+/// held-out views, adequacy of the lens model, and the most informative further view.
 #pragma once
 
 #include "calibration/board.hpp"
@@ -22,7 +22,7 @@ class ProjectionUncertainty {
  public:
   explicit ProjectionUncertainty(const LensSolution& solution) : solution_(solution) {}
 
-  /// Of the worst direction. NaN where the lens cannot be inverted. @param range m, from the lens centre
+  /// Value of the worst direction; NaN if the lens cannot be inverted. @param range m, from the lens centre
   double at(double u, double v, double range) const;
   /// d pixel / d parameters, two rows; nothing where the lens cannot be inverted.
   std::optional<Eigen::Matrix<double, 2, Eigen::Dynamic>> jacobian(double u, double v, double range) const;
@@ -69,7 +69,7 @@ struct NextView {
 TwoSets compare_halves(const Observations& observations, const LensOptions& options, const LensSolution& solution);
 HeldOutViews predict_left_out(const Observations& observations, const LensOptions& options,
                               const LensSolution& solution);
-/// Of the lens: radial terms of higher order, thin prism, skew. Of the board: bending beyond the quadratic one.
+/// Tests further terms of the lens (higher radial, thin prism, skew) and of the board (bending beyond quadratic).
 Structure lens_structure(const Observations& observations, const LensSolution& solution);
 Structure board_structure(const Observations& observations, const LensSolution& solution);
 NextView suggest_view(const Observations& observations, const LensSolution& solution);

@@ -11,7 +11,7 @@
 
 namespace tofgraph::calibration {
 
-/// One board point in one view: its image, and how it moves with each parameter.
+/// Board point in a view: its image, and the derivatives by each parameter.
 struct PointDerivatives {
   Eigen::Vector2d pixel;
   Eigen::Vector2d plane;                            ///< on z = 1, without distortion

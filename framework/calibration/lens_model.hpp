@@ -18,9 +18,9 @@ inline constexpr std::array<const char*, count> names = {"fx", "fy", "cx",   "cy
 }  // namespace lens
 using LensParameters = std::array<double, lens::count>;
 
-/// Where the lens images a point of the plane z = 1, in px: OpenCV's distortion
-/// (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3) with its tangential part, s = x^2 + y^2, then
-/// u = fx (x + skew y) + cx, v = fy y + cy.
+/// Image of a point of the plane z = 1 by the lens, in px: OpenCV's distortion (1 + k1 s + k2 s^2 + k3 s^3) / (1
+/// + k4 s + k5 s^2 + k6 s^3) with its tangential part, s = x^2 + y^2, then u = fx (x + skew y) + cx, v = fy y +
+/// cy.
 template <class T, class P> void project_plane(const P* p, const T& x, const T& y, T* pixel) {
   const T s = x * x + y * y;
   const T radial = (1.0 + s * (p[lens::k1] + s * (p[lens::k2] + s * p[lens::k3]))) /

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double margin = 3;  ///< px, of corners to the image's edge
 
-/// What a view at this pose would tell of lens and warp, its own pose being unknown. Empty: not all of it is inside.
+/// Information of a view at this pose on lens and warp, with its own pose unknown. Empty: the board is not all inside.
 Eigen::MatrixXd information_of(const Observations& observations, const LensSolution& solution, const Pose& pose,
                                double corner_sd) {
   const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);

@@ -14,7 +14,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// One condition, read and searched.
+/// Condition that was read and searched.
 struct Read {
   ViewImages images;
   BoardSearch search;
@@ -48,7 +48,7 @@ bool same_image(const Image& a, const Image& b) {
                             [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
-/// Whether the corners differ by no more than their noise: neither camera nor board moved.
+/// Returns whether the corners differ by no more than their noise: neither camera nor board moved.
 bool same_pose(const View& a, const View& b) {
   if (a.corners.size() != b.corners.size()) return false;
   double squares = 0;
@@ -132,7 +132,7 @@ class Views {
   std::map<std::array<int, 2>, int> other_sizes_;
 };
 
-/// One note for all views with pixels that are unlike their neighbours, or bad in the profile's map.
+/// Adds a note for all views with pixels that differ from their neighbours, or bad in the profile's map.
 void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, std::vector<std::string>& notes) {
   const auto mapped = std::ranges::count_if(campaign.camera->bad_pixels, [](std::uint8_t bad) { return bad != 0; });
   if (mapped > 0) notes.push_back(fmt::format("{} pixels are left out: bad in the profile's map", mapped));
@@ -178,6 +178,8 @@ LensParameters lens_of(const tofgraph_camera& camera) {
   lens[lens::cy] = camera.principal_point[1];
   constexpr std::size_t order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
   for (std::size_t i = 0; i < 5; ++i) lens[order[i]] = camera.distortion[i];
+  for (std::size_t i = 0; i < 3; ++i) lens[lens::k4 + i] = camera.further_distortion[i];
+  lens[lens::skew] = camera.skew;
   return lens;
 }
 

@@ -31,14 +31,14 @@ struct SkippedView {
 struct LensViews {
   io::Pattern pattern;
   Observations observations;        ///< views with corners; without distances yet
-  std::vector<ViewImages> images;   ///< of these views
-  std::vector<double> pixel_noise;  ///< of these views, counts
+  std::vector<ViewImages> images;   ///< images of these views
+  std::vector<double> pixel_noise;  ///< noise of these views, counts
   std::vector<SkippedView> skipped;
   std::vector<std::string> notes;
   std::string serial;
 };
 
-/// Lens of a camera's profile, px; without skew and rational terms.
+/// Lens of a camera's profile, px; without thin prism.
 LensParameters lens_of(const tofgraph_camera& camera);
 
 /// Reads all conditions and finds the pattern, on all threads. Views that are the same are merged.

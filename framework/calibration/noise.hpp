@@ -17,7 +17,7 @@ namespace tofgraph::calibration {
 /// Use of a pixel in the frames of one condition.
 enum class PixelUse : std::uint8_t {
   good,
-  outside,    ///< of the region of interest
+  outside,    ///< not in the region of interest
   invalid,    ///< a sample was not a number
   clipped,    ///< a tap held no counts
   saturated,  ///< a tap was full
@@ -33,7 +33,7 @@ struct PixelNoise {
   std::vector<float> amplitude;          ///< counts
   std::vector<float> distance_variance;  ///< m^2, of one frame
   double samples = 0;                    ///< independent ones in each variance of a tap
-  std::size_t images = 0;                ///< of samples in a frame
+  std::size_t images = 0;                ///< images of samples per frame
   double slow = 0;  ///< variance about the mean over variance from frame to frame, median of the pixels; 1: no drift
 
   /// Degrees of freedom of a variance from n frames' successive differences, normal noise: 2 (n - 1)^2 / (3 n - 4).
@@ -41,7 +41,7 @@ struct PixelNoise {
   bool is_good(std::size_t pixel) const { return use[pixel] == PixelUse::good; }
 };
 
-/// One condition.
+/// Noise of one condition.
 struct NoiseCondition {
   std::size_t index = 0;  ///< in the campaign
   double integration_time = unknown;
@@ -51,7 +51,7 @@ struct NoiseCondition {
   PixelNoise pixels;
 };
 
-/// What the captures bring, the worst of all: of taps both terms are seen directly; of phases and decoded frames the
+/// Data of the captures, the least informative of all: taps show both terms directly; of phases and decoded frames the
 /// level is the amplitude over twice the profile's contrast, as the decoder takes it.
 enum class NoiseSource { taps, phases, decoded };
 
@@ -61,7 +61,7 @@ struct NoiseData {
   std::size_t rows = 0, columns = 0;
   double modulation_frequency = 0;  ///< Hz
   std::string serial;
-  std::vector<std::uint8_t> listed;  ///< of each pixel: bad_listed or 0
+  std::vector<std::uint8_t> listed;  ///< per pixel: bad_listed or 0
   std::vector<std::string> notes;
 };
 
@@ -99,17 +99,17 @@ struct SigmaRatio {
 
 struct NoiseFit {
   physics::TapNoise noise;
-  double read_sd = unknown, shot_sd = unknown;  ///< of the two numbers, from the scatter between conditions
-  double excess = 0, excess_sd = unknown;  ///< of the variance, relative^2: what grows with the square of the level
-  double max_level = 0;                    ///< counts
-  std::vector<double> ratio;               ///< of each pixel: its noise over the fitted one; NaN: no data
-  std::vector<std::uint8_t> bad;           ///< of each pixel, bits of BadPixel
-  bool response_judged = false;            ///< bad_response was looked for: there were enough flat boards
-  std::vector<SigmaRatio> conditions;      ///< each predicted without its level
-  std::string left_out;                    ///< integration_time or condition
-  Interval held_out;                       ///< measured over predicted, levels left out
-  double by_profile = unknown;             ///< the same by the profile's noise; NaN: not stated
-  std::vector<SigmaRatio> amplitudes;      ///< by amplitude, all conditions, each predicted without its level
+  double read_sd = unknown, shot_sd = unknown;  ///< standard deviations, from the scatter between conditions
+  double excess = 0, excess_sd = unknown;       ///< variance, relative^2: what grows with the square of the level
+  double max_level = 0;                         ///< counts
+  std::vector<double> ratio;                    ///< per pixel: its noise over the fitted one; NaN: no data
+  std::vector<std::uint8_t> bad;                ///< per pixel, bits of BadPixel
+  bool response_judged = false;                 ///< bad_response was looked for: there were enough flat boards
+  std::vector<SigmaRatio> conditions;           ///< each predicted without its level
+  std::string left_out;                         ///< integration_time or condition
+  Interval held_out;                            ///< measured over predicted, levels left out
+  double by_profile = unknown;                  ///< the same by the profile's noise; NaN: not stated
+  std::vector<SigmaRatio> amplitudes;           ///< by amplitude, all conditions, each predicted without its level
   std::vector<double> bin_level, bin_variance, bin_model;  ///< for the picture: counts, counts^2
 };
 

@@ -16,10 +16,10 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_level_ratio = 2;  ///< of the levels' 99 and 1 percentiles: less light range tells one number only
+constexpr double min_level_ratio = 2;    ///< ratio of the levels' 99 and 1 percentiles: below, one number is unknown
 constexpr double max_phase_sigma = 0.2;  ///< rad: above, the phase's noise is no longer the samples' over the amplitude
 
-/// What a weighted fit of a straight line needs of one condition.
+/// Sums of one condition for a weighted fit of a straight line.
 struct Line {
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
   Eigen::Vector2d product = Eigen::Vector2d::Zero();
@@ -32,7 +32,7 @@ struct Line {
 
 Line operator-(const Line& a, const Line& b) { return {a.square - b.square, a.product - b.product}; }
 
-/// Whether both numbers follow from it.
+/// Returns whether both numbers follow from it.
 bool solvable(const Line& line) {
   constexpr double singular = 1e-6;
   return line.square(0, 0) > 0 && line.square.determinant() > singular * line.square(0, 0) * line.square(1, 1);

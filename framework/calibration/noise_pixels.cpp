@@ -18,9 +18,9 @@ constexpr double deviations = outlier_deviate;
 constexpr double min_noisy = 1.25;      ///< its noise over the fit's: less is not worth losing a pixel
 constexpr double max_stuck = 0.5;       ///< a pixel that hardly moves
 constexpr double min_response = 0.2;    ///< relative difference to the neighbours
-constexpr double max_dead = 0.25;       ///< of the neighbours' light
-constexpr double min_hot = 1.5;         ///< of the neighbours' light where there is least of it
-constexpr double max_modulation = 0.5;  ///< of the neighbours' amplitude over light
+constexpr double max_dead = 0.25;       ///< relative to the neighbours' light
+constexpr double min_hot = 1.5;         ///< relative to the neighbours' light where there is least of it
+constexpr double max_modulation = 0.5;  ///< relative to the neighbours' amplitude over light
 constexpr std::size_t few = 3;          ///< conditions: with fewer an edge of the scene looks like a bad pixel
 constexpr double log_chance = -20.7;    ///< ln 1e-9
 

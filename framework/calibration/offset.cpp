@@ -31,7 +31,7 @@ void check_enough(const Request& request, const Boards& boards) {
     refuse(fmt::format("all boards stand at {}", config::format_quantity(*distances.begin(), "m")));
 }
 
-/// What each condition showed, for people and for other programs.
+/// Writes the measurement of each condition, for readers and for other programs.
 void write_statistics(const Boards& boards, io::CalibrationWriter& writer) {
   struct Column {
     const char* key;
@@ -65,7 +65,7 @@ void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& wri
   for (const HeldOut& axis : axes) write("held_out_" + axis.axis, axis.after);
 }
 
-/// What the calibration is worth, one line an axis.
+/// Accuracy of the calibration, a line per axis.
 std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   if (axes.empty()) return {"too few levels to judge the calibration by what was left out"};
   std::vector<std::string> lines;

@@ -10,7 +10,7 @@
 
 namespace tofgraph::calibration {
 
-/// What a capture says of the camera it is of; empty: nothing.
+/// Camera that a capture states; empty: none.
 struct CameraSeen {
   std::string camera, serial;
 };
@@ -20,7 +20,7 @@ struct CameraSeen {
 std::string check_one_camera(const io::Campaign& campaign, const std::vector<CameraSeen>& seen,
                              std::vector<std::string>& notes, config::Diagnostics& diagnostics);
 
-/// Where a condition is written; of a table's row its beginning.
+/// Position of a condition in its file; of a table's row its beginning.
 config::Position place_of(const io::Condition& condition);
 
 }  // namespace tofgraph::calibration

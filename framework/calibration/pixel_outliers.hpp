@@ -32,9 +32,9 @@ struct FlatTarget {
   std::span<const double> residual;   ///< m, measured minus modelled distance; empty: not modelled
   std::span<const double> amplitude;  ///< counts; empty: not known
   std::span<const double> variance;   ///< m^2, of the distance in one frame; empty: one frame
-  double freedom = 0;                 ///< of each variance
+  double freedom = 0;                 ///< per variance
   double range = 0;                   ///< m, after which distances wrap
-  std::size_t columns = 0;            ///< of the sensor
+  std::size_t columns = 0;            ///< sensor's
 };
 
 /// Judges each pixel by its neighbours, up to two pixels away; a pixel with fewer than four neighbours is kept.

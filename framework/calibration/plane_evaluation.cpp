@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tofgraph/channels.hpp>
 #include <tofgraph/physics/constants.hpp>
 #include <tofgraph/physics/non_linearity.hpp>
 
@@ -28,7 +29,7 @@ struct PixelError {
   double frames = 0;
 };
 
-/// One condition, or why it is left out.
+/// Condition, or the reason why it is left out.
 struct ReadPlane {
   EvaluatedCondition result;
   std::vector<PixelError> pixels;
@@ -57,12 +58,21 @@ class LengthChannel {
         index && capture_.channels()[*index].of == name_ && capture_.channels()[*index].type == TOFGRAPH_TYPE_F32;
     return own ? read(*index, frame) : std::vector<float>{};
   }
-  /// Depth from the sensor plane of a pixel, m. @param ray of the pixel
+  /// Depth from the sensor plane of a pixel, m; NaN where the rule for lengths finds none. @param ray of the pixel
   double depth(const std::vector<float>& values, std::size_t pixel, const physics::Geometry& geometry,
                physics::Vector3 ray) const {
-    if (name_ == "depth") return double{values[pixel]};
-    if (name_ == "range") return physics::depth_of(geometry, ray, double{values[pixel]});
-    return geometry.focal_length + double{values[3 * pixel + 2]};
+    if (name_ == "points")
+      return points_.is_valid(&values[3 * pixel]) ? geometry.focal_length + double{values[3 * pixel + 2]} : io::unknown;
+    if (!is_valid_length(values[pixel])) return io::unknown;
+    return name_ == "depth" ? double{values[pixel]} : physics::depth_of(geometry, ray, double{values[pixel]});
+  }
+  /// Pixels of a frame that are flagged as invalid; empty: the capture has no flags.
+  std::vector<std::uint16_t> read_flags(std::size_t frame) const {
+    const std::optional<std::size_t> index = index_of("flags");
+    if (!index || capture_.channels()[*index].type != TOFGRAPH_TYPE_U16) return {};
+    std::vector<std::uint16_t> flags(capture_.channels()[*index].elements());
+    capture_.read(*index, frame, flags.data());
+    return flags;
   }
 
  private:
@@ -85,6 +95,7 @@ class LengthChannel {
   const io::CaptureReader& capture_;
   std::size_t index_ = 0;
   std::string name_;
+  PointRule points_{""};
 };
 
 class PlaneReader {
@@ -140,7 +151,9 @@ class PlaneReader {
     double predicted = 0, predictions = 0;
     for (std::size_t frame = first; frame <= last; ++frame) {
       const std::vector<float> values = lengths.read(frame), sigma = lengths.read_sigma(frame);
+      const std::vector<std::uint16_t> flags = lengths.read_flags(frame);
       for (std::size_t i = 0; i < window.size(); ++i) {
+        if (!flags.empty() && (flags[window[i]] & flag::invalid) != 0) continue;
         const double e = lengths.depth(values, window[i], model.geometry(), model.ray(window[i])) - truth[i];
         if (!std::isfinite(e)) continue;
         sum[i] += e;

@@ -39,7 +39,7 @@ struct EvaluatedCondition {
   std::array<DepthErrors, ring_count> rings;
 };
 
-/// One campaign against its planes.
+/// Comparison of a campaign with its planes.
 struct PlaneEvaluation {
   io::Campaign campaign;
   std::filesystem::path file;

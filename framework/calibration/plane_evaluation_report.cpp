@@ -125,7 +125,7 @@ nlohmann::json json_of(const PlaneEvaluation& evaluation) {
           {"left_out", evaluation.notes}};
 }
 
-/// One quantity of each condition over the distance, before and after.
+/// Plots a quantity of each condition over the distance, before and after.
 std::string plot_of(const EvaluationResult& result, const char* title, double DepthErrors::*value) {
   report::Curves plot{.title = title, .x_label = "distance of the board, m", .y_label = "mm"};
   const auto add = [&](const PlaneEvaluation& evaluation, const char* name) {

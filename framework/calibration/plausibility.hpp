@@ -29,10 +29,10 @@ namespace tofgraph::calibration {
 struct Contradiction {
   enum class Kind { distance, target, integration_time, swapped, saturated };
   Kind kind = Kind::distance;
-  std::size_t condition = 0;  ///< of the data
+  std::size_t condition = 0;  ///< condition that the data belong to
   std::string text;           ///< "you wrote 'distance: 10 m', the data say 1 m"
 
-  const char* key() const {  ///< of the entry in the campaign
+  const char* key() const {  ///< key of the entry in the campaign
     constexpr std::array keys = {"distance", "target", "integration_time", "capture", "capture"};
     return keys[static_cast<std::size_t>(kind)];
   }
@@ -202,7 +202,7 @@ class PlausibilityJudge {
 
   const BoardPhasors& data_;
   RobustCamera camera_;
-  std::vector<Deviation> rest_;   ///< of each condition as it is written
+  std::vector<Deviation> rest_;   ///< per condition as it is written
   std::vector<bool> other_time_;  ///< that the capture says
   std::vector<std::optional<Contradiction>> found_;
 };

@@ -18,7 +18,7 @@ namespace tofgraph::calibration {
 struct ResponseCondition {
   std::size_t index = 0;              ///< in the campaign
   double integration_time = unknown;  ///< s
-  double level = 0;                   ///< what is left out together with it: its distance, or else integration time
+  double level = 0;                   ///< level that is held out with it: distance, or else integration time
   std::vector<float> amplitude;       ///< counts
   std::vector<float> intensity;       ///< counts, mean of the taps
   std::vector<float> light;           ///< reflectivity t_int / D_t^2, s/m^2; empty: the reflectivity is not known
@@ -27,7 +27,7 @@ struct ResponseCondition {
 struct ResponseData {
   std::vector<ResponseCondition> conditions;
   std::string axis = "distance";  ///< that the levels are of: distance, integration time or condition
-  std::vector<double> angle;      ///< of each pixel, tan^2 to the axis
+  std::vector<double> angle;      ///< per pixel, tan^2 to the axis
   std::size_t rows = 0, columns = 0, saturated = 0;  ///< saturated: values of pixels that were left out
   std::string serial;
   std::vector<std::string> notes;
@@ -41,7 +41,7 @@ ResponseData read_response(const io::Campaign& campaign, const std::function<voi
 struct ResponseValue {
   double value = unknown, sd = unknown;
   double low = unknown, high = unknown;  ///< 95 %
-  std::vector<double> map, map_sd;       ///< of each pixel; NaN: not known
+  std::vector<double> map, map_sd;       ///< per pixel; NaN: not known
 };
 
 struct ResponseFit {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double light_error = 5e-3;    ///< relative: what the harmonics of the correlation change of an amplitude
 constexpr double count_error = 1;       ///< counts
-constexpr double min_ratio = 1.5;       ///< of the amplitudes, for a dark level beside the slope
+constexpr double min_ratio = 1.5;       ///< ratio of the amplitudes, for a dark level beside the slope
 constexpr double outlying = 6;          ///< robust standard deviations of the map
 constexpr std::size_t level_count = 3;  ///< from where on levels can be left out
 

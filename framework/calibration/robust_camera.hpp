@@ -23,10 +23,10 @@
 
 namespace tofgraph::calibration {
 
-/// Of a condition, against an ideal camera or against what is expected of it.
+/// Deviation of a condition from an ideal camera or from its expectation.
 struct Deviation {
   double length = 0;  ///< half path, m, within half an unambiguous range
-  double light = 0;   ///< of ln amplitude
+  double light = 0;   ///< difference of ln amplitude
 };
 
 class RobustCamera {
@@ -36,13 +36,13 @@ class RobustCamera {
 
   /// Robust standard deviations of rest() over the conditions.
   const Deviation& spread() const { return spread_; }
-  /// Whether the condition has any place; whether its amplitude can be judged: two others of its target fit.
+  /// Returns whether the condition has any place; whether its amplitude can be judged: two others of its target fit.
   bool knows(std::size_t condition) const { return !seen_[condition].phasor.empty(); }
   bool tells_light(std::size_t condition) const;
   const std::vector<std::string>& targets() const { return targets_; }
   bool knows_target(std::size_t target) const { return support_[target] >= 2; }
 
-  /// What a condition differs by from what the others make expect.
+  /// Deviation of a condition from the expectation by the others.
   Deviation rest(std::size_t condition) const { return rest_as(condition, condition); }
   /// The same for its data under the settings of another one; with another target; with another integration time, s.
   Deviation rest_as(std::size_t data, std::size_t settings) const;
@@ -85,10 +85,10 @@ class RobustCamera {
   double scale_;  ///< m per rad
   std::vector<Seen> seen_;
   std::vector<std::string> targets_;
-  std::vector<std::size_t> target_;   ///< of each condition
+  std::vector<std::size_t> target_;   ///< per condition
   std::vector<std::size_t> support_;  ///< conditions that fit, of each target
   std::vector<double> weight_;
-  Eigen::VectorXd value_;  ///< of the columns
+  Eigen::VectorXd value_;  ///< values of the columns
   Deviation spread_;
 };
 

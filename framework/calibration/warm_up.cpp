@@ -18,7 +18,7 @@ namespace {
 using config::format_quantity;
 
 constexpr double usual_tolerance = 2e-3;  ///< m
-constexpr double max_relative_sd = 0.25;  ///< of a time constant that is worth writing down
+constexpr double max_relative_sd = 0.25;  ///< limit for a time constant that is written
 constexpr double significant = 3;         ///< standard deviations
 
 std::string minutes(double seconds) { return fmt::format("{:.2f} min", seconds / 60); }
@@ -34,7 +34,7 @@ Estimate weighted(const std::vector<Estimate>& all) {
   return all.empty() ? Estimate{} : Estimate{sum / weights, 1 / std::sqrt(weights)};
 }
 
-/// Whether the recordings can tell a time constant. @throws config::ConfigurationError with the length that would do
+/// Checks that the recordings determine a time constant. @throws config::ConfigurationError with the sufficient length
 void check_long_enough(const Request& request, const WarmUpData& data, const std::vector<Drift>& drifts) {
   double longest = 0, earliest = data.series.front().time(0);
   bool determined = false, seen = false;

@@ -25,14 +25,14 @@ struct FrameError {
   double pattern = unknown;               ///< m, fixed differences between pixels
 };
 
-/// One target at one distance at one integration time over the time since power-on.
+/// Series of one target, distance and integration time over the time since power-on.
 struct Series {
   std::size_t target = 0;
   double distance = 0, integration_time = 0;  ///< m, s
   std::vector<const Board*> points;           ///< rising time since power-on
   std::vector<double> window_means;           ///< m, measured distance in the reported window; NaN: no pixel of it
   double corrected_at = unknown;              ///< s since power-on, of the point whose offset corrects all
-  std::vector<FrameError> errors;             ///< of each point
+  std::vector<FrameError> errors;             ///< per point
 
   double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
   double span() const { return time(points.size() - 1) - time(0); }  ///< s
@@ -52,7 +52,7 @@ struct Estimate {
 struct Drift {
   Estimate start, drift, time_constant;
   Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is enough
-  Estimate droop;                           ///< of the light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
+  Estimate droop;                           ///< loss of light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
   double scatter = unknown;                 ///< m, root mean square of what the fit leaves
   double redundancy = 1;                    ///< points that say as much as one independent one
   bool seen = false;                        ///< the drift is significant
@@ -68,7 +68,7 @@ struct Drift {
 Drift fit_drift(const std::vector<double>& times, const std::vector<double>& distances, bool slow_too = true);
 /// The light's droop at the drift's time constant.
 Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
-/// How long one has to record, at the same pace and noise, until the time constant is known to a tenth; s.
+/// Recording time, at the same pace and noise, that determines the time constant to a tenth; s.
 double sufficient_span(const Drift& drift, double interval);
 /// From when on the fit stays within a tolerance of the distance that it comes to; s. @param end s, of the recording
 double settled_after(const Drift& drift, double tolerance, double end);

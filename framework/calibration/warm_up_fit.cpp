@@ -20,11 +20,11 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr double slow_ratio = 3;      ///< of two time constants: closer ones cannot be told apart
+constexpr double slow_ratio = 3;      ///< ratio of two time constants: closer ones cannot be told apart
 constexpr double min_bic_gain = 10;   ///< for a second time constant: very strong evidence (Kass and Raftery 1995)
-constexpr double max_spans = 5;       ///< of the recording: slower drift is a straight line in it
+constexpr double max_spans = 5;       ///< relative to the recording: slower drift is a straight line in it
 constexpr double false_alarm = 2e-4;  ///< probability of a drift of one given time constant in mere noise
-constexpr double min_spacings = 0.2;  ///< of the closest points: of a faster drift 1 % is left at the second one
+constexpr double min_spacings = 0.2;  ///< closest points: a faster drift is down to 1 % at the second one
 constexpr std::size_t grid = 60;      ///< time constants that are tried first, in equal ratios
 
 double warm(double time, double tau) { return -std::expm1(-time / tau); }

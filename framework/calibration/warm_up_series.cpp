@@ -17,7 +17,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr std::uint64_t max_points = 400;  ///< of one recording: more say nothing more of a drift over minutes
+constexpr std::uint64_t max_points = 400;  ///< limit per recording: more add no information on a drift over minutes
 
 /// The time since power-on of a frame: what the condition says of its first one and what passed since, or the frame's
 /// own.

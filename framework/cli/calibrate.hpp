@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph calibrate` was asked for; the work is in calibrate_module.cpp.
+/// @file Arguments of `tofgraph calibrate`, implemented in calibrate_module.cpp.
 #pragma once
 
 #include <string>

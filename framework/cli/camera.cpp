@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct CameraArguments {
-  std::string name, profile, folder, serial;  ///< of `new`
+  std::string name, profile, folder, serial;  ///< arguments of `new`
   std::vector<std::string> calibrations;
   std::string date, valid_until, temperature;
   bool force = false, other_serial = false, as_json = false;

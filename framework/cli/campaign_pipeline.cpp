@@ -31,7 +31,7 @@ void set_parameter(graph::NodeSpec& node, const std::string& key, config::Value 
   node.parameters.push_back({key, at, std::move(value)});
 }
 
-/// Where an output goes below a condition's folder: as written, without what leads out of the pipeline's folder.
+/// Path of an output below a condition's folder: as written, without parts that leave the pipeline's folder.
 fs::path below(const fs::path& folder, const fs::path& written) {
   if (written.is_absolute()) return folder / written.filename();
   fs::path kept;
@@ -62,7 +62,7 @@ CampaignPipeline::CampaignPipeline(graph::PipelineSpec pipeline, fs::path out,
 /// The keys of a stage's parameters that name files to write.
 std::vector<std::string> CampaignPipeline::output_keys(const std::string& stage) const {
   const graph::PluginFile* file = registry_.find(stage);
-  if (file == nullptr || file->kind == "effect") return {};  // reported by the graph
+  if (file == nullptr || !file->is_stage()) return {};  // reported by the graph
   std::vector<std::string> keys;
   for (const tofgraph_parameter& p : registry_.load(*file).own_parameters)
     if (p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES) keys.emplace_back(p.name);

@@ -15,7 +15,7 @@
 namespace tofgraph::cli {
 namespace {
 
-/// What a simulation or a search will say of a camera; pipelines need none of it.
+/// Warns of a camera's properties that a simulation or search misses; pipelines do not need them.
 void warn_of_camera(const io::Camera& camera, const char* who, const std::vector<simulation::Need>& missing,
                     const config::Position& at, config::Diagnostics& diagnostics) {
   if (missing.empty()) return;
@@ -80,7 +80,7 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   return "the campaign is valid, " + config::counted(conditions, "condition");
 }
 
-/// How a kind of file is checked; gives what is said when it is right.
+/// Check of a kind of file; gives the message for a valid one.
 struct Kind {
   std::string_view key;
   std::string (*check)(const config::Value& document, config::Diagnostics& diagnostics, const Common& common);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How the command line is explained, and what is said of one that is wrong.
+/// @file Help texts of the command line, and messages on its errors.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,10 +17,10 @@ namespace tofgraph::cli {
 /// all commands.
 std::shared_ptr<CLI::FormatterBase> help_in_words();
 
-/// What is wrong with the first word that nobody took, with the nearest one that there is; empty: each had its taker.
+/// Message on the first unknown word, with the nearest known one; empty: all words are known.
 std::string unknown_word(const CLI::App& app);
 
-/// What is wrong with the command line, in words, with an example of the command.
+/// Message on an error of the command line, with an example of the command.
 std::string usage_problem(const CLI::App& app, const CLI::ParseError& error);
 
 /// Checks of an option's value, with the reason in words.

@@ -21,12 +21,12 @@ using config::say;
 
 inline constexpr int done = 0, failed = 1, wrong_usage = 2, interrupted = 130;
 
-/// What every command knows.
+/// Options common to all commands.
 struct Common {
   bool quiet = false;
   bool verbose = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
   std::function<int()> command;                    ///< the one that was chosen
 };
 
@@ -45,6 +45,7 @@ void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
 void add_evaluate(CLI::App& app, Common& common);
+void add_convert(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
 

@@ -33,7 +33,7 @@ std::string bounds(const json& parameter) {
   return fmt::format(", {} to {}", shown(low), shown(high));
 }
 
-/// Of an effect's parameter: what changes nothing, and a usual size.
+/// Value of an effect's parameter that changes nothing, and a typical size.
 std::string typical(const json& p) {
   const auto shown = [&](const char* key) { return config::format_quantity(p[key].get<double>(), text_of(p, "unit")); };
   std::string text;
@@ -55,7 +55,7 @@ void print_parameter(const json& p) {
              text_of(p, "text"));
 }
 
-/// What must and must not have been applied to a port's channel, what it is computed from, what it counts as.
+/// Prints corrections that a port's channel needs or refuses, its origin and its class.
 void print_meaning(const json& port) {
   std::string text;
   for (const char* key : {"needs", "refuses", "from", "adds", "of"}) {
@@ -95,7 +95,7 @@ void print(const json& plugin) {
   for (const json& parameter : plugin["parameters"]) print_parameter(parameter);
 }
 
-/// Where all frequencies repeat together, m; null where they do not, or the frequency is not known.
+/// Distance at which all frequencies repeat together, m; null if they do not, or if a frequency is unknown.
 json unambiguous_range_of(const physics::Exposures& exposures, double own) {
   const std::vector<double> frequencies = physics::frequencies_of(exposures, own);
   if (std::ranges::any_of(frequencies, [](double f) { return !(f > 0); })) return nullptr;
@@ -163,11 +163,11 @@ int describe(const std::string& name, bool as_json, const Common& common) {
   if (file == nullptr) {
     std::vector<std::string> names = registry.names();
     for (const graph::PluginFile& other : registry.files()) {
-      if (other.kind == "effect") names.push_back(other.name);
+      if (!other.is_stage()) names.push_back(other.name);
     }
     for (std::string& other : io::profile_names()) names.push_back(std::move(other));
-    throw config::ConfigurationError(fmt::format("error: there is no stage, effect or camera '{}'\n         {}", name,
-                                                 config::suggestion(name, names, "there are")));
+    throw config::ConfigurationError(fmt::format("error: there is no stage, effect, format or camera '{}'\n         {}",
+                                                 name, config::suggestion(name, names, "there are")));
   }
   const json plugin = registry.describe({*file}).at(file->path.string());
   if (plugin.contains("error")) throw config::ConfigurationError("error: " + plugin["error"].get<std::string>());

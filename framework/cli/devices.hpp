@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph devices` was asked for; the work is in devices/camcube/devices_module.cpp.
+/// @file Arguments of `tofgraph devices`, implemented in devices/camcube/devices_module.cpp.
 #pragma once
 
 namespace tofgraph::cli {

@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 
 namespace {
 
-/// What a run may use and what it may replace.
+/// Adds options on resources and on replaced outputs.
 void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
   command.add_option("--threads", arguments.threads, "Threads; default: one per core")
       ->option_text("N")

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph diagnose` was asked for; the work is in diagnose_module.cpp.
+/// @file Arguments of `tofgraph diagnose`, implemented in diagnose_module.cpp.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct DiagnoseArguments {
   unsigned threads = 0;  ///< 0: one a core
   bool skip_missing = false, other_serial = false, force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< of these, those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
 };
 
 }  // namespace tofgraph::cli

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph gallery` was asked for; the work is in gallery_module.cpp.
+/// @file Arguments of `tofgraph gallery`, implemented in gallery_module.cpp.
 #pragma once
 
 #include <filesystem>

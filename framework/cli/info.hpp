@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph info` was asked for; the work is in info_module.cpp.
+/// @file Arguments of `tofgraph info`, implemented in info_module.cpp.
 #pragma once
 
 #include <filesystem>

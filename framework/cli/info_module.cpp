@@ -42,7 +42,7 @@ io::CameraPtr camera_of(const io::CaptureHeader& header) {
   }
 }
 
-/// Where the exposures are from: the capture, else the camera's profile, else the four.
+/// Exposures: those of the capture, else of the camera's profile, else the four.
 physics::Exposures exposures_of(const io::CaptureHeader& header, const io::CameraPtr& camera, std::string& from) {
   from = "the capture";
   if (!header.exposures.empty()) return header.exposures;

@@ -23,11 +23,12 @@ namespace {
 
 using nlohmann::json;
 
-json stages(const Common& common, bool effects) {
+/// Plugins of some kinds.
+json plugins(const Common& common, std::initializer_list<std::string_view> kinds) {
   const graph::PluginRegistry registry(common.plugin_folders);
   std::vector<graph::PluginFile> files;
   for (const graph::PluginFile& file : registry.files()) {
-    if ((file.kind == "effect") == effects) files.push_back(file);
+    if (std::ranges::find(kinds, file.kind) != kinds.end()) files.push_back(file);
   }
   const auto seen = registry.describe(files);
   json list = json::array();
@@ -96,14 +97,14 @@ void tell_strays(const Common& common) {
     if (strays.empty()) continue;
     say(fmt::format(
         "warning: {}: ignored, because a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
-        "effect): {}",
+        "effect, format): {}",
         folder.string(), fmt::join(strays, ", ")));
   }
 }
 
 void print(const json& list, bool with_files) {
   std::string kind;
-  for (const char* wanted : {"source", "filter", "sink", "effect", "camera"}) {
+  for (const char* wanted : {"source", "filter", "sink", "effect", "format", "camera"}) {
     for (const json& entry : list) {
       if (entry["kind"] != wanted) continue;
       if (kind != wanted) fmt::print("{}{}s\n", kind.empty() ? "" : "\n", wanted);
@@ -125,13 +126,15 @@ int list(const std::string& what, bool as_json, bool compare, const Common& comm
   }
   json entries;
   if (what == "effects")
-    entries = stages(common, true);
+    entries = plugins(common, {"effect"});
+  else if (what == "formats")
+    entries = plugins(common, {"format"});
   else if (what == "cameras")
     entries = cameras();
   else
-    entries = stages(common, false);
+    entries = plugins(common, {"source", "filter", "sink"});
   if (what == "plugins") {
-    for (json& effect : stages(common, true)) entries.push_back(std::move(effect));
+    for (json& other : plugins(common, {"effect", "format"})) entries.push_back(std::move(other));
   }
   if (what != "cameras" && !common.quiet) tell_strays(common);
   if (what != "cameras") tell_hidden(graph::PluginRegistry(common.plugin_folders), common);
@@ -147,10 +150,10 @@ int list(const std::string& what, bool as_json, bool compare, const Common& comm
 void add_list(CLI::App& app, Common& common) {
   auto what = std::make_shared<std::string>("stages");
   auto as_json = std::make_shared<bool>(false), compare = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand("list", "List stages, effects, cameras or plugin files");
+  CLI::App* command = app.add_subcommand("list", "List stages, effects, file formats, cameras or plugin files");
   command->footer("Example: tofgraph list effects");
-  command->add_option("WHAT", *what, "stages (default), effects, cameras or plugins")
-      ->check(one_of({"stages", "effects", "cameras", "plugins"}));
+  command->add_option("WHAT", *what, "stages (default), effects, formats, cameras or plugins")
+      ->check(one_of({"stages", "effects", "formats", "cameras", "plugins"}));
   command->add_flag("--json", *as_json, "As JSON");
   command->add_flag("--compare", *compare, "cameras: sensor, range, view, frame rate and interface side by side");
   command->callback(

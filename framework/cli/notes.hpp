@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the user should know of a result that has a report.
+/// @file Notes to the user on a result that has a report.
 #pragma once
 
 #include "config/say.hpp"

@@ -45,7 +45,7 @@ inline std::string progress_bar(std::optional<double> share, std::string_view te
 }
 
 /// Draws on standard error where that is a terminal, not before two seconds and five times a second; never goes back.
-/// What it has drawn stays, as a line of its own. Thread-safe.
+/// Progress bar, which stays as a separate line. Thread-safe.
 class Progress {
  public:
   explicit Progress(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph record` was asked for; the work is in record_module.cpp.
+/// @file Arguments of `tofgraph record`, implemented in record_module.cpp.
 #pragma once
 
 #include "recording/pipelines.hpp"
@@ -19,8 +19,8 @@ struct RecordArguments {
   std::uint64_t frames = 0;  ///< 0: without limit, or what the plan says
   std::string duration;      ///< as written, "30 s"
   std::string comment;
-  std::string tolerance, alignment;  ///< of a plan, as written, "250 mm"
-  bool still = false;                ///< of a plan: begins when the board stands still
+  std::string tolerance, alignment;  ///< for a plan, as written, "250 mm"
+  bool still = false;                ///< for a plan: begins when the board stands still
   bool align = false;                ///< records nothing, shows how the board stands
   bool force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;

@@ -38,7 +38,7 @@ double positive(const char* option, const std::string& text, const char* unit, c
   throw config::ConfigurationError(fmt::format("{}: error: {}", option, why));
 }
 
-/// What would have no effect, or break what the other options ask for.
+/// Refuses options without effect, or in conflict with others.
 void check_options(const RecordArguments& arguments) {
   if (arguments.align) {
     if (!arguments.plan.empty()) refuse("--align", "records nothing; with a plan, answer 'look'");
@@ -98,7 +98,7 @@ graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<
   return options;
 }
 
-/// What the capture itself says of the frames in it, or what is left of it.
+/// Frames in the capture by its own statement, or the recovered part.
 struct Written {
   fs::path file;
   std::size_t frames = 0, missing = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph repair` was asked for; the work is in repair_module.cpp.
+/// @file Arguments of `tofgraph repair`, implemented in repair_module.cpp.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph report` was asked for; the work is in report_module.cpp.
+/// @file Arguments of `tofgraph report`, implemented in report_module.cpp.
 #pragma once
 
 #include <filesystem>

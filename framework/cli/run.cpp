@@ -62,7 +62,7 @@ void report_outputs(const graph::Graph& graph, const graph::RunResult& result, c
   }
 }
 
-/// What came of a run, in words on standard error. @returns the exit code
+/// Prints the result of a run to standard error. @returns the exit code
 int report(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files, const Common& common) {
   if (!common.quiet) {
     say(fmt::format("{} in {}, {:.1f} frames/s{}", config::counted(result.frames, "frame"),
@@ -95,11 +95,13 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
   return result.dropped != 0 && !loss_allowed ? failed : done;
 }
 
-int run(const RunArguments& arguments, const Common& common) {
+}  // namespace
+
+int run_once(const config::Value& document, const RunArguments& arguments, const Common& common) {
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
     throw config::ConfigurationError(problem);
   if (arguments.validate) graph::set_validating();
-  const auto graph = build(arguments.document(), arguments, common, arguments.force);
+  const auto graph = build(document, arguments, common, arguments.force);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }
@@ -116,8 +118,6 @@ int run(const RunArguments& arguments, const Common& common) {
   }
   return write_statistics(arguments, *graph, result, report(*graph, result, files, common));
 }
-
-}  // namespace
 
 void add_run(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RunArguments>();
@@ -153,7 +153,7 @@ void add_run(CLI::App& app, Common& common) {
       if (!arguments->out.empty())
         throw config::ConfigurationError(
             "--out: error: is for --campaign: write the path at the sinks of the pipeline");
-      return run(*arguments, common);
+      return run_once(arguments->document(), *arguments, common);
     };
   });
 }

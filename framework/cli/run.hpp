@@ -18,6 +18,11 @@ struct RunArguments : PipelineArguments {
   bool force = false, validate = false;
 };
 
+/// Runs a pipeline once, with everything that `tofgraph run` says and writes.
+/// @param document the pipeline, instead of that of the arguments
+/// @returns the exit code @throws config::ConfigurationError what is wrong before the first frame
+int run_once(const config::Value& document, const RunArguments& arguments, const Common& common);
+
 /// Runs the pipeline on every condition of the campaign, one after the other in this process.
 /// @returns the exit code @throws config::ConfigurationError what is wrong before the first frame
 int run_campaign(const RunArguments& arguments, const Common& common);

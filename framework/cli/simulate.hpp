@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph simulate` was asked for; the work is in simulate_module.cpp.
+/// @file Arguments of `tofgraph simulate`, implemented in simulate_module.cpp.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@ class WrittenFiles {
   std::vector<std::filesystem::path> of(const graph::Node& node) const;
   /// `wrote 9 files: out/a.pcd ... out/c.png`; empty: none.
   std::string summary(const graph::Graph& graph) const;
-  /// What a former run left of a series and this one did not replace, in one line; empty: nothing.
+  /// Files of a series from a former run that this one did not replace, in one line; empty: none.
   /// @param pattern one of graph::output_files(), whose folders have their one name
   std::string older(const io::OutputPattern& pattern) const;
 

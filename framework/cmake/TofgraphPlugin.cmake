@@ -7,9 +7,12 @@ function(tofgraph_kind_of file result)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(READ ${file} text)
   set(kinds "")
-  if(text MATCHES "TOFGRAPH_EFFECT *\\(")
-    list(APPEND kinds effect)
-  endif()
+  foreach(kind effect format)
+    string(TOUPPER "TOFGRAPH_${kind}" macro)
+    if(text MATCHES "${macro} *\\(")
+      list(APPEND kinds ${kind})
+    endif()
+  endforeach()
   foreach(kind Source Filter Sink)
     if(text MATCHES "[:,] *(public +)?(tofgraph::)?(Length)?${kind}[ \n]*{")
       string(TOLOWER ${kind} kind)
@@ -19,13 +22,13 @@ function(tofgraph_kind_of file result)
   list(LENGTH kinds count)
   if(NOT count EQUAL 1)
     message(FATAL_ERROR "tofgraph_add_plugin: ${file} does not tell what it is: it has neither one class from "
-                        "tofgraph::Source, Filter, Sink or LengthFilter, nor TOFGRAPH_EFFECT. "
-                        "Say so: tofgraph_add_plugin(NAME FILE KIND source|filter|sink|effect)")
+                        "tofgraph::Source, Filter, Sink or LengthFilter, nor TOFGRAPH_EFFECT or TOFGRAPH_FORMAT. "
+                        "Say so: tofgraph_add_plugin(NAME FILE KIND source|filter|sink|effect|format)")
   endif()
   set(${result} ${kinds} PARENT_SCOPE)
 endfunction()
 
-# tofgraph_add_plugin(NAME FILE.cpp [KIND source|filter|sink|effect] [AUTHOR text] [LICENCE text]): one file, one shared
+# tofgraph_add_plugin(NAME FILE.cpp [KIND source|filter|sink|effect|format] [AUTHOR text] [LICENCE text]): one file, one shared
 # library. The target has the library's name, tofgraph_KIND_NAME; the version is the project's. It is installed where
 # TOFGRAPH_PLUGIN_DESTINATION says, below the prefix; not at all without it.
 function(tofgraph_add_plugin name file)
@@ -40,8 +43,8 @@ function(tofgraph_add_plugin name file)
   get_filename_component(file ${file} ABSOLUTE)
   if(NOT arg_KIND)
     tofgraph_kind_of(${file} arg_KIND)
-  elseif(NOT arg_KIND MATCHES "^(source|filter|sink|effect)$")
-    message(FATAL_ERROR "tofgraph_add_plugin(${name}): KIND is source, filter, sink or effect, not '${arg_KIND}'")
+  elseif(NOT arg_KIND MATCHES "^(source|filter|sink|effect|format)$")
+    message(FATAL_ERROR "tofgraph_add_plugin(${name}): KIND is source, filter, sink, effect or format, not '${arg_KIND}'")
   endif()
   set(target tofgraph_${arg_KIND}_${name})
   add_library(${target} MODULE ${file})

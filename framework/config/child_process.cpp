@@ -22,7 +22,7 @@ extern char** environ;  // NOLINT(readability-redundant-declaration)
 namespace tofgraph::config {
 namespace {
 
-/// What a child does not read any more would end this process: in this thread the signal is put off and thrown away.
+/// Blocks and discards SIGPIPE in this thread: writing to a child that no longer reads would end this process.
 class WithoutSigpipe {
  public:
   WithoutSigpipe() {
@@ -45,7 +45,7 @@ class WithoutSigpipe {
 
 [[noreturn]] void fail(int error) { throw std::runtime_error(std::strerror(error)); }
 
-/// One end of a pipe.
+/// End of a pipe.
 class End {
  public:
   End() = default;

@@ -12,7 +12,7 @@
 namespace tofgraph::config {
 
 struct ChildOptions {
-  std::string input = {};    ///< what it reads from its standard input
+  std::string input = {};    ///< content of its standard input
   bool keep_errors = false;  ///< true: its standard error is collected; false: it goes to ours
   /// Called whenever nothing came for as long as this; zero: never.
   std::chrono::milliseconds patience{0};

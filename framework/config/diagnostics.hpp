@@ -17,7 +17,7 @@ namespace tofgraph::config {
 struct SourceText {
   std::string name;
   std::string text;
-  std::filesystem::path base = {};  ///< what relative paths in it are relative to; empty: the working folder
+  std::filesystem::path base = {};  ///< base of relative paths in it; empty: the working folder
   bool one_line = false;            ///< parameters are written key=value, not as YAML
 };
 
@@ -37,7 +37,7 @@ struct Diagnostic {
   Severity severity;
   Position at;
   std::string message;
-  std::string hint;  ///< what to write instead, an example; may be empty
+  std::string hint;  ///< correction, an example; may be empty
 };
 
 class ConfigurationError;
@@ -70,7 +70,7 @@ class ConfigurationError : public std::runtime_error {
       : std::runtime_error(diagnostics.text()), mistakes_(diagnostics.all()) {}
   explicit ConfigurationError(const std::string& text) : std::runtime_error(text) {}
 
-  /// One by one; empty where there is nothing but the text.
+  /// Single mistakes; empty if there is only the text.
   const std::vector<Diagnostic>& mistakes() const { return mistakes_; }
 
  private:

@@ -17,22 +17,22 @@ namespace tofgraph::config {
 
 struct Entry;
 
-/// One value of a document.
+/// Value of a document.
 struct Value {
   enum class Kind { null, scalar, list, map };
   Kind kind = Kind::null;
-  std::string text;  ///< of a scalar; "null" where YAML reads nothing
+  std::string text;  ///< scalar; "null" where YAML reads nothing
   bool quoted = false;
   Position at;
-  std::vector<Value> items;    ///< of a list
-  std::vector<Entry> entries;  ///< of a map, in the order written
+  std::vector<Value> items;    ///< items of a list
+  std::vector<Entry> entries;  ///< entries of a map, in the order written
 
   bool is_map() const { return kind == Kind::map; }
   bool is_list() const { return kind == Kind::list; }
   bool is_scalar() const { return kind == Kind::scalar || kind == Kind::null; }
   /// The entry of a key, or null.
   const Entry* find(std::string_view key) const;
-  /// What kind of value it is, for messages: "the list", "the word 'x'", ...
+  /// Kind of the value, for messages: "the list", "the word 'x'", ...
   std::string described() const;
 };
 
@@ -59,7 +59,7 @@ std::string yaml_text(const Value& value);
 /// The same value with absolute paths under the keys that name files: file, image, model, table, map, and camera where
 /// it is a path.
 Value with_absolute_paths(Value value);
-/// How a key gets a value at a place, for hints: `key: value` in a file, `key='a value'` in the one-line form.
+/// Assignment of a value to a key, for hints: `key: value` in a file, `key='a value'` in the one-line form.
 std::string assignment(const Position& at, std::string_view key, std::string_view value);
 /// A path written at a place: relative ones are relative to the file that contains them.
 std::filesystem::path path_at(const std::string& text, const Position& at);
@@ -83,7 +83,7 @@ class Reader {
   std::int64_t whole_number(std::string_view key, std::string_view example, std::optional<std::int64_t> default_value,
                             std::int64_t least, std::int64_t most);
   std::string word(std::string_view key, std::string default_value);
-  /// One of a few words; another one is a mistake, and gives the first.
+  /// Reads one of several words; another one is reported as a mistake, and gives the first.
   std::string choice(std::string_view key, std::span<const std::string> words);
   /// A file; relative paths are relative to the file that the value stands in.
   /// @param must_be_there otherwise whoever opens it finds out

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How a live source says that frames were lost in front of it. The border has no counter for them, so whoever
-/// has to count them reads the warning.
+/// @file Report of a live source on frames lost before it. The plugin interface has no counter for them, so the warning
+/// has to be parsed for their number.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Where the program's own files are: relative to the library, the same in the build tree and installed.
+/// @file Paths of the program's own files: relative to the library, the same in the build tree and installed.
 #pragma once
 
 #include <filesystem>

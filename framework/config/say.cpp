@@ -15,7 +15,7 @@ namespace {
 
 std::atomic<bool> bar_stands = false;
 
-/// Where standard error is a terminal that shows colours, and nobody asked for none (https://no-color.org).
+/// Returns whether standard error is a terminal with colours that are not disabled (https://no-color.org).
 bool colours_wanted() {
   const char* no_colour = std::getenv("NO_COLOR");
   const char* terminal = std::getenv("TERM");

@@ -13,7 +13,7 @@ namespace tofgraph::config {
 /// that. [any thread]
 void say(const std::string& text);
 
-/// Whether a progress bar stands on the terminal's last line.
+/// States whether a progress bar is on the terminal's last line.
 void set_bar_stands(bool stands);
 
 /// `1 frame`, `2 frames`

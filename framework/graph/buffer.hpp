@@ -21,9 +21,9 @@ struct Buffer {
   void* data = nullptr;
   std::size_t capacity = 0;
   std::atomic<std::uint32_t> references{0};
-  BufferPool* pool = nullptr;              ///< where it goes when nobody holds it; null: lent
-  void* owner = nullptr;                   ///< of lent memory
-  void (*release)(void* owner) = nullptr;  ///< of lent memory
+  BufferPool* pool = nullptr;              ///< owner after the last release; null: lent
+  void* owner = nullptr;                   ///< owner of lent memory
+  void (*release)(void* owner) = nullptr;  ///< releases lent memory
 };
 
 /// Holds a buffer; the last holder gives it back.
@@ -64,7 +64,7 @@ class BufferPool {
   BufferRef get(std::size_t bytes);
   /// A buffer around memory of a plugin.
   static BufferRef lent(void* data, std::size_t bytes, void* owner, void (*release)(void*));
-  /// How many blocks were ever taken from the system: constant once a graph is in its stride.
+  /// Number of blocks ever allocated from the system: constant in the steady state of a graph.
   std::size_t allocated() const { return allocated_.load(); }
 
  private:

@@ -10,7 +10,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// What stands after the colon, and the parameters that it gives.
+/// Text after the colon, and the parameters that it sets.
 struct Kind {
   std::string_view name, backend, file_parameter, example;
 };

@@ -28,7 +28,7 @@ bool names_stage(const PipelineSpec& pipeline, std::string_view stage) {
 /// The stage of a node; null: not known or not loadable, which the graph reports.
 const Plugin* stage_of(const NodeSpec& node, const PluginRegistry& registry) {
   const PluginFile* file = registry.find(node.stage);
-  if (file == nullptr || file->kind == "effect") return nullptr;
+  if (file == nullptr || !file->is_stage()) return nullptr;
   try {
     return &registry.load(*file);
   } catch (const PluginError&) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a checked graph does to the numbers, in words and as a drawing.
+/// @file Explanation of a checked graph, as text and as a drawing.
 #pragma once
 
 #include "graph/graph.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-/// What the border calls a frame.
+/// Frame of the plugin interface.
 struct tofgraph_frame {
   struct Channel {
     std::string name, unit;

@@ -16,11 +16,11 @@
 
 namespace tofgraph::graph {
 
-/// One frame on its way: a slot for what each node made of it.
+/// Frame in flight, with a slot for the output of each node.
 struct Token {
-  std::size_t sequence = 0;  ///< of those that were not dropped
+  std::size_t sequence = 0;  ///< index among the frames that were not dropped
   std::vector<tofgraph_frame> frames;
-  std::vector<bool> absent;  ///< of a node: nothing left it for this frame
+  std::vector<bool> absent;  ///< per node: no output for this frame
 
   /// Gives the buffers back.
   void clear() {

@@ -43,13 +43,13 @@ class Graph {
   const io::CameraFolder* camera_folder() const { return camera_ ? camera_->folder.get() : nullptr; }
   /// Nodes that were inserted for the calibrations of the camera's folder, and calibrations that no node takes.
   const std::vector<std::string>& camera_notes() const { return camera_notes_; }
-  /// Of the k-th node that a node reads: channels that arrive under another name, for a named port.
+  /// Renamed channels of the k-th input of a node, for a named port.
   const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
     return aliases_[node][k];
   }
   /// Indices of the nodes whose work is in the frames that reach a node.
   std::set<std::size_t> steps_to(std::size_t node) const;
-  /// What was done to the frames that reach a node, as data.
+  /// Processing of the frames that reach a node, as data.
   nlohmann::json provenance(std::size_t node) const;
 
  private:
@@ -71,7 +71,7 @@ class Graph {
   std::vector<std::vector<InputSpec>> input_specs_;
   std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
   std::vector<bool> usable_;                                                            ///< whose parameters were right
-  std::optional<Queue> written_queue_;                                                  ///< of the source
+  std::optional<Queue> written_queue_;                                                  ///< source's
   Queue queue_;
 };
 

@@ -24,7 +24,7 @@ namespace tofgraph::graph {
 
 class KnownStages;
 
-/// What all instances of a run share.
+/// State shared by all instances of a run.
 struct Host {
   bool overwrite = false;
   std::atomic<bool> stopping{false};
@@ -44,7 +44,7 @@ struct UsedFile {
   std::shared_ptr<const io::FileHash> hash;
 };
 
-/// What a plugin said of a call that failed.
+/// Failure of a call, as stated by the plugin.
 struct Failure {
   std::string parameter, text;
   bool defect = false;  ///< the host noticed that the plugin did what no plugin should
@@ -56,11 +56,11 @@ Failure& last_failure();
 /// In a catch clause of a host's call, which lets nothing out: what was thrown becomes the running call's failure.
 void keep_failure() noexcept;
 
-/// What a stage does to its stream, in prepare.
+/// Changes of a stage to its stream, in prepare.
 struct Leaving {
   Stream stream;
   io::CameraPtr own_camera;             ///< when this node changed it
-  tofgraph_stream* arriving = nullptr;  ///< what a source is shown, with its camera once it chose one
+  tofgraph_stream* arriving = nullptr;  ///< input of a source, with its camera once it has chosen one
 };
 
 class Instance {
@@ -89,14 +89,14 @@ class Instance {
   void set_overwrite(bool allowed) { overwrite_ = allowed; }
   /// @param make called when the stage asks for it first, after prepare: the hashes of long files take their time
   void set_provenance(std::function<std::string()> make) { make_provenance_ = std::move(make); }
-  /// Whether the stage asked for it in prepare, which says that it will at the end.
+  /// Returns whether the stage requested it in prepare, which announces a request at the end.
   bool wants_provenance() const { return wants_provenance_; }
   const std::vector<UsedFile>& files() const { return files_; }
   void add_file(const std::string& path);
   /// Warnings of create and prepare, which have a place in what the user wrote.
   const std::vector<std::string>& warnings() const { return warnings_; }
   void add_note(std::string text) { notes_.push_back(std::move(text)); }
-  /// What it told of itself meanwhile, for `explain`.
+  /// Notes of the instance on itself, for `explain`.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:

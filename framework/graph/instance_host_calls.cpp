@@ -125,7 +125,7 @@ struct HostCalls {
     });
   }
 
-  /// Whether the rays are those of the lens model, to a millionth of a radian.
+  /// Returns whether the rays are those of the lens model, to a millionth of a radian.
   static bool follows_its_lens(const tofgraph_camera& camera) {
     if (camera.rays == nullptr) return true;
     tofgraph_camera lens = camera;

@@ -25,7 +25,7 @@ Names words(const nlohmann::json& object, const char* key, char separator = ' ')
   return split_words(text);
 }
 
-/// What a stage that makes something must be served with; of ports that are all optional, one.
+/// Inputs that a stage requires; of ports that are all optional, one.
 std::vector<Names> needed_by(const nlohmann::json& stage) {
   std::vector<Names> needed;
   Names any;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the stages of the search path declare, asked for advice: which of them makes what is missing.
+/// @file Declarations of the stages on the search path, for advice on stages that provide a missing channel.
 #pragma once
 
 #include "graph/pipeline.hpp"
@@ -21,7 +21,7 @@ class KnownStages {
   KnownStages(const PluginRegistry& registry, const std::vector<NodeSpec>& nodes)
       : registry_(registry), nodes_(nodes) {}
 
-  /// What to put before a node of this stage so that one of these channels arrives; empty where nothing makes them.
+  /// Stages to insert before a node of this stage to obtain one of these channels; empty if none provides them.
   std::string way_to(const std::vector<std::string>& channels, const Stream& stream, const std::string& stage) const;
   /// The words that a stage adds to the history of what it makes; none for a stage that is not known.
   std::vector<std::string> added_by(const std::string& stage) const;
@@ -30,7 +30,7 @@ class KnownStages {
   struct Step {
     std::string stage;
     std::vector<std::string> makes;
-    std::vector<std::vector<std::string>> reads;  ///< of each port that must be served, its alternatives
+    std::vector<std::vector<std::string>> reads;  ///< alternatives of each required port
     std::vector<std::string> adds;
   };
   using Names = std::vector<std::string>;

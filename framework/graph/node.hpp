@@ -44,7 +44,7 @@ class Node {
   const ParameterValues& values() const { return values_; }
   const Stream& output() const { return leaving_.stream; }
   const std::vector<UsedFile>& files() const { return instance_.files(); }
-  const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< of the stage, for `explain`
+  const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< stage's, for `explain`
   /// The files of each parameter that names some, at its place; without text: none.
   const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
   bool may_overwrite() const { return overwrite_; }
@@ -84,8 +84,8 @@ class Node {
   Host& host_;
   Leaving leaving_;
   std::vector<io::OutputPattern> outputs_;
-  BufferRef rays_;                    ///< of the camera that leaves, where this node chose it
-  BadPixels bad_pixels_;              ///< of the camera, where this node is a source
+  BufferRef rays_;                    ///< rays of the outgoing camera, if this node chose it
+  BadPixels bad_pixels_;              ///< camera's, if this node is a source
   std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
   bool overwrite_, validating_ = false;
 };

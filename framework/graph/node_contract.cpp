@@ -40,7 +40,7 @@ std::string shape_text(const tofgraph_port& port, const Stream& stream) {
   return text;
 }
 
-/// Where no stage can make what is missing from what arrives: why not.
+/// Reason why no stage can compute a missing channel from the input.
 std::string why_no_way(const std::vector<std::string>& wanted, const Stream& stream, const std::string& node) {
   if (std::ranges::find(wanted, "distance") == wanted.end()) return {};
   for (const char* name : {"range", "depth", "points"}) {
@@ -127,7 +127,7 @@ bool Node::check_input(const Stream& stream, const tofgraph_port& port, const Ch
   return true;
 }
 
-/// What was done too early, or twice: what to change.
+/// Advice on a correction that was applied too early, or twice.
 std::string Node::instead_of(const std::string& word, const Channel& channel, const Stream& stream) const {
   const bool same = std::ranges::any_of(std::span(stage().ports, stage().port_count), [&](const tofgraph_port& port) {
     const std::vector<std::string> adds = split_words(port.adds);
@@ -150,7 +150,7 @@ std::vector<std::string> Node::names_made() const {
   return names;
 }
 
-/// What the source gives stands in the way: how a recording is read without it.
+/// Advice on reading a recording without a channel of the source that conflicts.
 std::string Node::without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const {
   std::vector<std::string> others;
   for (const Channel& channel : stream.channels) {

@@ -29,7 +29,7 @@ class OpenOutputs {
       open.file->commit();
     }
   }
-  /// Where a text tells a temporary name, the final one takes its place.
+  /// Replaces temporary names in a text by the final ones.
   void name_finally(std::string& text) const {
     for (const Open& open : files_) {
       const std::string& temporary = open.file->temporary_path().string();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the nodes of a graph write, compared: no two write the same file.
+/// @file Comparison of the outputs of a graph's nodes: no two write the same file.
 #pragma once
 
 #include "graph/node.hpp"

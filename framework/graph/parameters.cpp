@@ -18,7 +18,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// Of a number whose default is zero, as that of an effect that is off: a size that does something; NaN: none is known.
+/// Effective size of a number whose default is zero, as of an effect that is off; NaN: unknown.
 double usual_size(const tofgraph_parameter& p) {
   if (p.kind != TOFGRAPH_KIND_NUMBER) return std::numeric_limits<double>::quiet_NaN();
   if (!std::isnan(p.typical)) return p.typical;
@@ -29,7 +29,7 @@ double usual_size(const tofgraph_parameter& p) {
   return off && p.maximum > 0 ? p.maximum / 2 : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// What to write instead: the default where there is one, else something of the right kind.
+/// Example of a value: the default if there is one, else a value of the right kind.
 std::string example(const tofgraph_parameter& p, const config::Position& at) {
   const auto of = [&](std::string_view value) { return "example: " + config::assignment(at, p.name, value); };
   if (const double usual = usual_size(p); !std::isnan(usual)) return of(config::format_quantity(usual, p.unit));
@@ -223,7 +223,7 @@ std::string ParameterValues::parse_number(const tofgraph_parameter& p, const con
   return problem;
 }
 
-/// One number stands for a list of one.
+/// Parses numbers; a single number is a list of one.
 std::string ParameterValues::parse_numbers(const tofgraph_parameter& p, const config::Value& value,
                                            tofgraph_value& out) {
   std::string problem;
@@ -241,7 +241,7 @@ std::string ParameterValues::parse_numbers(const tofgraph_parameter& p, const co
   return problem;
 }
 
-/// What is one word or path, or becomes a whole number or a truth.
+/// Parses a single word or path, a whole number or a truth value.
 std::string ParameterValues::parse_text(const tofgraph_parameter& p, const config::Value& value,
                                         const std::string& text, tofgraph_value& out) {
   switch (p.kind) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a user wrote for a stage's parameters, checked against their declaration.
+/// @file Values of a stage's parameters, checked against their declaration.
 #pragma once
 
 #include "config/document.hpp"
@@ -36,9 +36,9 @@ class ParameterValues {
   std::string text_of(std::string_view name) const;
   /// The files that were given to read, images included.
   std::vector<std::string> files() const;
-  /// Whether the images have the camera's size; where not, that is an error.
+  /// Returns whether the images have the camera's size; otherwise adds an error.
   bool images_fit(const tofgraph_camera& camera, config::Diagnostics& diagnostics) const;
-  /// Where a parameter was written; the node when it was not.
+  /// Position of a parameter in its file; of the node if it is not given.
   config::Position position_of(std::string_view name) const;
 
  private:
@@ -51,7 +51,7 @@ class ParameterValues {
     double value = 0;
     std::string unit;
   };
-  /// What the values point to.
+  /// Storage that the values point to.
   struct Kept {
     std::deque<std::string> texts;
     std::deque<std::vector<double>> lists;

@@ -14,7 +14,7 @@ namespace tofgraph::graph {
 
 enum class QueuePolicy { block, drop_oldest };
 
-/// How many frames may wait at a source's exit, and what happens to the next.
+/// Capacity of the queue at a source's output, and treatment of further frames.
 struct Queue {
   std::size_t capacity = 4;
   QueuePolicy policy = QueuePolicy::block;

@@ -122,7 +122,7 @@ const char* level_name(const tofgraph_effect& effect) {
 
 PluginFile plugin_file(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
-  for (const char* kind : {"source", "filter", "sink", "effect"}) {
+  for (const char* kind : {"source", "filter", "sink", "effect", "format"}) {
     const std::string prefix = fmt::format("tofgraph_{}_", kind);
     if (name.starts_with(prefix) && name.ends_with(".so") && name.size() > prefix.size() + 3) {
       return {kind, name.substr(prefix.size(), name.size() - prefix.size() - 3), path};
@@ -178,6 +178,7 @@ nlohmann::json describe(const Plugin& d) {
     json["confused_with"] = d.effect->confused_with;
     json["experiment"] = d.effect->experiment;
   }
+  if (d.format != nullptr) json["endings"] = d.format->endings;
   return json;
 }
 
@@ -224,7 +225,7 @@ PluginRegistry::PluginRegistry(const std::vector<std::filesystem::path>& folders
 std::vector<std::string> PluginRegistry::names() const {
   std::vector<std::string> names;
   for (const PluginFile& file : files_) {
-    if (file.kind != "effect") names.push_back(file.name);
+    if (file.is_stage()) names.push_back(file.name);
   }
   return names;
 }

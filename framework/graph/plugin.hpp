@@ -5,6 +5,7 @@
 #pragma once
 
 #include <tofgraph/effect.h>
+#include <tofgraph/format.h>
 
 #include <nlohmann/json.hpp>
 
@@ -27,6 +28,9 @@ class PluginError : public std::runtime_error {
 struct PluginFile {
   std::string kind, name;
   std::filesystem::path path;
+
+  /// Source, filter or sink: a node of a pipeline.
+  bool is_stage() const { return kind == "source" || kind == "filter" || kind == "sink"; }
 };
 
 /// A plugin that was loaded: its descriptor with all that it points to in the host's own sizes and without nulls, but
@@ -37,10 +41,12 @@ struct Plugin : tofgraph_descriptor {
   Plugin& operator=(const Plugin&) = delete;
 
   PluginFile file;
-  const tofgraph_effect* effect = nullptr;  ///< null: a stage
+  const tofgraph_effect* effect = nullptr;  ///< null: no effect
+  const tofgraph_format* format = nullptr;  ///< null: no format
   std::vector<tofgraph_port> own_ports;
   std::vector<tofgraph_parameter> own_parameters;
   tofgraph_effect own_effect{};
+  tofgraph_format own_format{};
 };
 
 /// Loads a library and checks its descriptor against the border's rules. The library stays loaded; what it prints

@@ -95,11 +95,15 @@ void check_version(const Inspection& read, const tofgraph_descriptor& d) {
                     : "rebuild the plugin against this tofgraph");
 }
 
-void check_calls(const Inspection& read, const tofgraph_descriptor& d, bool effect) {
+void check_calls(const Inspection& read, const PluginFile& file, const tofgraph_descriptor& d) {
+  if (file.kind == "format") {
+    read.need(d.port_count == 0 && d.parameter_count == 0, "it has ports or parameters, but a format has neither");
+    return;
+  }
   read.not_null(reinterpret_cast<const void*>(d.create), "create()");
   read.not_null(reinterpret_cast<const void*>(d.prepare), "prepare()");
   read.not_null(reinterpret_cast<const void*>(d.destroy), "destroy()");
-  if (!effect) read.not_null(reinterpret_cast<const void*>(d.process), "process()");
+  if (file.is_stage()) read.not_null(reinterpret_cast<const void*>(d.process), "process()");
 }
 
 void check_name(const Inspection& read, const PluginFile& file, const tofgraph_descriptor& d) {
@@ -193,22 +197,38 @@ void check_defaults(const Inspection& read, const Plugin& plugin) {
                           first.hint.empty() ? "" : "; " + first.hint));
 }
 
-void read_effect(const Inspection& read, const tofgraph_descriptor& given, Plugin& plugin) {
+/// Copies the data of version 1 of an extension. @param macro that exports it
+template <class T> void read_extension(const Inspection& read, const tofgraph_descriptor& given, std::string_view name,
+                                       std::string_view macro, T& own, const T*& pointer) {
   const tofgraph_extension absent{};
   for (const tofgraph_extension& extension :
        read.copied(given.extensions, given.extension_size, given.extension_count, "extensions", absent)) {
     read.not_null(extension.name, "extension's name");
-    if (std::string_view(extension.name) != "effect" || extension.version != 1) continue;
-    read.not_null(extension.data, "effect's data");
-    const auto* effect = static_cast<const tofgraph_effect*>(extension.data);
-    read.need(
-        effect->size >= io::first_size<tofgraph_effect>,
-        fmt::format("its effect has {} bytes, expected at least {}", effect->size, io::first_size<tofgraph_effect>));
-    plugin.own_effect = io::host_sized(*effect);
-    plugin.effect = &plugin.own_effect;
+    if (std::string_view(extension.name) != name || extension.version != 1) continue;
+    read.not_null(extension.data, fmt::format("{}'s data", name));
+    const auto* data = static_cast<const T*>(extension.data);
+    read.need(data->size >= io::first_size<T>,
+              fmt::format("its {} has {} bytes, expected at least {}", name, data->size, io::first_size<T>));
+    own = io::host_sized(*data);
+    pointer = &own;
   }
-  if (plugin.effect == nullptr)
-    read.refuse("has no extension \"effect\" of version 1", "end the file with TOFGRAPH_EFFECT(Class, \"text\")");
+  if (pointer == nullptr)
+    read.refuse(fmt::format("has no extension \"{}\" of version 1", name),
+                fmt::format("end the file with {}(Class, \"text\")", macro));
+}
+
+void read_format(const Inspection& read, const tofgraph_descriptor& given, Plugin& plugin) {
+  read_extension(read, given, "format", "TOFGRAPH_FORMAT", plugin.own_format, plugin.format);
+  tofgraph_format& f = plugin.own_format;
+  or_empty({&f.endings});
+  read.not_null(reinterpret_cast<const void*>(f.recognises), "recognises()");
+  read.not_null(reinterpret_cast<const void*>(f.open), "open()");
+  read.not_null(reinterpret_cast<const void*>(f.read), "read()");
+  read.not_null(reinterpret_cast<const void*>(f.close), "close()");
+}
+
+void read_effect(const Inspection& read, const tofgraph_descriptor& given, Plugin& plugin) {
+  read_extension(read, given, "effect", "TOFGRAPH_EFFECT", plugin.own_effect, plugin.effect);
   tofgraph_effect& e = plugin.own_effect;
   read.not_null(reinterpret_cast<const void*>(e.apply), "apply()");
   read.not_null(e.touches, "effect's touches");
@@ -228,9 +248,9 @@ void read_effect(const Inspection& read, const tofgraph_descriptor& given, Plugi
 
 void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin) {
   const Inspection read(plugin.file);
-  const bool effect = plugin.file.kind == "effect";
   if (given == nullptr)
-    read.refuse("its tofgraph_plugin() returned no descriptor", "build it with TOFGRAPH_STAGE or TOFGRAPH_EFFECT");
+    read.refuse("its tofgraph_plugin() returned no descriptor",
+                "build it with TOFGRAPH_STAGE, TOFGRAPH_EFFECT or TOFGRAPH_FORMAT");
   check_version(read, *given);
   read.need(given->size >= io::first_size<tofgraph_descriptor>,
             fmt::format("its descriptor has {} bytes, expected at least {}", given->size,
@@ -240,7 +260,7 @@ void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin) {
   read.not_null(plugin.summary, "summary");
   read.not_null(plugin.version, "version");
   or_empty({&plugin.author, &plugin.licence});
-  check_calls(read, plugin, effect);
+  check_calls(read, plugin.file, plugin);
 
   plugin.own_ports = read.copied(given->ports, given->port_size, given->port_count, "ports");
   tofgraph_parameter absent{};
@@ -257,7 +277,8 @@ void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin) {
   plugin.parameter_size = sizeof(tofgraph_parameter);
   plugin.extensions = nullptr;  // what is known of them is in `effect`
   plugin.extension_count = 0;
-  if (effect) read_effect(read, *given, plugin);
+  if (plugin.file.kind == "effect") read_effect(read, *given, plugin);
+  if (plugin.file.kind == "format") read_format(read, *given, plugin);
   check_defaults(read, plugin);
 }
 

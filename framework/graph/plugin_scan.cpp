@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What a cached entry must agree with.
+/// Properties that a cached entry must match.
 json fingerprint(const std::filesystem::path& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
@@ -57,7 +57,7 @@ void write_cache(const json& cache) {
 /// Found again in an entry whose content nobody changed.
 std::size_t check_number(const json& plugin) { return std::hash<std::string>()(config::json_text(plugin)); }
 
-/// What the cache knows of the file as it is now, or null. An entry that is damaged is one that is not there.
+/// Entry of the cache on the file in its present state, or null. A damaged entry counts as missing.
 const json* remembered(const json& cache, const std::filesystem::path& file) {
   const auto entry = cache.find(file.string());
   if (entry == cache.end() || !entry->is_object() || !entry->contains("plugin")) return nullptr;

@@ -14,7 +14,7 @@ namespace {
 const Plugin* find_stage(const NodeSpec& node, const PluginRegistry& registry, config::Diagnostics& diagnostics) {
   if (node.stage.empty()) return nullptr;
   const PluginFile* file = registry.find(node.stage);
-  if (file == nullptr || file->kind == "effect") {
+  if (file == nullptr || !file->is_stage()) {
     const std::string what = file != nullptr
                                  ? fmt::format("'{}' is an effect of the simulator, not a stage", node.stage)
                                  : fmt::format("there is no stage '{}'", node.stage);
@@ -74,7 +74,7 @@ void ResolvedPipeline::check_sources(config::Diagnostics& diagnostics) const {
   }
 }
 
-/// What is written, or the nearest node above that gives frames; names of nodes that are not there are left out.
+/// Inputs as written, or the nearest node above that outputs frames; names of unknown nodes are left out.
 std::vector<InputSpec> ResolvedPipeline::resolved_inputs(std::size_t i, config::Diagnostics& diagnostics) const {
   const NodeSpec& node = specs_[i];
   if (is(i, "source")) return {};
@@ -125,7 +125,7 @@ std::vector<std::size_t> ResolvedPipeline::order(config::Diagnostics& diagnostic
   return order;
 }
 
-/// What waits for a node that is not known has been told already; what waits for itself has not.
+/// Returns whether a node depends on itself. Dependence on an unknown node has been reported already.
 bool ResolvedPipeline::waits_for_itself(std::size_t node) const {
   std::set<std::size_t> seen;
   std::deque<std::size_t> open = {node};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What came of a run: frames, drops, times, memory.
+/// @file Result of a run: frames, drops, times, memory.
 #pragma once
 
 #include "graph/graph.hpp"
@@ -33,7 +33,7 @@ struct NodeStatistics {
   double median_s = 0, p99_s = 0, max_s = 0;
 };
 
-/// What came of a run.
+/// Result of a run.
 struct RunResult {
   std::uint64_t frames = 0;   ///< that went through to the end
   std::uint64_t dropped = 0;  ///< at the source's exit

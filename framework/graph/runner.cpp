@@ -193,7 +193,7 @@ void Runner::Impl::produce() {
   }
 }
 
-/// One frame. @returns false at the end. What waits is sent by whoever finishes a frame.
+/// Produces one frame. @returns false at the end. Waiting frames are sent when another frame is finished.
 bool Runner::Impl::produce(std::uint64_t number) {
   Token* token =
       frame_queue_.acquire([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
@@ -249,7 +249,7 @@ void Runner::Impl::run_segment(const Segment& segment, Token& token) {
   }
 }
 
-/// What a node reads, as its own frame.
+/// Passes the inputs of a node to it, as its own frame.
 void Runner::Impl::take_inputs(std::size_t index, Token& token) {
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
   const std::size_t first = inputs.front();

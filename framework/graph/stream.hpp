@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What flows along an edge of the graph, known before the first frame.
+/// @file Stream along an edge of the graph, known before the first frame.
 #pragma once
 
 #include "io/camera.hpp"
@@ -45,9 +45,9 @@ struct Stream {
   std::uint64_t frames = 0;
   std::uint64_t known = 0;
   std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
-  std::vector<tofgraph_exposure> exposures;  ///< of the raw images; empty: the camera's
+  std::vector<tofgraph_exposure> exposures;  ///< exposures of the raw images; empty: the camera's
   bool exposures_known = true;               ///< not while a source may still say what they are
-  std::string source = "{}";                 ///< what is known of where the frames come from, JSON
+  std::string source = "{}";                 ///< known origin of the frames, JSON
 
   void set_camera(io::CameraPtr chosen, std::size_t node) {
     camera = std::move(chosen);
@@ -81,7 +81,7 @@ inline constexpr Correction known_corrections[] = {
     {"T_world_camera", "moved into the world's frame", "points are no longer in the optical frame"},
 };
 
-/// What was applied to a channel, for people: "optimized_bistatic (the bent light path corrected)".
+/// Corrections applied to a channel, for readers: "optimized_bistatic (the bent light path corrected)".
 std::string applied_text(const std::vector<std::string>& applied);
 
 /// A port's shape word by word: a number, or H, W, N. @returns false when the channel has another one.
@@ -93,7 +93,7 @@ inline std::string alias_of(std::string_view channel, std::string_view port) {
 }
 inline bool is_alias(std::string_view channel) { return channel.find('@') != std::string_view::npos; }
 
-/// What an output port makes of the stream as it is: size, history and unit of its channel.
+/// Channel of an output port for the given stream: size, history and unit.
 Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& port, const Stream& stream,
                        std::size_t node);
 

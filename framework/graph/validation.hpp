@@ -12,7 +12,7 @@
 
 namespace tofgraph::graph {
 
-/// Whether plugins are looked at closely in this process: `run --validate`.
+/// Returns whether plugins are validated in this process: `run --validate`.
 bool validating();
 void set_validating();
 
@@ -28,7 +28,7 @@ class Validation {
 
   /// Memory for a channel that the stage may write.
   BufferRef guarded(BufferPool& pool, std::size_t bytes, const std::string& channel);
-  /// Whether the stage got the buffer to write.
+  /// Returns whether the stage received the buffer for writing.
   bool gave(const BufferRef& buffer) const;
   /// The stage sees a channel, and may not change it.
   void shown(const tofgraph_frame::Channel& channel);
@@ -59,7 +59,7 @@ class Validation {
 
 /// A buffer that the running call may write: of the frame's pool, guarded where somebody watches.
 BufferRef buffer_to_write(const tofgraph_frame& frame, std::size_t bytes, const std::string& channel);
-/// Whether the running call may write a channel's buffer as it is.
+/// Returns whether the running call may write a channel's buffer in place.
 bool may_write(const BufferRef& buffer);
 
 }  // namespace tofgraph::graph

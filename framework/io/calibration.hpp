@@ -37,7 +37,7 @@ class CalibrationReader {
   /// A column of a table: a list of numbers of one unit, `{unit: mm, value: [507.66, 998.02], sd: [0.1, 0.1]}`, or each
   /// number with its own unit. @param count how many there must be; 0: any number, at least one
   Calibrated column(const std::string& key, std::string_view unit, std::size_t count, std::string_view example);
-  /// Whether `values` has this key.
+  /// Returns whether `values` has this key.
   bool has(std::string_view key) const;
   /// A word, and a list of words, of `settings`; a mistake where there is none.
   std::string setting(const std::string& key, std::string_view example);
@@ -47,7 +47,7 @@ class CalibrationReader {
   /// @throws ConfigurationError with every mistake, keys of `values` that nobody asked for included
   void finish();
 
-  const std::string& serial() const { return serial_; }  ///< of the camera; empty: not stated
+  const std::string& serial() const { return serial_; }  ///< camera's; empty: not stated
 
  private:
   std::vector<double> column_numbers(const config::Value& list, const std::string& key, std::string_view unit,
@@ -77,7 +77,7 @@ class CalibrationWriter {
   void input(const std::filesystem::path& file, std::string sha256);
   /// @param yaml the value as it is written
   void setting(const std::string& key, const std::string& yaml);
-  /// One number, SI. @param unit SI @param shown the unit to write, e.g. `mm` of `m`; @param scale its size
+  /// Writes a number, SI. @param unit SI @param shown the unit to write, e.g. `mm` of `m`; @param scale its size
   void number(const std::string& key, double value, double sd, std::string_view shown, double scale);
   /// Some numbers, SI, each with its unit; standard deviations that are NaN are left out.
   void numbers(const std::string& key, const Calibrated& values, std::string_view shown, double scale);

@@ -39,13 +39,13 @@ class Camera {
     bad_pixels_file = other.bad_pixels_file;
     missing_bad_pixels = other.missing_bad_pixels;
   }
-  std::filesystem::path file;         ///< where the profile is from; empty: not from a file
+  std::filesystem::path file;         ///< file of the profile; empty: not from a file
   std::vector<std::string> measured;  ///< keys whose values were measured on a device
   std::vector<std::string> assumed;   ///< keys whose values no source states
   DataSheet data_sheet;
-  std::vector<std::uint8_t> bad_pixels;   ///< of each pixel, row by row, not 0: bad; empty: the profile names no map
-  std::filesystem::path bad_pixels_file;  ///< where the map is from; empty: none
-  std::shared_ptr<const CameraFolder> folder;  ///< of the device, which the profile is from; null: a profile alone
+  std::vector<std::uint8_t> bad_pixels;        ///< per pixel, row by row, not 0: bad; empty: the profile names no map
+  std::filesystem::path bad_pixels_file;       ///< file of the map; empty: none
+  std::shared_ptr<const CameraFolder> folder;  ///< device folder that the profile is from; null: a profile alone
   std::string missing_bad_pixels;  ///< the map that a recorded profile names and that is not found; empty: none
 
   bool is_bad(std::size_t pixel) const { return !bad_pixels.empty() && bad_pixels[pixel] != 0; }

@@ -25,7 +25,7 @@ struct FolderFile {
 struct FolderEntry {
   std::string kind;                                    ///< profile, model, or the kind of the calibration
   std::vector<FolderFile> files;                       ///< the calibration itself first
-  std::string serial;                                  ///< of the device; empty: not stated
+  std::string serial;                                  ///< device's; empty: not stated
   std::string date, valid_until;                       ///< as 2026-11-26; empty: not stated
   std::optional<std::array<double, 2>> temperature{};  ///< K, first and last that it is for
 };

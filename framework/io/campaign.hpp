@@ -12,7 +12,7 @@
 
 namespace tofgraph::io {
 
-/// What was looked at for the calibration of a lens.
+/// Pattern for the calibration of a lens.
 struct Pattern {
   /// charuco: a chessboard with markers of OpenCV in its bright squares; circles: in a grid; asymmetric_circles: every
   /// other row shifted by half the distance between columns, as OpenCV numbers them.
@@ -21,9 +21,9 @@ struct Pattern {
   double square = 0;                   ///< m, of circles their spacing
   Type type = Type::chessboard;
   double marker = 0;       ///< m, side of a charuco's marker
-  std::string dictionary;  ///< of a charuco: 4x4_50, ...
+  std::string dictionary;  ///< for a charuco: 4x4_50, ...
   double diameter = 0;     ///< m, of circles
-  config::Position at;     ///< where it is written
+  config::Position at;     ///< position in the file
 };
 
 /// The dictionaries of markers that a charuco may have, as OpenCV has them.
@@ -31,18 +31,18 @@ const std::vector<std::string>& marker_dictionaries();
 
 struct Campaign {
   std::string name;
-  std::vector<std::string> notes;             ///< what a reader of results from these data must know
+  std::vector<std::string> notes;             ///< remarks for readers of results from these data
   std::string camera_name;                    ///< as written: a profile's name, or a path relative to the campaign
   io::CameraPtr camera;                       ///< always there in a campaign without mistakes
   std::optional<config::Value> camera_value;  ///< the same at its place in the file
   std::filesystem::path source;               ///< the campaign that a pipeline made this one from; empty: measured
   std::optional<Pattern> pattern;
   std::vector<Condition> conditions;  ///< in the order of the file; of a table one a row
-  std::string corrected_with;         ///< of a table: the model behind measured.depth; empty: not stated
+  std::string corrected_with;         ///< for a table: the model behind measured.depth; empty: not stated
   bool from_table = false;            ///< statistics only, no captures
 };
 
-/// Whether a capture that is not there is a mistake, or left to whoever opens it.
+/// Treatment of a missing capture: an error, or left to the code that opens it.
 enum class Captures { must_be_there, may_be_missing };
 
 /// Reads a campaign: `conditions`, whose captures and scenes must be there, or a `table`. Mistakes go to the

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One condition of a measurement or a simulation: what stood before the camera, and how it was looked at.
+/// @file Condition of a measurement or a simulation: the scene and the camera's settings.
 #pragma once
 
 #include "config/document.hpp"
@@ -24,21 +24,21 @@ struct Roi {
   std::uint32_t first_column = 0, last_column = 0, first_row = 0, last_row = 0;
 };
 
-/// What a table says was measured: statistics over the window, NaN where the table has no such column.
+/// Measurement in a table: statistics over the window, NaN where the table has no such column.
 struct Measured {
   double depth = unknown, depth_sd = unknown;  ///< m; mean after the correction, and the pixels' spread
   double distance = unknown;                   ///< m, mean of the raw half paths
   double amplitude = unknown;                  ///< counts
-  double count = unknown;                      ///< how many values are in the mean
-  double frames = unknown;                     ///< how many frames each pixel is the mean of
+  double count = unknown;                      ///< number of values in the mean
+  double frames = unknown;                     ///< number of frames that each pixel is the mean of
   double reach = unknown;                      ///< m: pixels farther from the middle are not in depth_sd; NaN: all are
 };
 
-/// One condition. SI; angles in rad, temperatures in K; NaN is "not known".
+/// Settings of a condition. SI; angles in rad, temperatures in K; NaN: not known.
 struct Condition {
   std::string id;
-  config::Position at;                                          ///< where it is written; for messages
-  std::map<std::string, config::Position, std::less<>> places;  ///< of its values, and of the board's distance, by key
+  config::Position at;                                          ///< position in the file, for messages
+  std::map<std::string, config::Position, std::less<>> places;  ///< positions of values and board's distance, by key
 
   // What stood there.
   double board_distance = unknown;                  ///< m, sensor plane to board on the axis; NaN: there is no board
@@ -71,7 +71,7 @@ struct Condition {
   std::string recorded_at;                             ///< begin of the first frame, UTC, ISO 8601; empty: not stated
   Measured measured;
 
-  /// Where the value of a key is written; where the condition begins if it does not say it.
+  /// Position of a key's value in the file; of the condition if it does not state the key.
   const config::Position& place(std::string_view key) const {
     const auto found = places.find(key);
     return found == places.end() ? at : found->second;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a file of an image holds. The readers are a module of their own (images_module.cpp), loaded when used.
+/// @file Content of an image file. The readers are a separate module (images_module.cpp), loaded when used.
 #pragma once
 
 #include <cstddef>

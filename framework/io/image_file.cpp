@@ -33,7 +33,7 @@ io::ImageData read(const std::string& file, const std::string& dataset) {
   return image;
 }
 
-/// What a value of 1 is in SI.
+/// SI value of 1 in a unit.
 double scale_of(const std::string& unit, const std::string& wanted) {
   if (unit.empty()) return 1;
   const bool number = std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit.front() == '.';

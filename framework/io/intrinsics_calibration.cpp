@@ -8,7 +8,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// What is there for people, and for other programs: key and unit.
+/// Skips informative values: key and unit.
 void skip(CalibrationReader& file) {
   constexpr std::pair<const char*, const char*> keys[] = {
       {"board_warp", "m"},         {"range_offset", "m"},        {"range_scale", ""},        {"corner_sd", "px"},
@@ -29,13 +29,10 @@ std::string read_intrinsics_calibration(const std::filesystem::path& path, tofgr
   set("focal_length", "px", "{value: [318.2 px, 318.4 px], sd: [0.3 px, 0.3 px]}", camera.focal_px);
   set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
   set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
-  for (const auto& [key, count] : {std::pair{"rational", std::size_t{3}}, {"skew", std::size_t{1}}}) {
-    if (!file.has(key)) continue;
-    const Calibrated value = file.need(key, "", count, "{value: 0}");
-    if (std::ranges::any_of(value.value, [](double v) { return v != 0; }))
-      file.error(key, std::string("the lens has '") + key + "', which the stages' lens model does not have",
-                 "calibrate again without --free, or with --free k3");
-  }
+  std::ranges::fill(camera.further_distortion, 0.0);
+  camera.skew = 0;
+  if (file.has("rational")) set("rational", "", "{value: [0.1, 0, 0]}", std::span(camera.further_distortion, 3));
+  if (file.has("skew")) set("skew", "", "{value: 0.001}", {&camera.skew, 1});
   skip(file);
   file.finish();
   return file.serial();

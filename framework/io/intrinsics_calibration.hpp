@@ -9,9 +9,9 @@
 
 namespace tofgraph::io {
 
-/// Sets the camera's focal_px, principal_point and distortion. @param camera its name is that of the calibration
+/// Sets the camera's focal_px, principal_point, skew and distortion. @param camera its name is that of the calibration
 /// @returns the serial number of the calibrated device; empty: not stated
-/// @throws config::ConfigurationError with every mistake; of a lens that a camera cannot have (skew, rational terms)
+/// @throws config::ConfigurationError with every mistake
 std::string read_intrinsics_calibration(const std::filesystem::path& file, tofgraph_camera& camera);
 
 }  // namespace tofgraph::io

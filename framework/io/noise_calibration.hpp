@@ -12,7 +12,7 @@ namespace tofgraph::io {
 
 struct NoiseCalibration {
   physics::TapNoise noise;
-  std::string serial;  ///< of the camera; empty: not stated
+  std::string serial;  ///< camera's; empty: not stated
 };
 
 /// @param camera the name of its profile @throws ConfigurationError with every mistake

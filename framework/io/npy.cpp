@@ -25,49 +25,18 @@ namespace {
 constexpr std::string_view npy_magic = "\x93NUMPY";
 constexpr std::size_t max_npy_header = 65536;  // bytes
 
-struct NpyHeader {
-  std::string type;  ///< "<f8"
-  bool by_columns = false;
-  std::vector<std::uint64_t> shape;
-};
-
-class NpyFile {
+class HeaderReader {
  public:
-  explicit NpyFile(const std::string& file) : file_(file), in_(file, std::ios::binary) {
-    std::error_code error;
-    size_ = std::filesystem::file_size(file, error);
-    if (!in_ || error) fail("cannot be read");
-  }
+  HeaderReader(std::istream& in, std::uint64_t size) : in_(in), size_(size) {}
 
-  ImageData read() {
-    const NpyHeader header = parse(read_header());
-    if (header.shape.size() != 2) fail(fmt::format("has {} dimensions, expected 2", header.shape.size()));
-    const std::uint64_t rows = header.shape[0], columns = header.shape[1];
-    if (rows == 0 || columns == 0 || rows > max_image_pixels || columns > max_image_pixels / rows)
-      fail(fmt::format("announces {} x {} pixels, expected 1 to {}", rows, columns, max_image_pixels));
-    const std::size_t each = element_size(header.type);
-    const std::uint64_t announced = rows * columns * each, stored = size_ - data_begin_;
-    if (announced != stored)
-      fail(fmt::format("announces {} x {} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
-                       rows, columns, each, announced, stored,
-                       stored < announced ? "it was cut off" : "something was appended to it"));
-    std::vector<char> bytes(announced);
-    if (!in_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) fail("cannot be read to its end");
-    ImageData image;
-    image.rows = rows;
-    image.columns = columns;
-    image.values.resize(rows * columns);
-    for (std::size_t r = 0; r < rows; ++r) {
-      for (std::size_t c = 0; c < columns; ++c) {
-        const std::size_t place = header.by_columns ? c * rows + r : r * columns + c;
-        image.values[r * columns + c] = value(header.type, bytes.data() + place * each);
-      }
-    }
-    return image;
+  NpyHeader read() {
+    NpyHeader header = parse(read_text());
+    header.begin = begin_;
+    return header;
   }
 
  private:
-  [[noreturn]] void fail(const std::string& problem) const { throw std::runtime_error(file_ + " " + problem); }
+  [[noreturn]] static void fail(const std::string& problem) { throw std::runtime_error(problem); }
 
   std::uint64_t number(std::size_t bytes) {
     std::array<unsigned char, 4> raw{};
@@ -78,19 +47,20 @@ class NpyFile {
     return result;
   }
 
-  std::string read_header() {
+  std::string read_text() {
     std::string magic(npy_magic.size(), '\0');
     if (!in_.read(magic.data(), static_cast<std::streamsize>(magic.size())) || magic != npy_magic)
       fail("is not a .npy file: it does not begin with the mark of one");
     const std::uint64_t major = number(1);
     number(1);
     if (major < 1 || major > 3) fail(fmt::format("is of .npy version {}, expected 1 to 3", major));
-    const std::uint64_t length = number(major == 1 ? 2 : 4);
+    const std::size_t length_bytes = major == 1 ? 2 : 4;
+    const std::uint64_t length = number(length_bytes);
     if (length > max_npy_header || length > size_)
       fail(fmt::format("announces a header of {} bytes, but has {} bytes in all", length, size_));
     std::string header(length, '\0');
     if (!in_.read(header.data(), static_cast<std::streamsize>(length))) fail("ends within its header");
-    data_begin_ = static_cast<std::uint64_t>(in_.tellg());
+    begin_ = npy_magic.size() + 2 + length_bytes + length;
     return header;
   }
 
@@ -113,7 +83,7 @@ class NpyFile {
     const auto end = type.find_first_of("'\"", 1);
     if ((type[0] != '\'' && type[0] != '"') || end == std::string_view::npos)
       fail("holds structured elements, expected plain numbers");
-    result.type = type.substr(1, end - 1);
+    set_type(type.substr(1, end - 1), result);
     const std::string_view order = after(header, "fortran_order");
     result.by_columns = order.starts_with("True");
     if (!result.by_columns && !order.starts_with("False")) fail("says neither True nor False for 'fortran_order'");
@@ -141,14 +111,63 @@ class NpyFile {
     return result;
   }
 
-  std::size_t element_size(std::string_view type) const {
+  void set_type(std::string_view type, NpyHeader& header) const {
     static constexpr std::array<std::string_view, 11> known = {"f4", "f8", "u1", "u2", "u4", "u8",
                                                                "i1", "i2", "i4", "i8", "b1"};
     const bool order = type.size() == 3 && std::string_view("<>|=").find(type[0]) != std::string_view::npos;
     if (!order || std::ranges::find(known, type.substr(1)) == known.end())
       fail(fmt::format("holds elements of type '{}', expected f4, f8 or integers of up to 64 bits", type));
-    return static_cast<std::size_t>(type[2] - '0');
+    header.order = type[0];
+    header.kind = type[1];
+    header.bytes = static_cast<std::size_t>(type[2] - '0');
   }
+
+  std::istream& in_;
+  std::uint64_t size_, begin_ = 0;
+};
+
+class NpyFile {
+ public:
+  explicit NpyFile(const std::string& file) : file_(file), in_(file, std::ios::binary) {
+    std::error_code error;
+    size_ = std::filesystem::file_size(file, error);
+    if (!in_ || error) fail("cannot be read");
+  }
+
+  ImageData read() {
+    NpyHeader header;
+    try {
+      header = read_npy_header(in_, size_);
+    } catch (const std::runtime_error& error) {
+      fail(error.what());
+    }
+    if (header.shape.size() != 2) fail(fmt::format("has {} dimensions, expected 2", header.shape.size()));
+    const std::uint64_t rows = header.shape[0], columns = header.shape[1];
+    if (rows == 0 || columns == 0 || rows > max_image_pixels || columns > max_image_pixels / rows)
+      fail(fmt::format("announces {} x {} pixels, expected 1 to {}", rows, columns, max_image_pixels));
+    const std::size_t each = header.bytes;
+    const std::uint64_t announced = rows * columns * each, stored = size_ - header.begin;
+    if (announced != stored)
+      fail(fmt::format("announces {} x {} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
+                       rows, columns, each, announced, stored,
+                       stored < announced ? "it was cut off" : "something was appended to it"));
+    std::vector<char> bytes(announced);
+    if (!in_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) fail("cannot be read to its end");
+    ImageData image;
+    image.rows = rows;
+    image.columns = columns;
+    image.values.resize(rows * columns);
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < columns; ++c) {
+        const std::size_t place = header.by_columns ? c * rows + r : r * columns + c;
+        image.values[r * columns + c] = value(header, bytes.data() + place * each);
+      }
+    }
+    return image;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& problem) const { throw std::runtime_error(file_ + " " + problem); }
 
   template <class T> static double as(const std::array<char, 8>& bytes) {
     T value;
@@ -156,14 +175,12 @@ class NpyFile {
     return static_cast<double>(value);
   }
 
-  static double value(std::string_view type, const char* at) {
-    const auto size = static_cast<std::size_t>(type[2] - '0');
+  static double value(const NpyHeader& header, const char* at) {
+    const std::size_t size = header.bytes;
     std::array<char, 8> bytes{};
     std::memcpy(bytes.data(), at, size);
-    const bool other_order =
-        (type[0] == '>') == (std::endian::native == std::endian::little) && type[0] != '|' && type[0] != '=';
-    if (other_order) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
-    const char kind = type[1];
+    if (header.other_order()) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    const char kind = header.kind;
     if (kind == 'f') return size == 4 ? as<float>(bytes) : as<double>(bytes);
     if (kind == 'i')
       return size == 1   ? as<std::int8_t>(bytes)
@@ -178,10 +195,12 @@ class NpyFile {
 
   std::string file_;
   std::ifstream in_;
-  std::uint64_t size_ = 0, data_begin_ = 0;
+  std::uint64_t size_ = 0;
 };
 
 }  // namespace
+
+NpyHeader read_npy_header(std::istream& in, std::uint64_t size) { return HeaderReader(in, size).read(); }
 
 ImageData read_npy(const std::string& file) { return NpyFile(file).read(); }
 

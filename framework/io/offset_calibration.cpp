@@ -51,7 +51,7 @@ Calibrated optional_column(CalibrationReader& file, const std::string& key, std:
   return {std::vector<double>(count, std::numeric_limits<double>::quiet_NaN()), {}};
 }
 
-/// What is there for people, and for other programs.
+/// Skips informative values.
 void skip_report_values(CalibrationReader& file) {
   for (const char* key : {"amplitude", "measured_mean", "measured_sd", "modelled_mean", "modelled_sd",
                           "remodelled_mean", "remodelled_sd", "offset_mean", "offset_sd", "final_mean", "final_sd",

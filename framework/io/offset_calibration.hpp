@@ -15,7 +15,7 @@
 
 namespace tofgraph::io {
 
-/// How (6.4) takes the reflected path of the re-modelled board.
+/// Choice of the reflected path of the re-modelled board in (6.4).
 enum class OffsetVariant {
   geometric,  ///< D_ref(D_avg)
   printed     ///< D_ref(T) + (D_avg - T), which the reference's tables were computed with
@@ -32,7 +32,7 @@ struct OffsetCalibration {
   std::array<double, 2> falloff{};  ///< b1, b2: see response_of()
 };
 
-/// How much light a pixel gets beside one on the axis: exp(b1 q + b2 q^2), q = tan^2 of the ray's angle to the axis.
+/// Light of a pixel relative to one on the axis: exp(b1 q + b2 q^2), q = tan^2 of the ray's angle to the axis.
 double response_of(const std::array<double, 2>& falloff, const float* ray);
 
 /// @param camera what the calibration has to be of; its frequency is compared

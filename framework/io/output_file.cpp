@@ -25,7 +25,7 @@ bool only_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// What stands between the braces, {frame} or {frame:06}, as the least number of digits; -1 for anything else.
+/// Minimum number of digits by the text between the braces, {frame} or {frame:06}; -1 for anything else.
 int digits_of(std::string_view placeholder) {
   if (placeholder == "frame") return 1;
   if (!placeholder.starts_with("frame:0")) return -1;
@@ -161,7 +161,7 @@ fs::path OutputPattern::companion(std::string_view extension) const {
   return folder_ / (stem + std::string(extension));
 }
 
-/// Of a numbered pattern: whether this is the name of some frame's file.
+/// Returns whether this is the name of some frame's file, of a numbered pattern.
 bool OutputPattern::produces(std::string_view name) const {
   if (name.size() < before_.size() + after_.size() || !name.starts_with(before_) || !name.ends_with(after_))
     return false;

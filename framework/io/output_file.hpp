@@ -71,10 +71,10 @@ class OutputPattern {
   /// The path of what a user wrote relative to some folder: braces in the names of the folders above are not a pattern.
   /// @throws std::runtime_error likewise
   OutputPattern(const std::filesystem::path& path, const std::string& written);
-  /// One file, whatever its name.
+  /// Pattern of a single file with any name.
   static OutputPattern of_file(const std::filesystem::path& path);
 
-  /// One file a frame.
+  /// Returns whether there is a file per frame.
   bool numbered() const { return numbered_; }
   /// This pattern with _{frame:06} before the extension.
   OutputPattern with_number() const;
@@ -87,7 +87,7 @@ class OutputPattern {
   /// The one file beside the series: the placeholder and the separators before it taken out, another extension:
   /// "out/cloud_{frame:06}.pcd" and ".provenance.json" give "out/cloud.provenance.json".
   std::filesystem::path companion(std::string_view extension) const;
-  /// Whether some name can come from both.
+  /// Returns whether a name can result from both.
   bool overlaps(const OutputPattern& other) const;
   /// The files that are there and that the pattern can produce, by name.
   std::vector<std::filesystem::path> members() const;
@@ -111,7 +111,7 @@ std::string write_error(const std::filesystem::path& path);
 std::string input_problem(const OutputPattern& pattern, std::span<const std::filesystem::path> inputs);
 std::string input_problem(const std::filesystem::path& file, std::span<const std::filesystem::path> inputs);
 
-/// What a sink checks before the first frame. @returns why the output cannot be, or nothing.
+/// Check of an output before the first frame. @returns reason why it is impossible, or nothing.
 /// @param overwrite existing files may be replaced
 std::string output_problem(const OutputPattern& pattern, bool overwrite);
 /// @param allowed_by what the user can write for that

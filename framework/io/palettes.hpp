@@ -26,9 +26,9 @@ inline constexpr std::array<Colour, 52> rising_colours = {
     0xa2da37, 0xb0dd2f, 0xbddf26, 0xcae11f, 0xd8e219, 0xe5e419, 0xf1e51d, 0xfde725};
 /// From negative over 0 to positive.
 inline constexpr std::array<Colour, 5> signed_colours = {0x2166ac, 0x92c5de, 0xf7f7f7, 0xf4a582, 0xb2182b};
-/// Of lines, one after the other.
+/// Colours of successive lines.
 inline constexpr std::array<Colour, 6> line_colours = {0x1f4e9c, 0xc0392b, 0x2a8c4a, 0x8e44ad, 0xd68910, 0x555555};
-/// Where there is no value.
+/// Colour of missing values.
 inline constexpr Colour invalid_colour = 0xaaaaaa;
 
 /// A bit of the channel `flags`.

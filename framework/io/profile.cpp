@@ -24,7 +24,7 @@ using config::Entry;
 using config::Reader;
 using config::Value;
 
-/// Where a key's value stands; the document when it is not there.
+/// Position of a key's value; of the document if it is missing.
 config::Position place_of(const config::Value& document, std::string_view key) {
   const config::Entry* entry = document.find(key);
   return entry != nullptr ? entry->value.at : document.at;
@@ -35,7 +35,7 @@ double optional_number(config::Reader& reader, std::string_view key, std::string
   return reader.number(key, unit, example, unknown);
 }
 
-/// One value for both axes, or [x, y].
+/// Reads one value for both axes, or [x, y].
 void read_pair(const config::Entry& entry, std::string_view unit, std::string_view example, double* pair,
                config::Diagnostics& diagnostics) {
   const bool both = entry.value.is_list() && entry.value.items.size() == 2;
@@ -149,10 +149,15 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
     diagnostics.error(place_of(document, "principal_point"), "'principal_point' needs two numbers",
                       "example: principal_point: [101.5, 101.5]");
   const std::vector<double> distortion = reader.numbers("distortion", "", "[0, 0, 0, 0, 0]");
-  if (distortion.size() > 5)
-    diagnostics.error(place_of(document, "distortion"), "'distortion' has at most five numbers: k1 k2 p1 p2 k3");
-  else
-    std::ranges::copy(distortion, camera.distortion);
+  constexpr std::size_t usual = std::size(tofgraph_camera{}.distortion);
+  if (distortion.size() > usual + std::size(camera.further_distortion)) {
+    diagnostics.error(place_of(document, "distortion"),
+                      "'distortion' has at most twelve numbers: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4");
+  } else {
+    for (std::size_t i = 0; i < distortion.size(); ++i)
+      (i < usual ? camera.distortion[i] : camera.further_distortion[i - usual]) = distortion[i];
+  }
+  camera.skew = reader.number("skew", "", "0.001", 0);
 }
 
 /// The file of the effects that belong to this camera. The profile in a recording does not know where its files are: a
@@ -170,7 +175,7 @@ std::string read_model_path(config::Reader& reader, const config::Value& documen
   return file.string();
 }
 
-/// What a data sheet says beside what the stages use.
+/// Reads values of the data sheet that stages do not use.
 DataSheet read_data_sheet(config::Reader& reader, config::Diagnostics& diagnostics) {
   const auto pair = [&](std::string_view key, std::string_view unit, std::string_view example) {
     std::array<double, 2> values = {unknown, unknown};
@@ -275,6 +280,13 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   return diagnostics.errors() == before ? result : nullptr;
 }
 
+std::vector<double> distortion_of(const tofgraph_camera& camera) {
+  std::vector<double> all(std::begin(camera.distortion), std::end(camera.distortion));
+  if (std::ranges::any_of(camera.further_distortion, [](double d) { return d != 0; }))
+    all.insert(all.end(), std::begin(camera.further_distortion), std::end(camera.further_distortion));
+  return all;
+}
+
 std::string profile_text(const tofgraph_camera& camera) {
   const auto quoted = [](std::string text) {
     for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, 1, '\'');
@@ -296,7 +308,8 @@ std::string profile_text(const tofgraph_camera& camera) {
   else
     pair("focal_length", camera.focal_px, " px");
   pair("principal_point", camera.principal_point, "");
-  text += fmt::format("distortion: [{}]\n", fmt::join(camera.distortion, ", "));
+  text += fmt::format("distortion: [{}]\n", fmt::join(distortion_of(camera), ", "));
+  if (camera.skew != 0) number("skew", camera.skew, "");
   number("modulation_frequency", camera.modulation_frequency, " Hz");
   if (camera.exposure_count > 0) text += "exposures:\n";
   for (const tofgraph_exposure& exposure :

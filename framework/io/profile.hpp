@@ -29,6 +29,9 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
 /// Reads a profile by name or path. @throws config::ConfigurationError with every mistake.
 io::CameraPtr load_profile(const std::filesystem::path& file);
 
+/// Coefficients of a profile's `distortion`: k1 k2 p1 p2 k3, and k4 k5 k6 s1 s2 s3 s4 where the lens has any of these.
+std::vector<double> distortion_of(const tofgraph_camera& camera);
+
 /// A profile's text that reads as this camera: every value but its rays, which are those of the lens model.
 std::string profile_text(const tofgraph_camera& camera);
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a file contained, as the provenance has it.
+/// @file Hash of a file's content for the provenance.
 #pragma once
 
 #include <filesystem>

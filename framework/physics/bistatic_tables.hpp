@@ -25,7 +25,7 @@ struct BistaticSource {
   const float* along;    ///< a pixel: u . b
 };
 
-/// What is the same for all sources.
+/// Values common to all sources.
 struct BistaticCamera {
   float focal_length, closest, mean_square;  ///< f, mean |b|, mean |b|^2
   float safe_distance;                       ///< from here on the corrected closed form is the solution

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Whether the exposures of a frame are what they are said to be. Exchanged images leave samples that no phase
-/// explains, or neighbours that have nothing to do with each other; the wrong direction makes what is brighter look
-/// farther; exchanged taps put everything half a range away, where it would have to be brighter than white.
+/// Consistency of a frame with its stated exposures. Exchanged images leave samples that no phase explains, or
+/// unrelated neighbours; the wrong sign of phase makes brighter surfaces look farther; exchanged taps shift everything
+/// by half a range, where surfaces would have to be brighter than white.
 #pragma once
 
 #include <tofgraph/physics/unwrapping.hpp>
@@ -22,7 +22,7 @@ struct OrderSamples {
   double light = 0;                         ///< gain x integration time, counts m^2; 0: not known
 };
 
-/// What another order of the exposures would explain.
+/// Alternative order of the exposures, with the residuals it explains.
 struct OtherOrder {
   std::string why;
   Exposures exposures;  ///< that would fit; empty: none was found
@@ -30,7 +30,7 @@ struct OtherOrder {
 
 namespace detail {
 
-/// How well a frame fits its exposures.
+/// Fit of a frame to its exposures.
 struct OrderFit {
   double rest = 0;        ///< median of what no phase explains, in amplitudes
   double incoherent = 0;  ///< share of neighbours that are far apart
@@ -38,7 +38,7 @@ struct OrderFit {
   double falling = 0;     ///< and in which it is nearer, all but without exception
   double slope = 0;       ///< d log(amplitude) / d log(distance): -2 for one surface
   double scatter = 0;     ///< standard deviation of log(amplitude distance^2)
-  double spread = 0;      ///< of the distances, 5th to 95th percentile, in parts of what lies before or behind them
+  double spread = 0;      ///< range of distances, 5th to 95th percentile, in parts of what lies before or behind them
   double white = 0;       ///< median of the reflectivity that the light would need; 0: not known
 
   double misfit() const { return rest + incoherent; }
@@ -67,7 +67,7 @@ struct Moments {
   double correlation() const { return var_x() > 0 && var_y() > 0 ? covariance() / std::sqrt(var_x() * var_y()) : 0; }
 };
 
-/// What no phase explains of a pixel's samples, counts.
+/// Residual of a pixel's samples after the best phase, counts.
 inline double rest_of(const std::vector<PhaseFit>& fits, const std::vector<double>& c) {
   double square = 0, count = 0;
   for (const PhaseFit& fit : fits) {

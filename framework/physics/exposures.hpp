@@ -38,7 +38,7 @@ inline Exposures exposures_of(const tofgraph_camera& camera) {
   return exposures_of({camera.exposures, camera.exposure_size, camera.exposure_count});
 }
 
-/// Of each exposure, Hz. @param own the frame's own modulation frequency, of those that have none
+/// Frequency of each exposure, Hz. @param own the frame's own modulation frequency, of those that have none
 inline std::vector<double> frequencies_of(const Exposures& exposures, double own) {
   std::vector<double> frequencies;
   for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency > 0 ? e.frequency : own);
@@ -119,7 +119,7 @@ struct PhaseFit {
   std::vector<std::vector<double>> rest;
   double xx = 0, xy = 0, yy = 0;  ///< covariance of x and y for samples of variance 1
 
-  /// How much more variance the phase has than with the same number of equal steps: 1 at best.
+  /// Variance of the phase over that with the same number of equal steps: 1 at best.
   double loss() const { return (xx + yy) * static_cast<double>(image.size()) / 4; }
 };
 
@@ -189,7 +189,7 @@ inline std::vector<double> each_once(std::vector<double> frequencies) {
   return frequencies;
 }
 
-/// One fit a frequency, the lowest frequency first.
+/// Fits per frequency, the lowest frequency first.
 inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
   std::vector<PhaseFit> fits;
   for (const double frequency : each_once(frequencies_of(exposures, 0)))

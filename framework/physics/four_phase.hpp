@@ -19,7 +19,7 @@ inline std::array<double, 4> samples_of(std::complex<double> phasor) {
   return {phasor.real(), -phasor.imag(), -phasor.real(), phasor.imag()};
 }
 
-/// What four samples say.
+/// Result of decoding four samples.
 struct Decoded {
   double phase = 0;      ///< Psi, rad, 0 <= Psi < 2 pi
   double amplitude = 0;  ///< counts

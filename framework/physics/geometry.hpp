@@ -34,7 +34,7 @@ struct WeightedSource {
   double weight = 1;
 };
 
-/// What the paths of light depend on, beside the pixel.
+/// Parameters of light paths, apart from the pixel.
 struct Geometry {
   double focal_length = 0;  ///< m, sensor plane to lens centre
   std::vector<WeightedSource> sources;

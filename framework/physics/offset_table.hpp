@@ -6,6 +6,7 @@
 #pragma once
 
 #include <tofgraph/physics/interpolation.hpp>
+#include <tofgraph/physics/nearest_samples.hpp>
 #include <tofgraph/physics/to_integer.hpp>
 
 #include <array>
@@ -20,7 +21,7 @@
 
 namespace tofgraph::physics {
 
-/// What one board showed.
+/// Measurement of one board.
 struct OffsetSample {
   std::size_t target = 0;       ///< which of the targets, from 0
   double distance = 0;          ///< m, T: sensor plane to board
@@ -35,8 +36,8 @@ struct OffsetSample {
 ///   target and time; linear in the logarithm of the time. Cells may be empty.
 /// * sheet: one integration time at each distance of a target, as in the published tables. A monotone curve T(z) for
 ///   each target; the time belongs to the place.
-/// * scattered: anything else. The errors T - z of the nearest samples, weighted by the inverse square of their
-///   distance, with axes normalised to their span.
+/// * scattered: anything else. The errors T - z of the nearest samples (FLANN), weighted by the inverse square of their
+///   distance, with axes normalised to their span. The reflectivity is an axis where all samples have one.
 ///
 /// Between targets, grid and sheet are monotone curves over the logarithm of the reflectivity.
 class OffsetTable {
@@ -78,19 +79,20 @@ class OffsetTable {
     for (const OffsetSample& s : samples_) targets_ = std::max(targets_, s.target + 1);
     counts_.assign(targets_, 0);
     for (const OffsetSample& s : samples_) ++counts_[s.target];
+    knows_reflectivities_ =
+        std::ranges::all_of(samples_, [](const OffsetSample& s) { return std::isfinite(s.reflectivity); });
     shape_ = shape_of();
     if (shape_ != Shape::scattered) make_curves();
     levels_.resize(targets_);
     for (std::size_t target = 0; target < targets_; ++target) levels_[target] = mean_level(target);
     set_spans();
+    if (shape_ == Shape::scattered) set_nearest();
   }
 
   Shape shape() const { return shape_; }
   const std::vector<OffsetSample>& samples() const { return samples_; }
-  /// Whether all reflectivities are known, so that a pixel's target can be found by its amplitude.
-  bool knows_reflectivities() const {
-    return std::ranges::all_of(samples_, [](const OffsetSample& s) { return std::isfinite(s.reflectivity); });
-  }
+  /// Returns whether all reflectivities are known, so a pixel's target can be found by its amplitude.
+  bool knows_reflectivities() const { return knows_reflectivities_; }
   /// The geometric mean of what a target's conditions show; NaN: not known.
   double reflectivity(std::size_t target) const { return std::exp(levels_[target]); }
 
@@ -128,13 +130,13 @@ class OffsetTable {
   }
 
  private:
-  /// How far beyond the samples still counts as inside: the noise of pixels of the outermost boards is no
+  /// Margin beyond the samples that still counts as inside, as the noise of pixels of the outermost boards is not an
   /// extrapolation.
-  static constexpr double depth_margin = 0.03;  ///< of the depth
-  static constexpr double level_margin = 0.25;  ///< of ln reflectivity
-  static constexpr double time_margin = 0.05;   ///< of ln time
-  static constexpr double sheet_margin = 0.41;  ///< of ln time, of a sheet: a factor 1.5
-  static constexpr std::size_t nearest_samples = 8;
+  static constexpr double depth_margin = 0.03;     ///< relative to the depth
+  static constexpr double level_margin = 0.25;     ///< in ln reflectivity
+  static constexpr double time_margin = 0.05;      ///< in ln time
+  static constexpr double sheet_margin = 0.41;     ///< in ln time, for a sheet: a factor 1.5
+  static constexpr std::size_t nearest_count = 8;  ///< samples whose errors are averaged
 
   /// T and ln reflectivity of a target at a place, and whether that is outside of its samples.
   struct Place {
@@ -232,7 +234,7 @@ class OffsetTable {
             far || low.outside || high.outside};
   }
 
-  /// Whether some curve of the target covers this depth.
+  /// Returns whether some curve of the target covers this depth.
   bool reaches(std::size_t target, double z) const {
     return std::ranges::any_of(curves_[target], [&](const Curve& curve) { return !on(curve, z, curve.time).outside; });
   }
@@ -254,27 +256,33 @@ class OffsetTable {
            log_time > high_[2] + time_margin;
   }
 
-  /// T - z. The offset changes with the distance ten times over its span, slowly with the others.
+  /// A place with its axes in units of their span. The offset changes with the distance ten times over its span, slowly
+  /// with the others.
+  NearestSamples::Point scaled(double z, double level, double time) const {
+    const std::array<double, 3> weights = {10, knows_reflectivities() ? 1.0 : 0.0, 1}, at = {z, level, std::log(time)};
+    NearestSamples::Point point{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double span = high_[axis] - low_[axis];
+      if (span > 0 && weights[axis] > 0) point[axis] = weights[axis] * at[axis] / span;
+    }
+    return point;
+  }
+
+  void set_nearest() {
+    std::vector<NearestSamples::Point> points;
+    for (const OffsetSample& s : samples_)
+      points.push_back(scaled(s.depth, std::log(s.reflectivity), s.integration_time));
+    nearest_ = NearestSamples(std::move(points));
+  }
+
+  /// T - z.
   double nearest_error(double z, double level, double time) const {
-    const std::array<double, 3> weights = {10, 1, 1}, place = {z, level, std::log(time)};
-    std::vector<std::pair<double, double>> found;  // squared distance, error
-    for (const OffsetSample& s : samples_) {
-      const std::array<double, 3> there = {s.depth, std::log(s.reflectivity), std::log(s.integration_time)};
-      double square = 1e-18;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double span = high_[axis] - low_[axis];
-        const double step = span > 0 ? weights[axis] * (there[axis] - place[axis]) / span : 0;
-        square += std::isfinite(step) ? step * step : 0;
-      }
-      found.emplace_back(square, s.distance - s.depth);
-    }
-    const std::size_t count = std::min(nearest_samples, found.size());
-    std::ranges::partial_sort(found, found.begin() + static_cast<std::ptrdiff_t>(count));
     double sum = 0, weight = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      sum += found[i].second / found[i].first;
-      weight += 1 / found[i].first;
-    }
+    nearest_.nearest(scaled(z, level, time), nearest_count, [&](std::size_t i, double square) {
+      const double share = 1 / (square + 1e-18);
+      sum += share * (samples_[i].distance - samples_[i].depth);
+      weight += share;
+    });
     return sum / weight;
   }
 
@@ -282,9 +290,11 @@ class OffsetTable {
   std::size_t targets_ = 0;
   std::vector<std::size_t> counts_;  // of samples, by target; a target may have none
   Shape shape_ = Shape::sheet;
+  bool knows_reflectivities_ = false;
   std::vector<std::vector<Curve>> curves_;  // by target, in the order of their times
   std::vector<double> levels_;              // of the targets, ln reflectivity
   std::array<double, 3> low_{1e9, 1e9, 1e9}, high_{-1e9, -1e9, -1e9};
+  NearestSamples nearest_;  // of scattered samples
 };
 
 }  // namespace tofgraph::physics

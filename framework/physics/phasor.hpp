@@ -11,17 +11,17 @@
 
 namespace tofgraph::physics {
 
-/// What a pixel receives: the phasor P = amplitude e^(j Psi) of the modulated light, and the mean of a tap that this
-/// light makes, both in counts.
+/// Light of a pixel: the phasor P = amplitude e^(j Psi) of the modulated light, and the mean of a tap that this light
+/// makes, both in counts.
 struct Light {
   std::complex<double> phasor;
   double intensity = 0;
 };
 
-/// What the amount of light depends on, beside the path.
+/// Parameters of the amount of light, apart from the path.
 struct Exposure {
   double gain = std::numeric_limits<double>::quiet_NaN();                  ///< counts m^2/s, the profile's
-  double contrast = std::numeric_limits<double>::quiet_NaN();              ///< of the demodulation, 0..1
+  double contrast = std::numeric_limits<double>::quiet_NaN();              ///< demodulation contrast, 0..1
   double integration_time = std::numeric_limits<double>::quiet_NaN();      ///< s
   double modulation_frequency = std::numeric_limits<double>::quiet_NaN();  ///< Hz
 };

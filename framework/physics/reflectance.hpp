@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How rough surfaces send light back.
+/// @file Reflection by rough surfaces.
 #pragma once
 
 #include <tofgraph/physics/geometry.hpp>
@@ -10,10 +10,10 @@
 
 namespace tofgraph::physics {
 
-/// What a surface of Oren and Nayar sends towards the camera, relative to Lambert's: A + B max(0, cos dphi) sin alpha
-/// tan beta, with A = 1 - 0.5 s^2 / (s^2 + 0.33), B = 0.45 s^2 / (s^2 + 0.09), alpha and beta the greater and the
-/// lesser of the angles of incidence and view, dphi between their planes (Oren, Nayar: Generalization of Lambert's
-/// reflectance model, SIGGRAPH 1994, the qualitative form).
+/// Light of an Oren-Nayar surface towards the camera, relative to Lambert's: A + B max(0, cos dphi) sin alpha tan beta,
+/// with A = 1 - 0.5 s^2 / (s^2 + 0.33), B = 0.45 s^2 / (s^2 + 0.09), alpha and beta the greater and the lesser of the
+/// angles of incidence and view, dphi between their planes (Oren, Nayar: Generalization of Lambert's reflectance model,
+/// SIGGRAPH 1994, the qualitative form).
 /// @param roughness s, rad; 0 gives 1
 /// @param normal, to_light, to_camera unit vectors; behind the surface gives 1
 inline double oren_nayar(double roughness, Vector3 normal, Vector3 to_light, Vector3 to_camera) {

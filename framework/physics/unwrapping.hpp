@@ -85,8 +85,8 @@ class Unwrapping {
     return result;
   }
 
-  const std::vector<double>& ranges() const { return ranges_; }  ///< of each frequency, m
-  /// Whether all of the common range counts, the end of which is its beginning; otherwise it ends at max_range.
+  const std::vector<double>& ranges() const { return ranges_; }  ///< per frequency, m
+  /// Returns whether the whole common range is used cyclically; otherwise it ends at max_range.
   bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
   double range() const { return std::min(repeat_, max_range_); }  ///< m
   double repeat() const { return repeat_; }                       ///< m; infinity: never
@@ -111,7 +111,7 @@ class PhaseDecoding {
 
   struct Decoded {
     double distance, amplitude;  ///< m; counts, the mean of the frequencies
-    double disagreement;         ///< of the frequencies: chi of the best wraps for samples of the amplitude's deviation
+    double disagreement;         ///< chi of the best wraps, for samples with the amplitude's standard deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
     std::array<double, max_exposures / min_exposures> distances{}, weights{};

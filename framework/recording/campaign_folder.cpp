@@ -68,7 +68,7 @@ int lock_folder(const fs::path& folder) {
                   folder.string(), std::generic_category().message(why)));
 }
 
-/// Of the camera that recorded a capture, where that is known.
+/// Serial number of the camera that recorded a capture, if known.
 std::string serial_of(const io::CaptureHeader& header) {
   if (!header.serial.empty()) return header.serial;
   const auto provenance = nlohmann::json::parse(header.provenance, nullptr, false);
@@ -76,7 +76,7 @@ std::string serial_of(const io::CaptureHeader& header) {
   return source != provenance.end() && source->is_object() ? source->value("serial", "") : "";
 }
 
-/// How the plan's camera is called in a file of this folder: a name stays, a path becomes relative to it.
+/// Name of the plan's camera in a file of this folder: a name is kept, a path becomes relative to it.
 std::string camera_name_in(const Plan& plan, const fs::path& folder) {
   const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
   std::error_code error;

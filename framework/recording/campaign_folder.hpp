@@ -29,9 +29,9 @@ class CampaignFolder {
 
   bool recorded(std::size_t condition) const { return captures_.contains(condition); }
   std::size_t recorded_count() const { return captures_.size(); }
-  /// Where a condition is recorded to, until keep(): no file is there.
+  /// Path of a condition's recording until keep(); no file exists there.
   std::filesystem::path prepare_recording(std::size_t condition) const;
-  /// What lies there is a whole recording of the condition: it gets its name, and campaign.yaml is written anew.
+  /// Accepts a complete recording of the condition: renames it and rewrites campaign.yaml.
   void keep(std::size_t condition);
   /// campaign.yaml of all that is recorded, with order, temperatures, times since power on.
   void write() const;
@@ -44,7 +44,7 @@ class CampaignFolder {
   };
   std::string file_of(std::size_t condition) const;
   std::filesystem::path capture_of(std::size_t condition) const { return folder_ / "captures" / file_of(condition); }
-  /// Where nothing is that counts.
+  /// Folder of unfinished recordings, which do not count.
   std::filesystem::path unfinished() const { return folder_ / "captures" / ".unfinished"; }
   void check_names() const;
   std::string difference(const io::CaptureReader& capture, std::size_t condition) const;
@@ -56,7 +56,7 @@ class CampaignFolder {
   CameraIdentity camera_;
   std::uint64_t frames_;
   int lock_ = -1;
-  std::map<std::size_t, Facts> captures_;  ///< of the conditions that are recorded
+  std::map<std::size_t, Facts> captures_;  ///< captures of the recorded conditions
 };
 
 }  // namespace tofgraph::recording

@@ -134,7 +134,7 @@ Guide::Answer Guide::wait_until_still(std::size_t index) {
   }
 }
 
-/// Where the planned time saturates the image, as some plans want it, the distance is seen with a shorter one.
+/// Looks at the board. If the planned time saturates the image, a shorter one is used.
 Seen Guide::look_at(std::size_t index) const {
   graph::GraphOptions quiet = options_.graph;
   quiet.message = nullptr;

@@ -16,7 +16,7 @@ namespace tofgraph::recording {
 struct GuideOptions {
   CameraRequest camera;
   graph::GraphOptions graph;
-  std::uint64_t frames = 0;         ///< of each condition; 0: the plan's
+  std::uint64_t frames = 0;         ///< per condition; 0: the plan's
   double tolerance = 0.25;          ///< m, see contradiction()
   std::optional<double> alignment;  ///< m, by which the corners of an untilted board may differ; none: not asked
   bool still = false;               ///< records when the board stands still, where it shows that it was moved
@@ -28,7 +28,7 @@ struct GuideOptions {
   std::function<void()> wait;
 };
 
-/// Of each condition.
+/// Number of frames of each condition.
 inline std::uint64_t frames_of(const Plan& plan, const GuideOptions& options) {
   return options.frames != 0 ? options.frames : plan.frames;
 }
@@ -62,7 +62,7 @@ class Guide {
   GuideOptions options_;
   double unambiguous_range_;
   std::optional<Reference> before_;      ///< the last board, where it was right
-  std::optional<std::string> standing_;  ///< what stands before the camera now
+  std::optional<std::string> standing_;  ///< board before the camera now
 };
 
 }  // namespace tofgraph::recording

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a camera sees just now, in numbers for whoever sets up a board.
+/// @file Current view of a camera, in numbers for the set-up of a board.
 #pragma once
 
 #include "graph/runner.hpp"
@@ -37,11 +37,11 @@ Seen look(const CameraRequest& camera, const graph::GraphOptions& options, const
 /// Reason why a board that should be perpendicular is not, or nothing. @param tolerance m, of the corners' difference
 std::string misaligned(const Seen& seen, double tolerance);
 
-/// Whether a board that was not moved between two planned distances would show: smaller changes are within what the
-/// offset of a distance may differ by. @param a, b m; NaN: not known
+/// Returns whether a missing move between two planned distances can be detected: smaller changes are within the
+/// variation of the distance offset. @param a, b m; NaN: not known
 bool change_shows(double a, double b);
 
-/// What was seen at a board whose distance the plan knows.
+/// Measurement of a board whose planned distance is known.
 struct Reference {
   double planned = 0, seen = 0;  ///< m
 };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What is to be recorded: a campaign whose captures are not there yet, or a scene with a sequence.
+/// @file Plan of a recording: a campaign without captures, or a scene with a sequence.
 #pragma once
 
 #include "io/campaign.hpp"
@@ -16,14 +16,14 @@ namespace tofgraph::recording {
 struct Plan {
   std::filesystem::path file;
   io::Campaign campaign;            ///< its captures are names only
-  std::vector<std::string> scenes;  ///< of each condition of a scene: its own, as YAML, where it is not just a board
-  std::uint64_t frames = 20;        ///< of each condition
+  std::vector<std::string> scenes;  ///< per condition of a scene: its own, as YAML, if it is not just a board
+  std::uint64_t frames = 20;        ///< per condition
 };
 
 /// @throws config::ConfigurationError with every mistake
 Plan read_plan(const std::filesystem::path& file);
 
-/// What a person has to set up for a condition: board, target, sources, room; not what the camera is told.
+/// Set-up of a condition by the user: board, target, sources, room; without settings of the camera.
 std::string setup_text(const io::Condition& condition);
 
 /// The set-up and the integration time: what a capture of this condition is of.

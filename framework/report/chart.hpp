@@ -30,7 +30,7 @@ struct Series {
   std::string name;
   Style style = Style::points;
   std::vector<Mark> marks;                 ///< lines join them in this order; what is not finite is left out
-  std::optional<std::size_t> colour = {};  ///< of io::line_colours; nothing: that of its place in the chart
+  std::optional<std::size_t> colour = {};  ///< index into io::line_colours; nothing: that of its place in the chart
 
   bool of_marks() const { return style == Style::points || style == Style::ticks; }
 };
@@ -67,7 +67,7 @@ struct FieldMap {
   std::vector<Field> fields;  ///< row by row, the first at the top
   double limit = 1;           ///< the scale goes from -limit to limit
   std::string x_label, y_label;
-  std::vector<std::string> x_names, y_names;  ///< of columns and rows; empty: none
+  std::vector<std::string> x_names, y_names;  ///< names of columns and rows; empty: none
   bool write_values = false;                  ///< the number in each field, two digits
 };
 std::string field_map(const FieldMap& map, int width = 340, int height = 290);

@@ -5,6 +5,7 @@
 #include "config/document.hpp"
 #include "config/quantity.hpp"
 #include "graph/parameters.hpp"
+#include "report/correlation_figures.hpp"
 #include "report/page.hpp"
 #include "report/plot.hpp"
 #include "simulation/board.hpp"
@@ -21,7 +22,7 @@ namespace {
 
 using namespace simulation;
 
-/// What four samples and the taps tell of a pixel.
+/// Signal of a pixel by four samples and the taps.
 struct Seen {
   double distance, log_amplitude, log_intensity, null1, null2;
 };
@@ -219,6 +220,7 @@ std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const to
     gallery.add(page, registry.load(effects[i]));
     if (options.progress) options.progress(static_cast<double>(i + 1) / static_cast<double>(effects.size()));
   }
+  if (camera.focal_length > 0) add_correlation_figures(page, camera);
   page.write(file);
   return effects.size();
 }

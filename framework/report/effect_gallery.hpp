@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What every effect does to distance, amplitude and the null channels at its typical size, to look at.
+/// @file Pictures of every effect at its typical size: distance, amplitude and null channels.
 #pragma once
 
 #include "graph/plugin.hpp"

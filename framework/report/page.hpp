@@ -30,7 +30,7 @@ class Page {
   void figures(std::span<const std::string> svgs, std::string_view caption = {});
   /// HTML as it is.
   void insert(std::string_view html) { body_ += html; }
-  /// What follows is hidden until the summary is clicked, up to unfold().
+  /// Hides the following content, up to unfold(), until the summary is clicked.
   void fold(std::string_view summary);
   void unfold() { body_ += "</details>\n"; }
   /// Links to all headings at this place of the page.

@@ -47,7 +47,7 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
   return texts.empty() ? "" : fmt::format("set {}tics ({}) {}\n", axis, result, *axis == 'x' ? "rotate by -40" : "");
 }
 
-/// What gnuplot writes to standard output for a script.
+/// Output of gnuplot on standard output for a script.
 std::string run_gnuplot(const std::string& whole) {
   config::ChildResult child;
   try {

@@ -32,7 +32,7 @@ struct HeatMap {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;  ///< row by row, the first at the top
   std::string x_label, y_label;
-  std::vector<std::string> x_names, y_names;  ///< of columns and rows; empty: numbers
+  std::vector<std::string> x_names, y_names;  ///< names of columns and rows; empty: numbers
   bool signed_values = true;                  ///< blue - white - red around 0; otherwise a rising scale
   std::optional<double> limit;                ///< the scale's end; default: 98 % of the values are within
   bool write_values = false;                  ///< the number in each field

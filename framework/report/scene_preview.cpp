@@ -19,13 +19,13 @@ namespace {
 /// Every n-th pixel: a picture of a few hundred dots shows no more.
 std::size_t stride_of(const PreviewFrame& frame) { return std::max<std::size_t>(1, frame.columns / 320); }
 
-/// Where things are in the picture, dots from its upper left corner. gnuplot's own layout lets titles, scales and the
-/// cloud lie over each other.
+/// Position of elements in the picture, dots from its upper left corner. gnuplot's own layout lets titles, scales and
+/// the cloud overlap.
 struct Place {
   double left, top, width, height;
 };
 
-/// Of what is drawn, dots.
+/// Size of the drawing, dots.
 constexpr int picture_width = 1500;
 constexpr double image_width = 290, gap = 40, edge = 30, title_height = 80, below = 60, bar_width = 18, bar_room = 120,
                  cloud_more = 130;
@@ -149,8 +149,8 @@ struct PreviewAxis {
 
 constexpr double tilt = 65, turn = 25;  // deg, of gnuplot's view
 
-/// Where gnuplot has to draw the box of the axes, so that it and the numbers about it stay within a place: its longest
-/// axis is as long as what gnuplot is given is high, whatever `set view` says.
+/// Position of the box of the axes in gnuplot that keeps it and its numbers within a place: its longest axis is as long
+/// as the height given to gnuplot, for any `set view`.
 Place place_of_box(const PreviewAxis& x, const PreviewAxis& y, const PreviewAxis& z, const Place& place) {
   constexpr double radian = std::numbers::pi / 180, numbers_beside = 130, numbers_below = 50;
   const double c = std::cos(turn * radian), s = std::sin(turn * radian);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One look at a simulated frame.
+/// @file Picture of a simulated frame.
 #pragma once
 
 #include <tofgraph/physics/exposures.hpp>

@@ -15,7 +15,7 @@
 
 namespace tofgraph::simulation {
 
-/// What pixels look at: one surface each, towards the camera. Arrays of the same length.
+/// Surfaces seen by pixels, one each, towards the camera. Arrays of the same length.
 struct Views {
   std::vector<std::uint32_t> pixel;
   std::vector<double> return_path;   ///< m, surface to lens centre
@@ -37,7 +37,7 @@ struct Measured {
   double guess;      ///< m, the distance without effects
 };
 
-/// One of them undone; found is false where nothing gives this measurement.
+/// Solution for a pixel; found is false if no distance gives this measurement.
 struct Undone {
   double distance;  ///< m, that of the camera without effects, not wrapped
   bool found;
@@ -59,7 +59,7 @@ class CameraInverse {
   /// The same of pixels that are neighbours, whatever a tracer gives for their rays; with all effects.
   Measurements measure_image(const Acquisition& acquisition, const Tracer& tracer, const Pixels& pixels) const;
 
-  /// Where a ray has this distance by the sources' mean path: m from the lens centre, a tenth of a millimetre at least.
+  /// Return path on a ray with this distance by the sources' mean path: m from the lens centre, 0.1 mm at least.
   double return_path_on(Vector3 ray, double distance) const;
   double return_path_at(std::uint32_t pixel, double distance) const {
     return return_path_on(pixels_.rays[pixel], distance);

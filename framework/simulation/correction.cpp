@@ -44,8 +44,8 @@ std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, 
   return std::make_shared<const io::Camera>(changed);
 }
 
-/// How much of any pattern an image effect adds to or takes from it at most, on some pixels in the middle: below 1 the
-/// fixed point comes nearer with each step.
+/// Largest relative change of any pattern by an image effect, on some pixels in the middle: below 1 the fixed-point
+/// iteration converges.
 double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   constexpr std::size_t size = 48;
   const CameraInverse inverse(camera, physical, {effect});
@@ -67,7 +67,7 @@ double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr&
   return change;
 }
 
-/// Whether any of the distances is another one by more than 0.1 um, whole ranges aside.
+/// Returns whether any distances differ by more than 0.1 um, modulo whole ranges.
 bool differ(const Measurements& one, const Measurements& other, double range) {
   for (std::size_t i = 0; i < one.distance.size(); ++i) {
     if (!(std::abs(std::remainder(one.distance[i] - other.distance[i], range)) < 1e-7)) return true;
@@ -75,7 +75,7 @@ bool differ(const Measurements& one, const Measurements& other, double range) {
   return false;
 }
 
-/// Whether an effect alone makes a difference.
+/// Returns whether an effect alone changes distances.
 bool changes_distances(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   const CameraInverse inverse(camera, physical, {effect});
   const Acquisition acquisition = acquisition_for(camera, {});

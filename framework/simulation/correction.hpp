@@ -16,14 +16,14 @@
 
 namespace tofgraph::simulation {
 
-/// What becomes of one effect of a model, in words.
+/// Treatment of an effect of a model, in words.
 struct EffectFate {
   std::string effect;
   bool undone;
-  std::string how;  ///< how it is undone, or why it is left
+  std::string how;  ///< method of correction, or reason for none
 };
 
-/// What a frame says of its settings, s, Hz, K, s; NaN: not known.
+/// Settings stated by a frame, s, Hz, K, s; NaN: not known.
 struct FrameSettings {
   double integration_time = std::numeric_limits<double>::quiet_NaN();
   double modulation_frequency = std::numeric_limits<double>::quiet_NaN();
@@ -39,7 +39,7 @@ struct CorrectionNeeds {
 /// The corrections of all pixels for some settings, compiled: a sum of few products of a pixel's number and a number
 /// that is interpolated between nodes of distance and amplitude, correction(pixel, D, a) = sum_r pixel_r node_r(D, a),
 /// where D is the measured distance less the shift at its amplitude, within first .. first + range.
-/// What changes while the camera runs, time since power-on and temperature, is interpolated between the tables' ends.
+/// Tables interpolated in what changes while the camera runs: time since power-on and temperature.
 struct CorrectionTables : std::enable_shared_from_this<CorrectionTables> {
   std::size_t lanes = 4;  ///< numbers of a pixel and of a node: the products', 0 for those unused, then sigma's factor
   std::size_t distances = 0, amplitudes = 0;  ///< nodes; amplitudes 1: the amplitude makes no difference
@@ -62,7 +62,7 @@ struct CorrectionTables : std::enable_shared_from_this<CorrectionTables> {
   std::shared_ptr<const std::vector<float>> nodes_at(const FrameSettings& settings) const;
 
  private:
-  /// What was mixed last: frames come faster than cameras warm up.
+  /// Result of the last interpolation: frames are faster than the warm-up of cameras.
   struct Mixed {
     std::array<double, 2> at{-1, -1};
     std::shared_ptr<const std::vector<float>> nodes;
@@ -92,7 +92,7 @@ class Correction {
   /// Tables for a frame's settings and those near it. @throws std::exception
   std::shared_ptr<const CorrectionTables> compile(const FrameSettings& settings) const;
 
-  /// Whether there are effects that look at neighbours, which undo_images takes away after the tables.
+  /// Returns whether there are effects of neighbours, which undo_images corrects after the tables.
   bool has_images() const { return images_ != nullptr; }
   /// Goes on from a frame that was corrected by tables, by a fixed point over the image; invalid pixels are dark.
   /// @param measured the frame's distance before that, m; amplitude, counts

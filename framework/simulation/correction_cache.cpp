@@ -98,7 +98,7 @@ struct KeptTables {
   std::shared_ptr<const CorrectionTables> tables;
 };
 
-/// What this process has compiled or read, oldest first.
+/// Tables that this process has compiled or read, oldest first.
 class TableMemory {
  public:
   std::shared_ptr<const CorrectionTables> find(const std::string& key, const FrameSettings& settings) {

@@ -24,7 +24,7 @@ class CorrectionCache {
 
  private:
   std::string key_;
-  std::filesystem::path folder_;  ///< of these tables; empty: there is no cache on disk
+  std::filesystem::path folder_;  ///< folder of these tables; empty: there is no cache on disk
 };
 
 /// The tables as bytes, and back; null: these are not bytes of tables. The checksum at the end covers all of them.

@@ -44,8 +44,8 @@ void store(const Products& products, const std::vector<double>& factors, std::si
   }
 }
 
-/// What a distance at the end of the range is measured too long, m, for each amplitude: for weak light that may be
-/// much.
+/// Excess of the measured distance at the end of the range, m, for each amplitude; it may be large for weak
+/// light.
 std::vector<float> shifts_of(const CameraInverse& inverse, const Nodes& nodes, const CorrectionTables& tables,
                              const Acquisition& acquisition) {
   const double end = tables.first + tables.range, time = acquisition.condition.integration_time;
@@ -68,7 +68,7 @@ std::vector<float> shifts_of(const CameraInverse& inverse, const Nodes& nodes, c
   return shifts;
 }
 
-/// What distances do while a setting goes from one end to the other, m.
+/// Change of distances while a setting goes from one end to the other, m.
 struct Drift {
   double change = 0, bend = 0;  ///< greatest from end to end; greatest half way, against the mean of the ends
 };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a camera is shown to find out what can be undone. For correction*.cpp only.
+/// @file Views used to determine which effects can be corrected. For correction*.cpp only.
 #pragma once
 
 #include "simulation/correction.hpp"
@@ -30,7 +30,7 @@ using PhasorImage = std::vector<std::complex<double>>;
 Pixels window(const Pixels& image, std::size_t rows, std::size_t columns);  ///< in its middle
 PhasorImage random_phasors(std::size_t size);
 double norm_of(const PhasorImage& image);
-/// What the camera sees where without effects the pixels' light would be this.
+/// View of the camera where the pixels' light without effects would be this.
 PhasorImage look(const CameraInverse& inverse, const Acquisition& acquisition, const Pixels& pixels,
                  const PhasorImage& light);
 

@@ -10,8 +10,8 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// What is not there becomes the value of the nearest distance of its amplitude, or, where the whole amplitude is
-/// missing, that of the next stronger one, else of the next weaker one.
+/// Fills missing values by the nearest distance of the same amplitude, or, if the whole amplitude is missing, by the
+/// next stronger one, else the next weaker one.
 void fill(const CorrectionTables& shape, std::vector<double>& row) {
   const std::size_t n = shape.distances;
   const auto fill_line = [](auto first, auto last) {
@@ -124,8 +124,8 @@ void CrossApproximation::find_factors(const std::vector<double>& first) {
   }
 }
 
-/// Where effects grow for little light the range does not begin and end at the same measured distance for all: some
-/// stand for a near surface as well as for one at the end of the range.
+/// Finds ambiguous nodes: if effects grow for weak light, some measured distances belong to a near surface as well as
+/// to one at the end of the range.
 void CrossApproximation::find_doubtful(const std::vector<double>& first) {
   std::vector<Nodes::Place> places;
   const std::size_t n = shape_.distances, quarter = n / 4;
@@ -153,7 +153,7 @@ std::vector<double> CrossApproximation::row(std::uint32_t pixel) const {
   return nodes_.solve(places);
 }
 
-/// One of each pixel, more of them near the camera, where pixels differ most.
+/// Chooses a test per pixel, more of them near the camera, where pixels differ most.
 void CrossApproximation::choose_tests() {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform;

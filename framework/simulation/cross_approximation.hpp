@@ -19,7 +19,7 @@ inline double node_amplitude(const CorrectionTables& tables, std::size_t i) {
   return tables.weakest * std::exp2(static_cast<double>(octave)) * (1 + static_cast<double>(part) / nodes_per_octave);
 }
 
-/// Where tables have their nodes, and the solutions there.
+/// Nodes of the tables, and the solutions there.
 class Nodes {
  public:
   Nodes(const CameraInverse& inverse, const CorrectionTables& shape, std::vector<Acquisition> corners)
@@ -32,7 +32,7 @@ class Nodes {
   double distance(std::size_t node) const {
     return shape_.first + shape_.step * static_cast<double>(node % shape_.distances);
   }
-  /// What it is measured as, m, not wrapped.
+  /// Measured distance, m, not wrapped.
   double measured(std::size_t node) const {
     return distance(node) + shape_.shifts[node % per_corner() / shape_.distances];
   }
@@ -47,7 +47,7 @@ class Nodes {
     double near = 0;    ///< m: what the correction is about
     double lifted = 0;  ///< m: added to the measured distance, whole ranges
   };
-  /// How far off a correction may be, m: 3 um, a thousandth of what is corrected, 0.5 % of one frame's noise.
+  /// Permitted error of a correction, m: 3 um, a thousandth of the correction, 0.5 % of one frame's noise.
   double allowed(std::size_t node, double correction) const;
   /// Corrections, m; NaN where there is no solution.
   std::vector<double> solve(const std::vector<Place>& places) const;
@@ -83,13 +83,13 @@ class CrossApproximation {
   /// @returns 0, or where these products are not enough the difference that matters most, m
   double run(std::size_t max_products);
   const Products& products() const { return products_; }
-  /// What sigma is multiplied with at each node, in the middle; very large where there is no solution, or two.
+  /// Factor of sigma at each node, in the middle; very large if there is no solution, or two.
   const std::vector<double>& factors() const { return factors_; }
 
  private:
   void find_factors(const std::vector<double>& first);
   void find_doubtful(const std::vector<double>& first);
-  /// Where noise grows much more than by half the correction is not worth a product.
+  /// Returns whether the noise grows so much that the correction is not worth a product.
   bool is_doubtful(std::size_t node) const { return !(std::abs(std::log(factors_[node])) < std::log(1.5)); }
   void add(std::vector<double> pixels, std::vector<double> nodes);
   std::vector<double> row(std::uint32_t pixel) const;

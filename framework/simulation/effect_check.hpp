@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Whether an effect keeps its promises: off is off, and finite light stays finite.
+/// @file Check of an effect's contract: off changes nothing, and finite light stays finite.
 #pragma once
 
 #include "simulation/files/model.hpp"
@@ -14,7 +14,7 @@ namespace tofgraph::simulation {
 /// refuses these values, or has no size
 std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera);
 
-/// Where plugins are looked at closely (graph::validating), every effect of a model; what is wrong goes to the
+/// Checks every effect of a model if plugins are validated (graph::validating); violations are added to the
 /// diagnostics.
 void look_closely(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics);
 

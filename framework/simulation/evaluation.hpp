@@ -80,9 +80,9 @@ class Evaluation : public tofgraph_light_state {
     std::vector<double> strength;
   };
   std::map<double, Illumination> by_frequency_;  ///< Hz
-  std::vector<double> frequencies_;              ///< of each exposure, Hz
-  std::vector<Illumination> clean_;              ///< of each exposure that was made anew
-  std::vector<BoardChange> changes_;             ///< of each exposure
+  std::vector<double> frequencies_;              ///< per exposure, Hz
+  std::vector<Illumination> clean_;              ///< per recomputed exposure
+  std::vector<BoardChange> changes_;             ///< per exposure
 };
 
 }  // namespace tofgraph::simulation

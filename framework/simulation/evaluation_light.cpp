@@ -100,9 +100,9 @@ void Evaluation::trace_rays(const std::vector<Vector3>& rays, std::vector<Hit>& 
 void Evaluation::trace() {
   const bool other_lens = std::ranges::any_of(distortion, [](double d) { return d != 0; }) || principal_point[0] != 0 ||
                           principal_point[1] != 0;
-  double coefficients[5];
-  for (std::size_t i = 0; i < 5; ++i) coefficients[i] = camera->distortion[i] + distortion[i];
-  const physics::Lens lens(coefficients);
+  tofgraph_camera changed = *camera;
+  for (std::size_t i = 0; i < 5; ++i) changed.distortion[i] += distortion[i];
+  const physics::Lens lens(changed);
   std::vector<Vector3> bent;
   for (std::size_t i = 0; other_lens && i < pixels_.size(); ++i)
     bent.push_back(ray_at(lens, pixels_.at[2 * i], pixels_.at[2 * i + 1]));

@@ -28,7 +28,7 @@ Pixels whole_image(const tofgraph_camera& camera);
 /// @param rows, columns of blocks; they need not divide the image's size
 Pixels superpixels(const tofgraph_camera& camera, std::size_t rows, std::size_t columns);
 
-/// One condition, and which of the camera's sources are on (empty: all).
+/// Condition with the active sources of the camera (empty: all).
 struct Acquisition {
   tofgraph_condition condition{};
   std::vector<bool> on;
@@ -37,7 +37,7 @@ struct Acquisition {
 /// Nothing known but the times, everything on.
 Acquisition acquisition_of(const tofgraph_camera& camera, double integration_time);
 
-/// What the taps hold before noise and readout.
+/// Expected taps before noise and readout.
 struct Expectation {
   std::vector<double> taps;  ///< P x (A, B) x pixels, counts; NaN outside the lens model
   double noise_factor = 1;   ///< on the noise's standard deviation

@@ -9,7 +9,7 @@ namespace {
 
 Pixels grid(const tofgraph_camera& camera, std::size_t rows, std::size_t columns, double height, double width) {
   Pixels pixels{rows, columns, (height + width) / 2, {}, {}};
-  const physics::Lens lens(camera.distortion);
+  const physics::Lens lens(camera);
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) {
       const double u = (static_cast<double>(c) + 0.5) * width - 0.5, v = (static_cast<double>(r) + 0.5) * height - 0.5;

@@ -37,7 +37,7 @@ class Frames {
   bool noisy() const { return noisy_; }
   /// P.
   std::size_t exposures() const { return exposures_.size(); }
-  /// Where the pixels' centres look.
+  /// Points seen by the centres of the pixels.
   const std::vector<Hit>& hits() const { return hits_; }
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a pixel sees: the meeting of scenes, which are traced, and light, which is computed.
+/// @file Intersection of a pixel's ray: the interface between scenes, which are traced, and light, which is computed.
 #pragma once
 
 #include "simulation/files/board_change.hpp"
@@ -17,7 +17,7 @@ namespace tofgraph::simulation {
 
 using physics::Vector3;
 
-/// Where a ray meets the scene; lengths in metres, sensor frame.
+/// Intersection of a ray with the scene; lengths in metres, sensor frame.
 struct Hit {
   double return_path =
       std::numeric_limits<double>::infinity();  ///< D_ref, lens centre to point; infinity: nothing there

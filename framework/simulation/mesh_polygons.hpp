@@ -19,7 +19,7 @@ using TriangleIndices = std::array<std::uint32_t, 3>;
 struct Polygons {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> corners;  ///< indices of vertices
-  std::vector<std::size_t> ends;       ///< of each polygon among the corners
+  std::vector<std::size_t> ends;       ///< end of each polygon among the corners
 
   void add(std::span<const std::uint32_t> polygon) {
     corners.insert(corners.end(), polygon.begin(), polygon.end());

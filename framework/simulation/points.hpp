@@ -62,7 +62,7 @@ struct Points {
   Vector3 ray_of(std::size_t i) const { return {ray[3 * i], ray[3 * i + 1], ray[3 * i + 2]}; }
 };
 
-/// One source's light, per point.
+/// Light of a source, per point.
 struct SourceArrays {
   Doubles path;
   std::vector<double> strength;

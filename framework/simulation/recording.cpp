@@ -106,7 +106,7 @@ class Images {
   std::vector<std::vector<std::byte>> buffers_;
 };
 
-/// What a campaign can say by its own keys: a board that stands still and has no surface of its own.
+/// Returns whether a campaign's own keys suffice: a static board without a surface of its own.
 bool is_plain_board(const SceneCondition& condition) {
   const Object& object = condition.objects->all.front();
   return condition.objects->all.size() == 1 && object.type == "board" && !object.surface.given &&

@@ -12,7 +12,7 @@
 
 namespace tofgraph::simulation {
 
-/// What is read once for all conditions of a scene, by its path.
+/// Files read once for all conditions of a scene, by path.
 struct Assets {
   std::map<std::filesystem::path, std::shared_ptr<const Mesh>> meshes;
   std::map<std::filesystem::path, std::shared_ptr<const Image>> images;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What rays from the lens meet.
+/// @file Shapes that rays from the lens intersect.
 #pragma once
 
 #include "simulation/files/objects.hpp"

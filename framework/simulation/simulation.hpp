@@ -11,17 +11,17 @@
 
 namespace tofgraph::simulation {
 
-/// What stands in place of the scene's own.
+/// Values that replace those of the scene.
 struct SimulationChanges {
   std::filesystem::path model;
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> frames;
   std::shared_ptr<graph::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
   std::optional<double> integration_time = {};  ///< s, of every condition
-  std::vector<std::string> output = {};         ///< of phases, taps, distance
+  std::vector<std::string> output = {};         ///< any of phases, taps, distance
 };
 
-/// One condition, ready to give frames; frames of different numbers may be made at the same time.
+/// Prepared condition; frames of different numbers may be computed concurrently.
 struct ConditionFrames {
   SceneCondition condition;
   Acquisition acquisition;

@@ -28,7 +28,7 @@ struct PixelSums {
   std::int32_t *valid, *lit;  // numbers in the sums of lengths and of amplitudes
 };
 
-/// What a frame gives.
+/// Values of a pixel in a frame.
 struct PixelValues {
   const float *lengths, *amplitudes;  // amplitudes: null where there are none
 
@@ -40,7 +40,7 @@ struct PixelValues {
 /// Pixels that are done together, so that their sums stay in the cache.
 constexpr std::size_t average_block = 2048;
 
-/// What is given for each pixel.
+/// Means of each pixel.
 struct PixelMeans {
   float *values, *deviations, *amplitudes;  // amplitudes: null where there are none
   std::uint16_t* flags;
@@ -193,7 +193,7 @@ struct Average final : Filter {
   }
 
  private:
-  /// What is kept of each frame of a running mean.
+  /// Data kept of each frame of a running mean.
   struct Taken {
     std::vector<float> values, amplitudes;
     std::vector<std::uint16_t> flags;

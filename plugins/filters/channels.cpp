@@ -88,7 +88,7 @@ struct Channels final : Filter {
     return found == renamed_.end() ? channel : found->second;
   }
 
-  /// What leaves under another name, or is the sigma of what does.
+  /// Announces renamed channels and their sigma.
   void announce(const Setup& setup) const {
     for (const tofgraph_channel& channel : setup.channels()) {
       const std::string name = new_name(channel.name), of = new_name(channel.of);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How far the pixels of a patch belong to its middle, for files that are compiled once a processor (Highway's
+/// Closeness of the pixels of a patch to its middle, for files that are compiled once per processor (Highway's
 /// foreach_target).
 #if defined(TOFGRAPH_FILTERS_CLOSENESS_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_CLOSENESS_VECTOR_HPP
@@ -43,7 +43,7 @@ class Closeness {
     }
   }
 
-  /// Of the place (y, k) of the patches about a row's pixels, so that [x] is the image's column.
+  /// Values at the place (y, k) of the patches about a row's pixels, indexed by the image's column [x].
   const float* Line(std::ptrdiff_t row, std::ptrdiff_t y, std::ptrdiff_t k) const {
     return memory_.data() + At(row, y, k);
   }

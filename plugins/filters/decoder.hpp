@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What four_phase_decoder and phase_decoder share: their ports, their noise, and a look at the order of the
+/// @file Common part of four_phase_decoder and phase_decoder: ports, noise, and the check of the order of the
 /// exposures.
 #pragma once
 
@@ -16,20 +16,20 @@
 
 namespace tofgraph {
 
-/// What is the same for all pixels, in counts.
+/// Constants of all pixels, in counts.
 struct DecoderCounts {
   float full_well;                  ///< infinity: not known
   float min_amplitude;              ///< less is of low signal
-  float read_variance, shot_noise;  ///< of a tap: variance = read_variance + shot_noise intensity
+  float read_variance, shot_noise;  ///< per tap: variance = read_variance + shot_noise intensity
   float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
   bool noise_known;
   std::int32_t invalid_flags;  ///< bits that make a pixel invalid
 };
 
-/// Where a frame's channels are; null: not wanted.
+/// Channels of a frame; null: not wanted.
 struct DecoderImages {
   const void* samples;  ///< P phases, or P x 2 taps
-  std::uint32_t type;   ///< of the samples
+  std::uint32_t type;   ///< type of the samples
   std::size_t pixels;
   float* distance;
   float* amplitude;
@@ -123,7 +123,7 @@ struct Decoder : Filter {
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
   }
 
-  /// Of one frequency, Hz. @throws std::runtime_error when the frame does not know its own
+  /// Modulation frequency, Hz. @throws std::runtime_error when the frame does not know its own
   double frequency_of(const Frame& frame) const {
     const double frequency = modulation_frequency.given()  ? *modulation_frequency
                              : exposures_[0].frequency > 0 ? exposures_[0].frequency
@@ -132,7 +132,7 @@ struct Decoder : Filter {
     return frequency;
   }
 
-  /// One frame: decode(images) fills the images in.
+  /// Decodes one frame: decode(images) fills the images in.
   template <class Decode> void decode_frame(const Frame& frame, Decode&& decode) const {
     const tofgraph_view samples = samples_of(frame);
     const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
@@ -150,7 +150,7 @@ struct Decoder : Filter {
   }
 
   DecoderCounts counts_{};
-  physics::Exposures exposures_;  ///< of the frames
+  physics::Exposures exposures_;  ///< exposures of the frames
 
  private:
   /// @throws std::runtime_error when there are not as many as was announced

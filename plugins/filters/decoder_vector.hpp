@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What decoders do with a vector of pixels: samples of any type as float, flags, what is stored. For code that is
-/// compiled once a processor (Highway's foreach_target): include it after <hwy/foreach_target.h>. The guard is
-/// Highway's idiom for a header that is compiled as often as that.
+/// Functions of decoders for a vector of pixels: samples of any type as float, flags, stores. For code that is compiled
+/// once per processor (Highway's foreach_target): include it after <hwy/foreach_target.h>. The guard is Highway's idiom
+/// for a header that is compiled as often as that.
 #if defined(TOFGRAPH_FILTERS_DECODER_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_DECODER_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_DECODER_VECTOR_HPP

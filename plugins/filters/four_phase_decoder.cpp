@@ -16,7 +16,7 @@
 #define TOFGRAPH_FOUR_PHASE_DECODER_ONCE
 namespace tofgraph {
 
-/// What is the same for all pixels of a frame.
+/// Constants of all pixels of a frame.
 struct DecoderSettings {
   DecoderCounts counts;
   std::array<std::size_t, 4> order;        // which of the images are those of 0, 90, 180, 270 degrees
@@ -32,7 +32,7 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
+/// Decodes a vector of pixels from pixel i on. `Taps`: T is the type of the taps, else of the phases.
 template <bool Taps, class T, class D>
 HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& images, std::size_t i) {
   using V = hn::Vec<D>;

@@ -16,9 +16,9 @@
 
 namespace tofgraph {
 
-/// What is not given stays as the camera has it; what is written at the node wins over the calibration file. Where the
-/// pixel pitch is known, new focal lengths in pixels also give the focal length in metres: the mean of fx times the
-/// pitch in x and fy times the pitch in y.
+/// Changes the camera's intrinsics. Values that are not given are kept; those of the node precede the calibration file.
+/// If the pixel pitch is known, new focal lengths in pixels also set the focal length in metres: the mean of fx times
+/// the pitch in x and fy times the pitch in y.
 ///
 /// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinear. Of a pixel whose
 /// four sources are not all valid, and of one that sees nothing of the image, the lengths become invalid; sigma is that
@@ -38,6 +38,10 @@ struct Intrinsics final : Filter {
   Param<double> p1{this, "p1", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> p2{this, "p2", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> k3{this, "k3", {.text = "radial distortion, OpenCV's model"}};
+  Param<double> k4{this, "k4", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
+  Param<double> k5{this, "k5", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
+  Param<double> k6{this, "k6", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
+  Param<double> skew{this, "skew", {.text = "of the axes: u = fx (x + skew y) + cx"}};
   Param<bool> rectify{
       this,
       "rectify",
@@ -50,7 +54,7 @@ struct Intrinsics final : Filter {
     if (!change(camera) && !calibrated && !*rectify) {
       throw ConfigError("fx",
                         "nothing is replaced: give a calibration file, rectify: true, or at least one of fx fy cx cy "
-                        "k1 k2 p1 p2 k3, e.g. fx: 316.75 px");
+                        "k1 k2 p1 p2 k3 k4 k5 k6 skew, e.g. fx: 316.75 px");
     }
     update_focal_length(setup, camera);
     if (*rectify) use_rectification(setup, camera);
@@ -104,6 +108,9 @@ struct Intrinsics final : Filter {
     set(cy, camera.principal_point[1]);
     const Param<double>* const distortion[] = {&k1, &k2, &p1, &p2, &k3};
     for (std::size_t i = 0; i < 5; ++i) set(*distortion[i], camera.distortion[i]);
+    const Param<double>* const rational[] = {&k4, &k5, &k6};
+    for (std::size_t i = 0; i < 3; ++i) set(*rational[i], camera.further_distortion[i]);
+    set(skew, camera.skew);
     return changed;
   }
 
@@ -132,6 +139,8 @@ struct Intrinsics final : Filter {
     lengths_.prepare(setup, {});
     for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
     std::ranges::fill(camera.distortion, 0.0);
+    std::ranges::fill(camera.further_distortion, 0.0);
+    camera.skew = 0;
   }
 
   void announce(const Setup& setup, const tofgraph_channel& channel) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the distance models have in common whose depth is linear in the distance: z = offset + slope D.
+/// @file Base of distance models whose depth is linear in the distance: z = offset + slope D.
 #pragma once
 
 #include <tofgraph/lengths.hpp>

@@ -192,7 +192,7 @@ struct OffsetCorrection final : Filter {
     response_.assign(response_.size(), static_cast<float>(std::exp(level / n)));
   }
 
-  /// Where the pixels of a row are.
+  /// Pixels of a row.
   OffsetRow row_of(const Array<float>& image, Surface& seen, std::size_t row) const {
     const physics::BistaticCamera& camera = tables_->camera();
     const std::size_t first = row * columns_;

@@ -12,6 +12,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <vector>
@@ -22,12 +25,14 @@ namespace tofgraph {
 
 /// T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
 /// reflectivities are 128 to the octave, their place read from the bits of the number, whose exponent and leading
-/// digits rise like a logarithm; times are those of the calibration, linear in the logarithm between them.
+/// digits rise like a logarithm; times are those of the calibration, linear in the logarithm between them. Of scattered
+/// samples, where each may have a time of its own, the nodes of a time are computed when a frame first has it.
 class OffsetGrid {
  public:
   OffsetGrid() = default;
   /// @param target the only one, whatever the reflectivity of a pixel is; none: found by the reflectivity
-  OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()) {
+  /// @param table must live as long as the grid where its samples are scattered
+  OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()), target_(target) {
     std::set<double> times;
     double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
     for (const physics::OffsetSample& s : table.samples()) {
@@ -44,17 +49,23 @@ class OffsetGrid {
       base_ = bits_of(dark * (1 - 5 * beyond)) >> step_bits << step_bits;
       levels_ = static_cast<std::size_t>((bits_of(bright * (1 + 6 * beyond)) - base_) >> step_bits) + 2;
     }
+    if (table.shape() == physics::OffsetTable::Shape::scattered) {
+      scattered_ = &table;
+      computed_ = std::make_unique<Computed>();
+      return;
+    }
     const bool one_plane = table.shape() == physics::OffsetTable::Shape::sheet;  // the same at all times
     for (const double time : times) {
       times_.push_back(std::log(time));
-      fill(table, target, time, !one_plane || times_.size() == 1);
+      fill(table, time, !one_plane || times_.size() == 1, nodes_);
     }
     planes_ = one_plane ? 1 : times_.size();
-    errors_.push_back(0);  // is read beside the last node, with weight 0
+    nodes_.errors.push_back(0);  // is read beside the last node, with weight 0
   }
 
   /// @param time s @returns valid until this thread asks for another time or grid
   OffsetPlane at(double time) const {
+    if (scattered_ != nullptr) return computed_at(time);
     const double log_time = std::log(time);
     const auto above = std::ranges::lower_bound(times_, log_time);
     const auto after = static_cast<std::size_t>(std::min(above, times_.end() - 1) - times_.begin());
@@ -63,14 +74,9 @@ class OffsetGrid {
     const double share = span > 0 ? (log_time - times_[before]) / span : 0;
     const bool outside = log_time < times_.front() - beyond || log_time > times_.back() + beyond;
     const std::size_t row = (share < 0.5 ? before : after) * depths;
-    OffsetPlane plane{.depths = depths,
-                      .levels = static_cast<std::int32_t>(levels_),
-                      .first = first_,
-                      .per_metre = per_metre_,
-                      .base = base_,
-                      .last_bits = static_cast<std::int32_t>(((levels_ - 1) << step_bits)) - (levels_ > 1 ? 1 : 0),
-                      .least = outside ? never_least_.data() : least_.data() + row,
-                      .most = outside ? never_most_.data() : most_.data() + row};
+    OffsetPlane plane = frame();
+    plane.least = outside ? never_least_.data() : nodes_.least.data() + row;
+    plane.most = outside ? never_most_.data() : nodes_.most.data() + row;
     if (planes_ == 1 || share == 0)
       plane.errors = errors_of(before);
     else if (share == 1)
@@ -83,7 +89,52 @@ class OffsetGrid {
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
-  static constexpr double beyond = 0.05;  ///< how far the grid reaches beyond the samples
+  static constexpr double beyond = 0.05;  ///< extent of the grid beyond the samples
+
+  /// Nodes of one or several times.
+  struct Nodes {
+    std::vector<float> errors;       // m, planes x depths x levels
+    std::vector<float> least, most;  // reflectivities that are no extrapolation, times x depths
+  };
+  /// Nodes of the times that frames had, the last few.
+  struct Computed {
+    std::mutex turn;
+    std::map<double, std::shared_ptr<const Nodes>> at;  // s
+  };
+  static constexpr std::size_t max_computed = 32;  ///< times of a bracketed exposure; 1.5 MB each at most
+
+  OffsetPlane frame() const {
+    return {.depths = depths,
+            .levels = static_cast<std::int32_t>(levels_),
+            .first = first_,
+            .per_metre = per_metre_,
+            .base = base_,
+            .last_bits = static_cast<std::int32_t>(((levels_ - 1) << step_bits)) - (levels_ > 1 ? 1 : 0),
+            .errors = nullptr,
+            .least = nullptr,
+            .most = nullptr};
+  }
+
+  OffsetPlane computed_at(double time) const {
+    thread_local std::shared_ptr<const Nodes> kept;
+    {
+      const std::scoped_lock lock(computed_->turn);
+      std::shared_ptr<const Nodes>& nodes = computed_->at[time];
+      if (!nodes) {
+        auto made = std::make_shared<Nodes>();
+        fill(*scattered_, time, true, *made);
+        made->errors.push_back(0);
+        nodes = made;
+      }
+      kept = nodes;
+      if (computed_->at.size() > max_computed) computed_->at.erase(computed_->at.begin());
+    }
+    OffsetPlane plane = frame();
+    plane.errors = kept->errors.data();
+    plane.least = kept->least.data();
+    plane.most = kept->most.data();
+    return plane;
+  }
 
   static std::uint64_t next_id() {
     static std::atomic<std::uint64_t> last = 0;
@@ -92,7 +143,7 @@ class OffsetGrid {
   static std::int32_t bits_of(double value) { return std::bit_cast<std::int32_t>(static_cast<float>(value)); }
 
   const float* errors_of(std::size_t plane) const {
-    return errors_.data() + (planes_ == 1 ? 0 : plane) * depths * levels_;
+    return nodes_.errors.data() + (planes_ == 1 ? 0 : plane) * depths * levels_;
   }
 
   /// Kept by each thread: most frames have the time of the one before.
@@ -112,33 +163,35 @@ class OffsetGrid {
     return kept.errors.data();
   }
 
-  void fill(const physics::OffsetTable& table, std::optional<std::size_t> target, double time, bool with_errors) {
+  void fill(const physics::OffsetTable& table, double time, bool with_errors, Nodes& nodes) const {
     constexpr float all = std::numeric_limits<float>::infinity();
     for (std::int32_t row = 0; row < depths; ++row) {
       const double z = double{first_} + row / double{per_metre_};
-      if (target) {
-        const auto found = table.of_target(*target, z, time);
-        least_.push_back(found.extrapolated ? all : -all);
-        most_.push_back(found.extrapolated ? -all : all);
-        if (with_errors) errors_.push_back(static_cast<float>(found.depth - z));
+      if (target_) {
+        const auto found = table.of_target(*target_, z, time);
+        nodes.least.push_back(found.extrapolated ? all : -all);
+        nodes.most.push_back(found.extrapolated ? -all : all);
+        if (with_errors) nodes.errors.push_back(static_cast<float>(found.depth - z));
         continue;
       }
       const physics::OffsetTable::Across across = table.across(z, time);
       const auto [low, high] = across.inside();
-      least_.push_back(static_cast<float>(low));
-      most_.push_back(static_cast<float>(high));
+      nodes.least.push_back(static_cast<float>(low));
+      nodes.most.push_back(static_cast<float>(high));
       for (std::size_t level = 0; with_errors && level < levels_; ++level) {
         const auto bits = base_ + static_cast<std::int32_t>(level << step_bits);
-        errors_.push_back(static_cast<float>(across.at(double{std::bit_cast<float>(bits)}).depth - z));
+        nodes.errors.push_back(static_cast<float>(across.at(double{std::bit_cast<float>(bits)}).depth - z));
       }
     }
   }
 
   std::uint64_t id_ = 0;
-  std::vector<double> times_;  // ln s
+  std::optional<std::size_t> target_;
+  const physics::OffsetTable* scattered_ = nullptr;
+  std::unique_ptr<Computed> computed_;  // of scattered samples
+  std::vector<double> times_;           // ln s
   std::size_t planes_ = 1, levels_ = 1;
-  std::vector<float> errors_;        // m, planes x depths x levels
-  std::vector<float> least_, most_;  // reflectivities that are no extrapolation, times x depths
+  Nodes nodes_;
   // At a time beyond the calibrated ones no reflectivity is within them.
   std::vector<float> never_least_ = std::vector<float>(depths, std::numeric_limits<float>::infinity());
   std::vector<float> never_most_ = std::vector<float>(depths, -std::numeric_limits<float>::infinity());

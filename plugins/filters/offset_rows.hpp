@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the vector code of offset_correction works on: pointers to one row of pixels.
+/// @file Data of the vector code of offset_correction: pointers to one row of pixels.
 #pragma once
 
 #include <tofgraph/physics/bistatic_tables.hpp>
@@ -20,7 +20,7 @@ struct OffsetRow {
   std::size_t source_count;
   float focal_length, mean_square;  ///< m, m^2
   float rate;                       ///< 1/s, of the integration time
-  float *depth, *reflectivity;      ///< of the pixels, then their means
+  float *depth, *reflectivity;      ///< pixels' values, then their means
   float* path;                      ///< m, D_ref
   std::int32_t* beyond;             ///< 1: the offset is an extrapolation
 };
@@ -36,10 +36,10 @@ struct AverageRow {
 
 /// The errors T - z at one integration time, depths x levels, and the reflectivities that are no extrapolation.
 struct OffsetPlane {
-  static constexpr int step_bits = 16;  ///< of a float's 23 digits: 2^7 steps an octave
+  static constexpr int step_bits = 16;  ///< used of a float's 23 digits: 2^7 steps an octave
   std::int32_t depths, levels;
   float first, per_metre;        ///< m, 1/m: of the depths
-  std::int32_t base, last_bits;  ///< of the levels: the bits of the lowest reflectivity, the largest difference from it
+  std::int32_t base, last_bits;  ///< levels: the bits of the lowest reflectivity, the largest difference from it
   const float* errors;           ///< m; one number more than there are nodes
   const float *least, *most;     ///< reflectivities, one a depth
 };

@@ -120,7 +120,7 @@ HWY_INLINE void Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, 
   solution.settled = hn::Not(pending);
 }
 
-/// Where there can be a solution: no invalid pixel, not nearer than the lens centre, no NaN (which compares as false).
+/// Pixels with a possible solution: valid, not nearer than the lens centre, no NaN (which compares as false).
 template <class D> HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::size_t i) {
   const hn::RebindToSigned<D> di;
   const auto distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the decoder of any exposures knows of all pixels of a frame.
+/// @file Settings of the decoder of any exposures for all pixels of a frame.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct Band {
   float xx, xy, yy;
 };
 
-/// What is the same for all pixels of a frame.
+/// Constants of all pixels of a frame.
 struct PhaseSettings {
   std::array<float, max_bands> metres_per_radian, range, inverse_range;  // of each band, lowest frequency first
   DecoderCounts counts;

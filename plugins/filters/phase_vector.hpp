@@ -89,7 +89,7 @@ HWY_INLINE Phasors<Bands, D> FitPhasors(D d, const PhaseSettings& s, const Decod
 /// The wrapped distance of each frequency with its variance, and its weight among the others.
 template <std::size_t Bands, class D, class V = hn::Vec<D>> struct Wrapped {
   V distance[Bands], variance[Bands], weight[Bands];
-  V sum, steepest;  ///< of the weights; the largest variance of a phase, rad^2
+  V sum, steepest;  ///< sum of the weights; the largest variance of a phase, rad^2
 };
 
 /// @param variance of a sample
@@ -147,7 +147,7 @@ HWY_INLINE Unwrapped<D> Combine(D d, const PhaseSettings& s, const Wrapped<Bands
   return result;
 }
 
-/// One vector of pixels, beginning at pixel i. `Taps`: T is the type of the taps, else of the phases.
+/// Decodes a vector of pixels from pixel i on. `Taps`: T is the type of the taps, else of the phases.
 template <std::size_t Bands, bool Taps, class T, class D>
 HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& images, std::size_t i) {
   using V = hn::Vec<D>;

@@ -23,7 +23,7 @@ class Rectification {
   Rectification() = default;
   explicit Rectification(const tofgraph_camera& camera)
       : rows_(camera.height), columns_(camera.width), sources_(std::size_t{camera.width} * camera.height) {
-    const physics::Lens lens(camera.distortion);
+    const physics::Lens lens(camera);
     for (std::size_t v = 0; v < rows_; ++v) {
       for (std::size_t u = 0; u < columns_; ++u) sources_[v * columns_ + u] = source_of(camera, lens, u, v);
     }
@@ -32,7 +32,7 @@ class Rectification {
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
   std::size_t pixels() const { return sources_.size(); }
-  /// How many pixels have a source.
+  /// Number of pixels that have a source.
   std::size_t inside() const {
     return static_cast<std::size_t>(std::ranges::count_if(sources_, [](const Source& s) { return s.bits == 0; }));
   }
@@ -55,7 +55,7 @@ class Rectification {
     });
   }
 
-  /// What is not a length: over those of the four pixels that are numbers.
+  /// Resamples a channel other than a length: over those of the four pixels that are numbers.
   void values(const float* in, float* out) const {
     each(out, nan, [in](const Source& s) {
       float sum = 0, weights = 0;
@@ -120,8 +120,8 @@ class Rectification {
     }
     // Steps of a millionth of a pixel: rounding must not give a neighbour a share.
     const auto snapped = [](double x) { return std::round(x * 1e6) / 1e6; };
-    const physics::ImagePoint seen = lens.distort(ideal);
-    const double x = snapped(seen.x * f[0] + c[0]), y = snapped(seen.y * f[1] + c[1]);
+    const physics::ImagePoint seen = physics::pixel_at(camera, lens.distort(ideal));
+    const double x = snapped(seen.x), y = snapped(seen.y);
     if (!(x >= 0 && y >= 0 && x <= static_cast<double>(columns_ - 1) && y <= static_cast<double>(rows_ - 1))) {
       source.bits = flag::invalid;
       return source;

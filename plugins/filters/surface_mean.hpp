@@ -29,7 +29,7 @@ class Surface {
   float* depth(std::size_t row) { return &depth_[at(row)]; }
   float* reflectivity(std::size_t row) { return &reflectivity_[at(row)]; }
   float* path(std::size_t row) { return &path_[row * columns_]; }
-  std::int32_t* beyond() { return beyond_.data(); }  ///< of one row
+  std::int32_t* beyond() { return beyond_.data(); }  ///< values of one row
 
   /// Means over a square of pixels whose depth and reflectivity are near the middle's, first along rows, then along
   /// columns. @param window its side, odd, at most 2 border + 1 @param by_reflectivity whether that is compared too

@@ -12,10 +12,10 @@
 
 namespace tofgraph {
 
-/// One point a voxel: the centroid of those in it, 1 x N, without invalid points, in the order of z, then y, then x of
-/// the voxels, which begin at multiples of their size. The channels of the points go with them: lengths and counts as
-/// means, sigma as that of a mean of independent values, flags joined. Channels that do not belong to the points are
-/// taken off.
+/// Reduces a cloud to a point per voxel: the centroid of its points, 1 x N, without invalid points, in the order of z,
+/// then y, then x of the voxels, which begin at multiples of their size. The channels of the points go with them:
+/// lengths and counts as means, sigma as that of a mean of independent values, flags joined. Channels that do not
+/// belong to the points are taken off.
 struct VoxelGrid final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "what belongs to the points"}};

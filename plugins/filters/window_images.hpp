@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the filters that average over a window share: images with a border, a frame on its way, its division in tiles.
+/// Common part of filters that average over a window: images with a border, a frame in flight, its tiles.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ struct HalfWindow {
   }
 };
 
-/// How patches are compared, for the filters that do.
+/// Comparison of patches, for the filters that use them.
 struct Patch {
   std::ptrdiff_t radius = 0;
   std::vector<float> factors;  // weights along one axis, from -radius to radius, of sum 1

@@ -85,7 +85,7 @@ template <bool Adaptive> class PixelWeights {
   }
 };
 
-/// What the sums of a row of pixels are made from: at `below` and `above` the rows that are dy away, at the first
+/// Rows that the sums of a row of pixels are made from: `below` and `above` are the rows that are dy away, at the first
 /// pixel.
 struct WindowRows {
   const float *below, *above, *variance_below, *variance_above;

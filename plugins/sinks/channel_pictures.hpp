@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What sinks that draw a channel, one picture a frame, are made from.
+/// @file Common part of sinks that draw a channel, one picture per frame.
 #pragma once
 
 #include <fmt/format.h>
@@ -94,7 +94,7 @@ inline int width_of(const std::string& words) {
 
 constexpr int beside_bar = 8;  // dots between a scale and its numbers
 
-/// How many dots the numbers beside a scale take.
+/// Width of the numbers beside a scale, dots.
 inline int scale_labels_width(const Range& range, double per_si) {
   int width = 0;
   for (const Tick& tick : ticks(range.low * per_si, range.high * per_si)) width = std::max(width, width_of(tick.label));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the writers of clouds have in common: fields, layout, one file a frame, provenance beside them.
+/// @file Common part of the writers of clouds: fields, layout, one file per frame, provenance beside them.
 #pragma once
 
 #include <tofgraph/lengths.hpp>
@@ -83,7 +83,7 @@ struct CloudFile : Sink {
     written_ = true;
   }
 
-  /// One line a point; nine digits give each float back exactly.
+  /// Text with a line per point; nine digits reproduce each float exactly.
   static std::string ascii(const pcl::PCLPointCloud2& cloud) {
     std::string text;
     const auto end = std::back_inserter(text);

@@ -87,7 +87,7 @@ struct Statistics final : Sink {
   struct Input {
     std::string name, channel;
     const float* rays = nullptr;  ///< null: no points
-    double offset = 0;            ///< of depth: from the sensor plane to the optical centre, m
+    double offset = 0;            ///< depth offset: from the sensor plane to the optical centre, m
     std::vector<Part> parts;      ///< the first is what is asked for, others stand beside it
   };
 
@@ -220,7 +220,7 @@ struct Statistics final : Sink {
     return value.given() ? "value" : reference.given() ? reference->c_str() : input.rays != nullptr ? "plane" : "";
   }
 
-  /// What stands beside the part that is asked for.
+  /// Parts beside the requested one.
   static std::span<const Part> others(const Input& input) { return std::span(input.parts).subspan(1); }
 
   std::string json() const {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `statistics` counts: sums that can be joined, the plane through points, the pixels at edges.
+/// @file Sums of `statistics`, which can be merged; the plane through points; the pixels at edges.
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -28,7 +28,7 @@ struct Summary {
   double sd() const { return count > 1 ? std::sqrt(squares / static_cast<double>(count - 1)) : unknown; }
   double rms() const { return count > 0 ? std::sqrt(residuals / static_cast<double>(count)) : unknown; }
 
-  /// Of both together, as if of all values at once (Chan, Golub, LeVeque 1979).
+  /// Merges another summary, as if of all values at once (Chan, Golub, LeVeque 1979).
   void merge(const Summary& other) {
     if (other.count == 0) return;
     const auto mine = static_cast<double>(count), theirs = static_cast<double>(other.count);

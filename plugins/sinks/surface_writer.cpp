@@ -47,7 +47,7 @@ class View {
     shift_ = cv::Point2d(frame.x + frame.width / 2, frame.y + frame.height / 2) - scale_ / 2 * (least + most);
   }
 
-  /// Where a point of the unit box is in the picture: x, y from -1/2 to 1/2, z from 0 to 1.
+  /// Position of a point of the unit box in the picture: x, y from -1/2 to 1/2, z from 0 to 1.
   cv::Point2d operator()(const cv::Point3d& p) const { return scale_ * direct(p) + shift_; }
   /// The same in a picture whose dots are divided in factor x factor.
   View enlarged(int factor) const {

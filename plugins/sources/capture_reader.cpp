@@ -101,7 +101,7 @@ struct CaptureReader final : Source {
     std::optional<std::size_t> index;  ///< in the capture; nothing: flags that it does not have
   };
 
-  /// What a simulation recorded beside its frames, without error; it would stand in the way of what is computed.
+  /// Returns whether a channel is the simulation's truth, which would conflict with computed channels.
   static bool is_truth(const io::CaptureChannel& channel) { return channel.applied == "truth"; }
 
   /// Recorded values of a channel that are numbers but not valid lengths.

@@ -167,7 +167,7 @@ BENCHMARK_CAPTURE(optimized_bistatic, two_sources_sigma, "optimized_bistatic", t
 BENCHMARK_CAPTURE(optimized_bistatic, reference, "optimized_bistatic solver=bisection", false)
     ->Unit(benchmark::kMicrosecond);
 
-/// What the thesis does: D_ref by halving 0 .. 7.5 m for each pixel, as plain scalar code; stops at a micrometre.
+/// Method of the thesis: D_ref by halving 0 .. 7.5 m for each pixel, as plain scalar code; stops at a micrometre.
 void scalar_bisection(benchmark::State& state) {
   const std::vector<float> measured = distances();
   const auto geometry = physics::geometry_of(camera().view);

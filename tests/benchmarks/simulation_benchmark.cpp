@@ -65,7 +65,7 @@ void FurtherFrame(benchmark::State& state, bool readout) {
   }
 }
 
-/// What a search evaluates: 12 x 12 superpixels, one condition, no noise, the effects made anew.
+/// Evaluation as in a search: 12 x 12 superpixels, one condition, no noise, new effects.
 void CoarseCondition(benchmark::State& state) {
   const Pixels pixels = superpixels(camera(), 12, 12);
   const Tracer tracer = board_tracer(camera().focal_length, board);

@@ -14,7 +14,7 @@
 
 namespace tofgraph::hidden {
 
-/// One frame as a camera that decodes itself hands it out.
+/// Frame as output by a camera that decodes itself.
 struct DecodedImages {
   std::vector<float> distance, amplitude;
 };

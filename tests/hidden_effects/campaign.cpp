@@ -101,7 +101,7 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
   return views;
 }
 
-/// One campaign while it is being written.
+/// Writer of a campaign.
 class Writer {
  public:
   Writer(const CampaignOptions& options, fs::path folder)

@@ -19,8 +19,8 @@ struct Rig {
   std::uint64_t seed = 1;  ///< that its maps, bad pixels and boards were drawn from
 };
 
-/// What a capture holds: taps, their differences, or what a camera makes of these: the distance (m, from 0 to the
-/// unambiguous range, as it comes out) and the amplitude (counts).
+/// Content of a capture: taps, their differences, or decoded images: the distance (m, from 0 to the unambiguous range,
+/// as it comes out) and the amplitude (counts).
 enum class Output { taps, phases, distances };
 
 struct CampaignOptions {
@@ -35,7 +35,7 @@ struct CampaignOptions {
   double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
   Light light = Light::reference;
   Output output = Output::taps;
-  std::size_t frames = 4;                      ///< of each condition; 0: no captures are written
+  std::size_t frames = 4;                      ///< per condition; 0: no captures are written
   std::vector<double> steps = Camera{}.steps;  ///< rad, of the images of a frame; no others with `like`
   std::uint64_t seed = 1;
   std::optional<Rig> like;  ///< measured once more with these, at distances between those of the design

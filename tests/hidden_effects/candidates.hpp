@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a search may find, for programs of the bench that ask framework/diagnosis directly.
+/// @file Candidates of a search, for programs of the bench that use framework/diagnosis directly.
 #pragma once
 
 #include "diagnosis/candidate.hpp"

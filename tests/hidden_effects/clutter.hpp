@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What is wrong with a campaign beside the camera: boards that are not flat, sessions, correlated residue, a
-/// condition that stood elsewhere. A search should name nothing because of it.
+/// @file Errors of a campaign apart from the camera: boards that are not flat, sessions, correlated residue, a
+/// misplaced board. A search should name nothing because of it.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ struct Clutter {
 /// Standard deviations between sessions.
 inline constexpr double session_offset = 3e-3 /* m */, session_light = 0.02;
 
-/// What was drawn for a campaign.
+/// Clutter drawn for a campaign.
 struct DrawnClutter {
   struct Session {
     double offset, light;  ///< m, factor

@@ -20,7 +20,7 @@ namespace {
 
 using tests::TemporaryFolder;
 
-/// What is compared of an image.
+/// Compared values of an image.
 struct Seen {
   Image distance, amplitude, intensity, null1, null2;
 };
@@ -61,7 +61,7 @@ Physics with(const std::string& effect) {
 /// A condition, and how a scene says it.
 struct Case {
   View view;
-  std::string keys;  ///< of the scene
+  std::string keys;  ///< scene's
 };
 
 Case board(double distance, double integration_time, const std::string& keys = "") {

@@ -16,7 +16,7 @@ namespace tofgraph::hidden {
 /// A pixel's fault, as long as the camera lives.
 enum class Defect { none, dead, hot, noisy };
 
-/// One entry a pixel.
+/// Defects, one entry per pixel.
 std::vector<Defect> draw_defects(const Camera& camera, std::uint64_t seed);
 
 /// The counts of a tap, as the pixel hands them out.

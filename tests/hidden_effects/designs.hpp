@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What is measured: the designs of the reference, reduced so that a campaign is quick, and the experiments that
+/// @file Designs of campaigns: those of the reference, reduced so that a campaign is quick, and the experiments that
 /// separate effects.
 #pragma once
 

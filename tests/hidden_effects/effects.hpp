@@ -11,7 +11,7 @@
 
 namespace tofgraph::hidden {
 
-/// What a typical size means for one parameter.
+/// Meaning of a typical size for a parameter.
 enum class Draw {
   unused,       ///< stays at its off value unless it is given
   constant,     ///< has its typical value whatever the size

@@ -28,7 +28,7 @@ using namespace tofgraph::diagnosis;
 
 struct Asked {
   std::string design = "B";
-  std::vector<std::string> effects;  ///< one pair
+  std::vector<std::string> effects;  ///< a pair
   double size = 1;
   std::uint64_t seed = 1;
   std::size_t first = 0, from = 0, every = 1;
@@ -60,7 +60,7 @@ std::vector<Names> all_pairs(std::uint64_t seed) {
   return pairs;
 }
 
-/// What is hidden, with its true values; nothing where it has a map.
+/// Hidden effects with their true values; nothing if one has a map.
 std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects,
                                           const std::vector<std::unique_ptr<Candidate>>& candidates) {
   std::vector<Term> terms;

@@ -129,7 +129,7 @@ TEST(HiddenCampaign, DistancesAreThoseOfThePhases) {
   }
 }
 
-/// What every bright condition's capture shows on the axis, less what the campaign says, m.
+/// Errors of every bright condition's capture on the axis against the campaign, m.
 std::vector<double> errors_on_axis(const fs::path& folder) {
   std::vector<double> errors;
   for (const io::Condition& condition : campaign_in(folder).conditions) {

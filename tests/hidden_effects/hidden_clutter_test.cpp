@@ -63,7 +63,7 @@ constexpr double rounding = 0.71;
 
 double number(const config::Value& map, const char* key) { return std::stod(map.find(key)->value.text); }
 
-/// What stands before the camera without any clutter, as the design says it.
+/// Views without clutter, as in the design.
 std::vector<View> views_of(const std::vector<io::Condition>& conditions) {
   const std::vector<io::Condition> design = conditions_of("small", {});
   std::vector<View> views(conditions.size());

@@ -42,13 +42,13 @@ View board(double distance, double time, double reflectivity, double since_power
   return view;
 }
 
-/// Where a ray meets the plane of a board, from the lens, m.
+/// Distance from the lens to the plane of a board along a ray, m.
 double way_to(const Physics& physics, const Plane& plane, const Ray& ray) {
   const Vector lens{0, 0, physics.camera.focal_length};
   return dot(plane.point - lens, plane.normal) / dot(ray.direction, plane.normal);
 }
 
-/// How much brighter or darker a chessboard of 7 x 6 squares is than its white margin, averaged over each pixel.
+/// Brightness of a chessboard of 7 x 6 squares relative to its white margin, averaged over each pixel.
 Image chessboard(const Physics& physics, const View& view, double shift_x, double shift_y) {
   constexpr int fine = 12;
   Physics finer = physics;

@@ -47,7 +47,7 @@ class Truth {
   config::Value document_;
 };
 
-/// One of some values by its name.
+/// Selects a value by its name.
 template <class Value, std::size_t count> Value named(const std::array<Value, count>& values, const std::string& name) {
   for (const Value value : values)
     if (name_of(value) == name) return value;

@@ -7,8 +7,8 @@
 
 namespace tofgraph::hidden {
 
-/// What a campaign's truth.yaml says, with the same hidden effects, camera and boards; jitter, noise, order, drift,
-/// sessions and residue are to be drawn from another seed.
+/// Options from a campaign's truth.yaml, with the same hidden effects, camera and boards; jitter, noise, order, drift,
+/// sessions and residue are drawn from another seed.
 /// @throws std::invalid_argument for a file that is no truth, and for the seed of that campaign
 CampaignOptions like(const std::filesystem::path& truth, std::uint64_t seed);
 

@@ -48,7 +48,7 @@ void list() {
     fmt::print("  {:<24} {}: {}\n", kind.name, tofgraph::config::format_quantity(kind.typical, kind.unit), kind.text);
 }
 
-/// What the command line says.
+/// Arguments of the command line.
 struct Asked {
   CampaignOptions options;
   std::vector<std::string> effects, patterns;

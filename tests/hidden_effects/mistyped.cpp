@@ -21,7 +21,7 @@ using namespace tofgraph;
 
 struct Count {
   int made = 0, named = 0, accused = 0;  ///< campaigns: all wrong conditions named; some right condition named
-  int searched = 0, found = 0;  ///< of those named exactly that the design can show: right, without what was named
+  int searched = 0, found = 0;           ///< visible cases named exactly: right without the named conditions
 };
 
 struct Asked {

@@ -17,7 +17,7 @@ namespace {
 
 using diagnosis::Contradiction;
 
-/// One campaign for all tests: crosstalk, which bends the distances of dark boards most, and clutter.
+/// Campaign shared by all tests: crosstalk, which bends the distances of dark boards most, and clutter.
 class Mistyped : public testing::Test {
  protected:
   static void SetUpTestSuite() {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What tests of model_correction share: frames of the plain camera, decoded here once more, and its effects as a
-/// model file.
+/// @file Common part of the tests of model_correction: frames of the plain camera, decoded independently, and its
+/// effects as a model file.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -258,7 +258,7 @@ class Statistics {
   double count_ = 0;
 };
 
-/// Of the camera's own effects those that a pixel has without its neighbours. Geometry leaves as a camera, see below.
+/// Effects of the camera that act on single pixels. Geometry is passed on as a camera, see below.
 inline const char* const single[] = {
     "wiggling",       "even_harmonic",           "phase_step_error", "phase_gain",       "tap_mismatch",
     "amplitude_walk", "integration_time_offset", "crosstalk",        "zero_offset",      "static_reflection",

@@ -181,12 +181,12 @@ TEST(OffsetCalibration, IsOfOneCameraAndRefusesRecordingsOfAnother) {
       << two.err;
 }
 
-/// How far a camera is off in depth: by integration time, reflectivity and distance, m.
+/// Error of a camera's depth by integration time, reflectivity and distance, m.
 double offset_of(double distance, double reflectivity, double time) {
   return 8e-3 * std::log(time / 1e-3) - 10e-3 * std::log(reflectivity) + 15e-3 * std::sin(3.4 * distance);
 }
 
-/// What a camera with offsets sees of a board, and where the board is.
+/// Images of a board by a camera with offsets, and the board's position.
 using Seen = std::function<DecodedImages(double distance, double reflectivity, double time)>;
 
 Seen plainly(const Physics& physics) {

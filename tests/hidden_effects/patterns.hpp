@@ -27,9 +27,9 @@ const std::vector<PatternKind>& pattern_catalogue();
 /// "angular_ripple:3mm", or a name alone at its typical size. @throws std::invalid_argument
 Pattern parse_pattern(std::string_view text, double size);
 
-/// What it adds to the distance of a pixel, m.
+/// Addition to the distance of a pixel, m.
 double distance_error(const Pattern& pattern, const View& view, int column, int row);
-/// What it multiplies the light of a pixel with.
+/// Factor on the light of a pixel.
 double light_factor(const Pattern& pattern, const View& view, int column, int row);
 
 }  // namespace tofgraph::hidden

@@ -24,8 +24,8 @@ namespace {
 
 constexpr double metres_per_radian = 299792458.0 / (4 * M_PI * 20e6);
 
-/// What the frames allow to know of each pixel's offset, root mean square over the pixels, m: a phase whose samples
-/// have the variance s^2 and the mean amplitude a is known to s / (sqrt(2 n) a) from n frames; conditions add up.
+/// Attainable uncertainty of each pixel's offset, root mean square over the pixels, m: a phase whose samples have the
+/// variance s^2 and the mean amplitude a is known to s / (sqrt(2 n) a) from n frames; conditions add up.
 double allowed_by_noise(const io::Campaign& campaign, std::size_t pixels) {
   std::vector<double> information(pixels, 0);
   for (const io::Condition& condition : campaign.conditions) {

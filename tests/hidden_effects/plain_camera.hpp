@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file A slow and plain model of a PMD CamCube 2.0 before a board, written from the formulas of the reference and
 /// nothing else: it shares no code with the simulator, so that the gap search is not judged by its own physics.
-/// SI, double, images row by row. The README beside this file says what was decided where the reference is open.
+/// SI, double, images row by row. plain_camera.md lists the decisions where the reference leaves a choice.
 #pragma once
 
 #include "tests/hidden_effects/clutter.hpp"
@@ -40,7 +40,7 @@ struct Camera {
   double metres_per_radian() const { return speed_of_light / (4 * M_PI * modulation_frequency); }
 };
 
-/// What really stands before the camera in one condition.
+/// True state before the camera in one condition.
 struct View {
   double distance = 1;                 ///< m, sensor plane to board on the axis, as the rail or the laser says
   double tilt_x = 0, tilt_y = 0;       ///< rad, normal = R_y R_x e_z
@@ -52,7 +52,7 @@ struct View {
   double roll = 0;                                                       ///< rad
   double velocity = std::numeric_limits<double>::quiet_NaN();            ///< m/s; NaN: not stated
   bool laser = false, capped = false, covered = false;  ///< reference: laser, lens: capped, rail: covered
-  double drift_distance = 0, drift_amplitude = 1;       ///< of the camera itself, at this moment
+  double drift_distance = 0, drift_amplitude = 1;       ///< the camera's own, at this moment
   Smooth warp;  ///< m that the board stands out, away from the camera, over its own x and y in m from its point on the
                 ///< axis
   Smooth residue;               ///< m that the distance errs, over column and row
@@ -96,8 +96,8 @@ Taps expected_taps(const Physics& physics, const View& view);
 
 enum class NoiseKind { none, gaussian, heavy, drift };
 
-/// What the converter hands out of one tap: noise (read and shot, `temporal_noise`), `adc_nonlinearity`,
-/// `saturation`. Real numbers; the capture rounds them.
+/// Conversion of a tap: noise (read and shot, `temporal_noise`), `adc_nonlinearity`, `saturation`. Real numbers; the
+/// capture rounds them.
 class Readout {
  public:
   Readout(const Physics& physics, NoiseKind kind);

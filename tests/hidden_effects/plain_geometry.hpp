@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Where the rays go: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
+/// @file Paths of rays: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
 /// scene).
 #pragma once
 
@@ -34,7 +34,7 @@ Plane board_of(const Physics& physics, const View& view, double displacement);
 
 /// The ray of one pixel, from the lens centre into the scene.
 struct Ray {
-  Vector direction;      ///< of length 1
+  Vector direction;      ///< unit vector
   double to_sensor = 0;  ///< m, D_sen: lens centre -> pixel
   double cos_theta = 1;  ///< to the optical axis
 };

@@ -12,7 +12,7 @@ namespace {
 
 using std::complex;
 
-/// How a board sends light on: rho times 1 in `light: reference`, times cos(theta_i) in `light: physical`; the effects
+/// Reflection by a board: rho times 1 in `light: reference`, times cos(theta_i) in `light: physical`; the effects
 /// surface_reflectance (model of Oren and Nayar) and specular.
 class Surface {
  public:
@@ -55,12 +55,12 @@ class Surface {
   double lambert_, strength_, exponent_, a_, b_;
 };
 
-/// One array of LEDs.
+/// Array of LEDs.
 struct Source {
   Vector position;
-  Vector axis;        ///< of its beam
-  Vector start;       ///< of its light's way: where it is, or where the rail shows it
-  double weight = 1;  ///< of its light
+  Vector axis;        ///< axis of its beam
+  Vector start;       ///< start of its light's path: its place, or its mirror image in the rail
+  double weight = 1;  ///< weight of its light
   double phase = 0;   ///< rad
 };
 
@@ -204,7 +204,7 @@ template <class Value> void scatter(const Physics& physics, std::vector<Value>& 
   for (std::size_t i = 0; i < image.size(); ++i) image[i] += fraction * ((1 - share) * wide[i] + share * mean);
 }
 
-/// How far the camera has come since power-on, 0..1. @param time_constant name of the process's
+/// Progress of the warm-up since power-on, 0..1. @param time_constant name of the process's
 double warm(const View& view, const Effects& effects, const char* time_constant = "time_constant") {
   return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", time_constant));
 }
@@ -217,7 +217,7 @@ double warm_up(const View& view, const Effects& e) {
                     e.value("warm_up", "slow_drift") * warm(view, e, "slow_time_constant"));
 }
 
-/// What turns the phase at the end of the level, as a distance.
+/// Phase changes at the end of the level, as a distance.
 class Turns {
  public:
   Turns(const Physics& physics, const View& view) : physics_(physics), view_(view) {

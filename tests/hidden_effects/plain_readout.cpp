@@ -10,7 +10,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// How far the board moves between two phase images, m.
+/// Motion of the board between two phase images, m.
 double moved_per_image(const Physics& physics, const View& view) {
   const double displacement = physics.effects.value("motion", "displacement");
   if (std::isnan(view.velocity)) return displacement;
@@ -52,7 +52,7 @@ class Waveform {
 
 double at(const Image& map, std::size_t i) { return map.empty() ? 0 : map[i]; }
 
-/// What a tap counts: its own gain, the pixel's response and dark level.
+/// Counts of a tap: its own gain, the pixel's response and dark level.
 struct Counting {
   const PixelMaps& maps;
   double scale, integration_time;

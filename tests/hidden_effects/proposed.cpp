@@ -38,8 +38,8 @@ bool names(const Score& score, const std::string& effect) {
   return std::ranges::find(score.names, effect) != score.names.end();
 }
 
-/// What was asked for is told: the hidden effect is found, and not tied with what the proposal was to tell it from;
-/// where it was not seen before, by its own name.
+/// Returns whether a question is resolved: the hidden effect is found, and not tied with the alternatives of the
+/// proposal; if it was not visible before, by its own name.
 bool is_closed(const Score& score, const std::vector<std::string>& effects) {
   const std::string& hidden = score.what.effects.front();
   if (effects.size() == 1 && !names(score, hidden)) return false;
@@ -52,7 +52,7 @@ constexpr double longest_of_camera = 50e-3;  ///< s
 
 double number(const json& value) { return value.is_null() ? io::unknown : value.get<double>(); }
 
-/// What the report proposes for an effect; nullptr: nothing, as no condition would tell more than those that it has.
+/// Proposal of the report for an effect; nullptr: none, as no condition would be more informative.
 const json* proposal_for(const json& report, const std::string& effect) {
   for (const json& next : report["next"]) {
     const double sigma = next["standard_deviations"];

@@ -39,7 +39,7 @@ void give(const std::vector<Score>& scores, const fs::path& out) {
   fmt::print("{}", text);
 }
 
-/// What the command line says.
+/// Arguments of the command line.
 struct Asked {
   std::vector<std::string> suites = {"quick"};
   std::size_t draws = 1, limit = SIZE_MAX, every = 1, from = 0;

@@ -138,7 +138,7 @@ std::vector<Case> ties(std::uint64_t seed, std::size_t draws) {
   return cases;
 }
 
-/// What every change of the search is tried on: a small design, some of everything.
+/// Cases for every change of the search: a small design, some of everything.
 std::vector<Case> quick(std::uint64_t seed, std::size_t) {
   std::vector<Case> cases;
   for (const char* effect : {"wiggling", "tap_mismatch", "crosstalk", "amplitude_walk", "integration_time_offset",

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the gap search is asked: campaigns with something hidden, suite by suite.
+/// @file Cases for the gap search: campaigns with something hidden, suite by suite.
 #pragma once
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -14,7 +14,7 @@ struct Case {
   std::string suite, design = "C";
   std::vector<std::string> experiments;  ///< appended to the design
   std::vector<std::string> effects;      ///< hidden
-  double size = 1;                       ///< of effects and patterns, as a factor on the typical one
+  double size = 1;                       ///< size of effects and patterns, as a factor on the typical one
   Drawn drawn = Drawn::all;              ///< parameters of the effects
   std::string pattern;                   ///< hidden, in no catalogue
   std::string without;                   ///< taken out of the search's catalogue
@@ -23,7 +23,7 @@ struct Case {
   std::vector<std::string> clutter;  ///< warp, sessions, residue, misplaced: at their usual sizes
   std::uint64_t seed = 1;
 
-  /// One line that no other case has.
+  /// Unique line of a case.
   std::string key() const;
 };
 
@@ -32,7 +32,7 @@ struct Suite {
   std::vector<Case> (*make)(std::uint64_t seed, std::size_t draws);
 };
 
-/// What the clutter of these names is: 1 mm of warp, 3 sessions, 0.3 mm of residue, a board misplaced by 20 mm.
+/// Clutter by its names: 1 mm of warp, 3 sessions, 0.3 mm of residue, a board misplaced by 20 mm.
 Clutter clutter_of(const std::vector<std::string>& names);
 
 /// quick, single, nothing, pairs, triples, without, patterns, ties.

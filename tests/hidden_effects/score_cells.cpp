@@ -17,7 +17,7 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// What a report says of one effect that is hidden, and that the search knows.
+/// Outcome of a report for a hidden effect of the catalogue.
 std::size_t Cell::*outcome_of_effect(const Score& score, const std::string& effect) {
   const bool alone = score.what.effects.size() == 1;
   const bool tied = std::ranges::any_of(
@@ -30,7 +30,7 @@ std::size_t Cell::*outcome_of_effect(const Score& score, const std::string& effe
   return score.verdict == "nothing_found" ? &Cell::nothing : &Cell::unknown;
 }
 
-/// Where there is nothing to name: silence is right where nothing is hidden, "unknown" where something is.
+/// Outcome without a name: silence is right if nothing is hidden, "unknown" if something is.
 std::size_t Cell::*outcome_without_name(const Score& score) {
   const bool something = !score.what.pattern.empty() || !score.what.without.empty();
   if (score.blind) return &Cell::blind;
@@ -40,7 +40,7 @@ std::size_t Cell::*outcome_without_name(const Score& score) {
   return score.verdict == "tie" && something ? &Cell::tie : &Cell::wrong;
 }
 
-/// Of what stands beside the effects, where it is not the usual.
+/// Conditions of a case other than the usual ones.
 std::string surroundings(const Case& what) {
   std::vector<std::string> all = what.clutter;
   if (what.noise != NoiseKind::gaussian) all.insert(all.begin(), name_of(what.noise));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One case from a campaign to a score.
+/// @file Scoring of one case, from a campaign to a score.
 #pragma once
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -15,10 +15,10 @@ struct Bench {
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
   std::size_t every = 1, frames = 4;  ///< each so-many-th condition of a design, with so many frames
   bool keep = false;                  ///< the campaign and the report
-  bool again = false;  ///< whether the model that was found has to predict another campaign of the same camera
+  bool again = false;                 ///< the found model predicts another campaign of the same camera
 };
 
-/// What the case asks of a campaign; its folder is left open.
+/// Options of a case's campaign; its folder is not set.
 CampaignOptions campaign_of(const Case& what);
 
 /// Has the program search a campaign that was made: report.json. @param options beside those of any search

@@ -17,7 +17,7 @@ std::string percent(std::size_t part, std::size_t all) {
                                 100.0 * static_cast<double>(part) / static_cast<double>(all));
 }
 
-/// What is no number is less than all that are.
+/// Median; NaN is less than all numbers.
 double median(std::vector<double> values) {
   for (double& value : values) value = std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
   std::ranges::sort(values);
@@ -40,7 +40,7 @@ std::string row(const std::string& group, const std::string& asked, const std::s
   return fmt::format("| {} | {} | {} |\n", group, asked, seen);
 }
 
-/// How much larger the gap is on another campaign than out of fold.
+/// Ratio of the gap on another campaign to the held-out gap.
 std::string again_row(const std::vector<Score>& scores) {
   std::vector<double> ratios;
   for (const Score& score : scores) {

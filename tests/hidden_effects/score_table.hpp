@@ -10,14 +10,14 @@ namespace tofgraph::hidden {
 /// The table of the suites, as Markdown.
 std::string table(const std::vector<Score>& scores);
 
-/// One thing that was hidden (or what was there in its place), in one design, at one size.
+/// Cell of the table: a hidden effect (or its replacement), in one design, at one size.
 struct Cell {
   std::string suite, what, design;
   double size = 1;
   std::size_t cases = 0;
   std::size_t right = 0, tie = 0, wrong = 0, unknown = 0, nothing = 0, blind = 0;  ///< each case is one of these
   std::size_t false_names = 0;                                                     ///< in all its reports
-  std::size_t intervals = 0, intervals_hold = 0;                                   ///< of this effect's parameters
+  std::size_t intervals = 0, intervals_hold = 0;                                   ///< this effect's parameters
   bool disturbed = false;  ///< no effect is hidden, but drift or clutter is: "unknown" is no mistake there
 
   /// Cases without a mistake: right or tied.
@@ -36,7 +36,7 @@ std::string cells_csv(const std::vector<Score>& scores);
 /// Intervals that hold the truth, parameter by parameter, as Markdown.
 std::string intervals_markdown(const std::vector<Score>& scores);
 
-/// What was hidden against what was named, as the bytes of a PNG. @param scores of single effects
+/// Hidden against named effects, as the bytes of a PNG. @param scores of single effects
 std::string confusion_png(const std::vector<Score>& scores);
 
 }  // namespace tofgraph::hidden

@@ -28,7 +28,7 @@ std::vector<Case> quick_cases() {
   return {};
 }
 
-/// What was hidden, as a test's name.
+/// Hidden effects, as a test's name.
 std::string name_of(const Case& what) {
   std::string name = what.pattern + (what.without.empty() ? "" : "without_");
   for (const std::string& effect : what.effects) name += (name.empty() || name.back() == '_' ? "" : "_and_") + effect;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What the search said of a case, compared with what was hidden.
+/// @file Result of the search in a case, compared with the hidden effects.
 #pragma once
 
 #include "tests/hidden_effects/score_cases.hpp"
@@ -18,7 +18,7 @@ struct HeldInterval {
   bool holds = false;
 };
 
-/// One case's outcome, as a line of scores.csv.
+/// Outcome of a case, as a line of scores.csv.
 struct Score {
   Case what;
   std::string verdict;
@@ -29,7 +29,7 @@ struct Score {
   std::size_t wrong = 0;                    ///< names that are not hidden, nor tied with what is
   double before = 0, after = 0, floor = 0;  ///< held-out depth gap, m
   std::optional<double> again;              ///< depth gap of the extended model on another campaign, m
-  std::vector<HeldInterval> intervals;      ///< of hidden effects that were named, beside whatever else
+  std::vector<HeldInterval> intervals;      ///< intervals of hidden effects that were named, beside any others
   double seconds = 0;
 
   std::string line() const;

@@ -19,7 +19,7 @@ struct Case {
   std::string file() const { return fmt::format("{}/tofgraph_{}_{}.so", misuse, kind, name); }
 };
 
-/// What is wrong with the descriptor: found when the plugin is read.
+/// Errors of the descriptor, found when the plugin is read.
 const Case refused[] = {
     {"filter", "kind_null", "its kind is null"},
     {"filter", "kind_other", "calls itself sink 'kind_other'"},
@@ -84,7 +84,7 @@ const Case refused[] = {
     {"effect", "touches_unknown", "it touches 'colour', expected distance"},
 };
 
-/// What is wrong in a call.
+/// Errors in a call.
 const Case starting[] = {
     {"filter", "self_null", "node 'self_null' (self_null): the stage cannot be created: create() returned nothing"},
     {"filter", "provides_without_name", "(provides_without_name): the plugin announced a channel without a name"},

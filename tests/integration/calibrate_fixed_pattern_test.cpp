@@ -114,7 +114,7 @@ class FixedPattern : public testing::Test {
   TemporaryFolder folder;
 };
 
-/// What the noise of all frames allows where everything else is known: 1 / sqrt(sum of the weights).
+/// Uncertainty by the noise of all frames if everything else is known: 1 / sqrt(sum of the weights).
 double allowed(const std::vector<double>& distances, std::size_t rolls) {
   double weight = 0;
   for (const double d : distances) weight += static_cast<double>(rolls * frames) / std::pow(noise_at(d), 2);

@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t side = 24, pixels = side * side, frames = 2;
 constexpr double metres_per_radian = 7.4948114 / (2 * std::numbers::pi);
 
-/// One condition: as the camera saw it, and as it is written.
+/// Condition as seen by the camera, and as written.
 struct Board {
   std::string id, target;
   double distance = 1, reflectivity = 0.85, time = 4e-3;  ///< m, -, s: the truth

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Noise.ReadAndShot*:Noise.TheMask*
+// Slow: Noise.ReadAndShot*:Noise.TheMask*:Noise.ALaw*
 // Rooms: calibration
 // The calibration noise against taps that are drawn here: electrons by Poisson's law, read noise by Gauss'.
 #include <hdf5.h>
@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
+#include <regex>
 
 namespace tofgraph::tests {
 namespace {
@@ -40,8 +41,9 @@ class Noise : public testing::Test {
   };
 
   /// Taps of a scene of one distance, brighter to the right: contrast 0.5, ambient light beside it.
+  /// @param more factor of the noise of all pixels
   void record(const std::string& name, double amplitude, double distance, const std::string& serial = {},
-              double more_in_two_pixels = 1) {
+              double more_in_two_pixels = 1, double more = 1) {
     std::vector<std::uint16_t> taps;
     taps.reserve(frames * 8 * plain_pixels);
     std::normal_distribution<double> read(0, read_noise);
@@ -66,7 +68,7 @@ class Noise : public testing::Test {
           else if (i == dark)
             taps.push_back(columns.back()(random_, read));
           else
-            taps.push_back(columns[i % plain_side](random_, read, i == noisy ? more_in_two_pixels : 1));
+            taps.push_back(columns[i % plain_side](random_, read, more * (i == noisy ? more_in_two_pixels : 1)));
         }
       }
     }
@@ -166,6 +168,31 @@ TEST_F(Noise, TheMaskFlagsWhatIsBad) {
   EXPECT_EQ(flags[stuck] & bad_and_invalid, bad_and_invalid);
   EXPECT_TRUE(std::isnan(distance[stuck]));
   EXPECT_EQ(flags[stuck + 1] & bad_and_invalid, 0);
+}
+
+// Light that flickers more in some conditions than in others: no law of the counts predicts the noise of a condition
+// from those of the others; the profile has their root mean square.
+TEST_F(Noise, ALawThatDoesNotPredictOtherConditionsIsNotWrittenUnlessForced) {
+  std::vector<std::string> names;
+  const double more[] = {1, 8, 1, 8};
+  for (std::size_t i = 0; i < std::size(more); ++i) {
+    names.push_back("f" + std::to_string(i) + ".h5");
+    record(names.back(), 400 + 200 * static_cast<double>(i), 2, {}, 1, more[i]);
+  }
+  campaign(names);
+  write_text(folder.path() / "known.yaml",
+             std::regex_replace(read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml"),
+                                std::regex("\n(read|shot)_noise: [^\n]*"), "") +
+                 "read_noise: 22.8 counts\nshot_noise: 0.65 counts\n");
+  const std::string text = read_text(folder.path() / "campaign.yaml");
+  write_text(folder.path() / "campaign.yaml",
+             std::regex_replace(text, std::regex("camera: camcube2"), "camera: ./known.yaml"));
+  const Outcome refused = run("calibrate noise campaign.yaml -o n.yaml");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_NE(refused.err.find("does not improve conditions that were held out"), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(folder.path() / "n.yaml"));
+  const Outcome forced = run("calibrate noise campaign.yaml -o n.yaml --force");
+  EXPECT_EQ(forced.exit_code, 0) << forced.err;
 }
 
 TEST_F(Noise, WhatCannotBeUsedIsSaid) {

@@ -25,8 +25,8 @@ constexpr double reflectivity = 0.6, range = 7.4948114;  // m at 20 MHz
 struct Truth {
   double contrast = 0.47, gain = 6.3e6, dark = 35, dark_rate = 9000;  ///< -, counts m^2/s, counts, counts/s
   double profile_contrast = 0.5;
-  double gradient = 0.04;                     ///< of the contrast, from the left to the right
-  std::string extra = ", reflectivity: 0.6";  ///< of each condition
+  double gradient = 0.04;                     ///< gradient of the contrast, from the left to the right
+  std::string extra = ", reflectivity: 0.6";  ///< per condition
 };
 
 class Response : public testing::Test {

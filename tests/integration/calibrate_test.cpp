@@ -148,6 +148,31 @@ TEST_F(IntegrationTime, ARangeAndAnAccuracyNarrowTheAdvice) {
   EXPECT_NE(none.err.find("2 of 3 targets and distances do not reach 3.5 mm"), std::string::npos) << none.err;
 }
 
+// Best times that jump between 1 and 64 ms from board to board: what the others predict is far off, and the middle of
+// the others is better.
+TEST_F(IntegrationTime, TimesThatDistancesDoNotPredictAreNotWrittenUnlessForced) {
+  std::string rows = "target,distance,time,depth,sd\n";
+  const int best[] = {8, 1, 64, 8, 1, 64, 8};  // ms
+  for (int place = 0; place < 7; ++place) {
+    const std::string distance = std::to_string(500 + 250 * place);
+    for (const int time : {1, 8, 64}) {
+      const double apart = std::abs(std::log2(time) - std::log2(best[place]));  // octaves
+      rows += "white," + distance + "," + std::to_string(time) + "," + distance + "," +
+              std::to_string(3 * std::pow(1 + apart / 3, 3)) + "\n";
+    }
+  }
+  write_text(folder.path() / "boards.csv", rows);
+  const Outcome refused = run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("does not improve conditions that were held out: each distance left out"),
+            std::string::npos)
+      << refused.err;
+  EXPECT_FALSE(fs::exists(folder.path() / "out/t.yaml"));
+  const Outcome forced = run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml --force");
+  EXPECT_EQ(forced.exit_code, 0) << forced.err;
+  EXPECT_TRUE(fs::exists(folder.path() / "out/t.yaml"));
+}
+
 TEST_F(Calibrate, PublishedOptimaAreTheOptimumByTargetAndDistance) {
   const Outcome outcome =
       run("tofgraph calibrate integration-time devices/calibrations/camcube2_published_boards.yaml -o out/t.yaml");

@@ -29,7 +29,7 @@ double warm(double time, double tau) { return 1 - std::exp(-time / tau); }
 
 class WarmUp : public testing::Test {
  protected:
-  /// One recording over hours: a board at 3 m of which 12 x 12 pixels are looked at, a point in time every `pace`.
+  /// Makes a recording over hours: a board at 3 m, of which 12 x 12 pixels are used, a point in time every `pace`.
   /// @returns mean over the window's pixels and all frames, m
   double record(const std::string& name, const Truth& truth, double end, double pace, double noise, double wander = 0,
                 bool knows_time = true) {

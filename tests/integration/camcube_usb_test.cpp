@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// What takes longer hangs. How long it takes is printed: on a computer that does nothing else it is below 2 s.
+/// Time after which a run counts as hanging. The actual time is printed: below 2 s on an idle computer.
 constexpr std::chrono::seconds patience(20);
 
 class UsbCamera : public testing::Test {

@@ -42,7 +42,7 @@ std::vector<Row> rows_of_page() {
   return rows;
 }
 
-/// What `evaluate` says of the surfaces that no calibration saw.
+/// Errors by `evaluate` on the surfaces that no calibration used.
 std::array<double, 5> judged(const fs::path& evaluation) {
   const nlohmann::json result = nlohmann::json::parse(read_text(evaluation));
   double bias = 0, worst = 0, flatness = 0, noise = 0, cold = NAN, n = 0;

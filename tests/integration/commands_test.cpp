@@ -22,7 +22,7 @@ namespace {
 const char* const commands[] = {"run",      "check",   "explain", "list",    "describe",
                                 "simulate", "gallery", "info",    "diagnose"};
 
-/// What a child prints on a terminal of its own.
+/// Output of a child on its own terminal.
 std::string printed(const std::function<void()>& child, unsigned short columns = 120) {
   int terminal = -1;
   const winsize size{24, columns, 0, 0};
@@ -76,7 +76,7 @@ TEST(Commands, AnOptionBeforeItsCommandIsToldWhereItBelongs) {
   EXPECT_EQ(outcome.err, "error: '--camera' is an option of 'run': write it after that word\n");
 }
 
-/// Where nobody can be told, the exit code still says it.
+/// The exit code is right even if no message can be written.
 TEST(Commands, AStandardErrorThatIsFullEndsNothing) {
   const TemporaryFolder folder;
   EXPECT_EQ(shell("$TOFGRAPH check nothing.yaml 2>/dev/full", folder.path()).exit_code, 2);

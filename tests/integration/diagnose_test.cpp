@@ -95,8 +95,8 @@ TEST_F(DiagnoseWiggling, ExtendsTheModelSoThatSimulateTakesIt) {
   EXPECT_EQ(read_text(folder.path() / "found/report.json"), read_text(folder.path() / "repeated/report.json"));
 }
 
-/// What to measure next is a scene that simulate takes; the report has no address of anything else and says what it is
-/// of.
+/// The next condition is a scene that simulate accepts; the report has no address of anything else and states its
+/// inputs.
 TEST_F(DiagnoseWiggling, SaysWhatToMeasureNextAndWhatItIsOf) {
   const auto said = report(folder);
   ASSERT_FALSE(said.at("next").empty()) << "a rail of one target and one integration time leaves much open";

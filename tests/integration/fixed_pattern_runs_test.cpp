@@ -36,7 +36,7 @@ struct PatternRun {
   double misplaced = 0;  ///< m, of the second distance's boards
 };
 
-/// Where a board really stands.
+/// True place of a board.
 struct Place {
   double distance = 1, roll = 0, z = 0, tilt_x = 0, tilt_y = 0;
 };

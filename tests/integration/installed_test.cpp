@@ -62,7 +62,7 @@ class Installed : public testing::Test {
     EXPECT_EQ(run("./embed flying_pixels plugins").out, "1.0000\n1.0000\n");
     EXPECT_THAT(depth_with("path_error, size: 20 mm"), HasSubstr(" 1020.0"));
   }
-  /// What the camera measures of a board at 1 m, a model's effect included.
+  /// Measured depth of a board at 1 m, with a model's effect.
   std::string depth_with(const std::string& effect) const {
     write_text(folder_.path() / "model.yaml", "model: 1\neffects:\n  - {effect: " + effect + "}\n");
     const Outcome measured =

@@ -28,7 +28,7 @@ class ModelCorrectionNode : public testing::Test {
         folder.path() / "model.yaml",
         "model: 1\neffects:\n  - {effect: wiggling, amplitude: 10 mm}\n  - {effect: lens_distortion, k1: -0.1}\n");
   }
-  /// Of the depth against the board's, m.
+  /// Root mean square error of the depth against the board's, m.
   double rms() const {
     return nlohmann::json::parse(read_text(folder.path() / "out.json"))["inputs"][0]["rms"].get<double>();
   }

@@ -59,7 +59,7 @@ TEST_F(Provenance, OfACaptureHasTheHashOfItsInput) {
   EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), sum());
 }
 
-/// What the run hashed is known when the file is gone.
+/// Hashes of a run are kept when the file is gone.
 TEST_F(Provenance, IsMadeBesideTheRunOnlyWhereItIsWritten) {
   const std::string expected = sum();
   for (const bool writes : {true, false}) {

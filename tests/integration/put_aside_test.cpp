@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using tests::write_text;
 
-/// Of these a search puts one aside at a time.
+/// Distances that a search holds out one at a time.
 constexpr std::array depths = {0.8, 1.3, 1.9, 2.6, 3.4};  // m
 /// A camera that wiggles: what it shows too much of a depth.
 double wiggle(double depth) { return 6e-3 * std::sin(4 * depth); }

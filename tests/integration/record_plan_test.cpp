@@ -33,7 +33,7 @@ class RecordPlan : public testing::Test {
                "  - {key: board.distance, values: [600 mm, 800 mm, 1200 mm, 1600 mm, 2 m, 3 m]}\n"
                "  - {key: integration_time, values: [0.5 ms, 1 ms, 2 ms, 4 ms]}\n");
   }
-  /// What the script reports. @param options of the operator
+  /// Report of the script. @param options of the operator
   nlohmann::json operate(const std::string& options) {
     const Outcome outcome =
         shell("/usr/bin/env python3 " TOFGRAPH_SOURCE_DIR "/tests/fixtures/operator.py \"$TOFGRAPH\" plan.yaml out " +

@@ -88,7 +88,7 @@ std::int64_t now_ns() {
       .count();
 }
 
-/// Of two seconds, at random moments from the first frame on, and as it ends.
+/// Kills a recording of two seconds at random moments from the first frame on, and as it ends.
 TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
   constexpr std::size_t all = 160;
   std::mt19937 random(20);

@@ -141,7 +141,7 @@ TEST(Gallery, ShowsEveryEffect) {
   const TemporaryFolder folder;
   const auto made = shell("$TOFGRAPH gallery -o g.html && $TOFGRAPH list effects --json", folder.path());
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  EXPECT_EQ(made.err, "wrote g.html: 35 effects\n");
+  EXPECT_EQ(made.err, "wrote g.html: 36 effects\n");
   const std::string page = tests::read_text(folder.path() / "g.html");
   EXPECT_NE(page.find(">wiggling</h2>"), std::string::npos);
   const auto count = [&page](const std::string& text) {

@@ -50,7 +50,7 @@ TEST(Validate, AnnouncedMetadataThatIsMissingIsTold) {
       << outcome.err;
 }
 
-/// What is said of an effect when the simulator is to use it.
+/// Messages on an effect when the simulator uses it.
 Outcome with_effect(const std::string& effect, const std::string& option) {
   const TemporaryFolder folder;
   write_text(folder.path() / "model.yaml", "model: 1\ncamera: camcube2\neffects: [{effect: " + effect + "}]\n");

@@ -22,7 +22,7 @@ CameraPtr camcube2() {
   return find_camera(config::parse_value("camcube2", {}), diagnostics);
 }
 
-/// What is said about the shipped calibration after a replacement in its text.
+/// Message on the shipped calibration after a replacement in its text.
 std::string mistake(const std::string& what, const std::string& by) {
   const TemporaryFolder folder;
   std::string text = tests::read_text(shipped);

@@ -66,7 +66,7 @@ inline Camera camcube2(std::vector<tofgraph_light> sources = {{"left", {-0.05, 0
 }
 
 /// Writes the camera's profile to a new file and tells its path: for stages, which know cameras by their profiles.
-/// What is NaN is left out. The files are removed at the end of the program.
+/// Profile file of a camera without its NaN values. The files are removed at the end of the program.
 inline std::string profile_of(const tofgraph_camera& camera) {
   static struct Files : std::vector<std::filesystem::path> {
     ~Files() {
@@ -88,7 +88,9 @@ inline std::string profile_of(const tofgraph_camera& camera) {
     file << "focal_length: [" << camera.focal_px[0] << " px, " << camera.focal_px[1] << " px]\n";
   line("focal_length", camera.focal_length, "m");
   file << "principal_point: [" << camera.principal_point[0] << ", " << camera.principal_point[1] << "]\ndistortion: [";
-  for (int i = 0; i < 5; ++i) file << camera.distortion[i] << (i < 4 ? ", " : "]\n");
+  for (int i = 0; i < 5; ++i) file << camera.distortion[i] << ", ";
+  for (int i = 0; i < 7; ++i) file << camera.further_distortion[i] << (i < 6 ? ", " : "]\n");
+  line("skew", camera.skew, "");
   line("modulation_frequency", camera.modulation_frequency, "Hz");
   line("frame_rate", camera.frame_rate, "Hz");
   line("gain", camera.gain, "counts m^2/s");

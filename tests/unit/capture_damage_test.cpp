@@ -187,7 +187,7 @@ TEST(CaptureDamage, HDF5SaysNothingOfItsOwnFromAnyThread) {
 
 // The trial in a process of its own, by itself.
 
-/// What a trial says of a program that a shell runs.
+/// Message of a trial on a program that a shell runs.
 std::string trial_of(const std::string& script) {
   return thrown([&] { io::run_trial({"/bin/sh", "-c", script}); });
 }
@@ -233,7 +233,7 @@ TEST(Trial, SaysWhichProgramIsMissing) {
             "cannot be tried: /nowhere/tofgraph-try cannot be started: No such file or directory");
 }
 
-/// What has passed is not tried again as long as it is the same file, whatever its name says.
+/// A file that has passed is not tried again as long as it is the same file, under any name.
 TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "file", count = folder.path() / "count";
@@ -256,7 +256,7 @@ TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   EXPECT_EQ(fails(), "bad\n");  // what has failed is tried again
 }
 
-/// Of many files those that pass need no trial any more, and those that do not keep their reason.
+/// Files that passed ahead need no further trial, and those that did not keep their reason.
 TEST(Trial, OfManyFilesIsMadeAhead) {
   const TemporaryFolder folder;
   std::vector<fs::path> files;

@@ -38,7 +38,7 @@ TEST(FieldMap, HasRoomForTheNumbersOfItsScale) {
   EXPECT_LT(width_of_field(narrow), width_of_field(field_map(map)));
 }
 
-/// What differs from one condition to the next at one distance is no line.
+/// Values that differ between conditions at one distance are not joined by a line.
 TEST(Chart, TicksStandForThemselves) {
   Chart c{
       .title = "t", .x_label = "x", .y_label = "y", .series = {{"extended", Series::Style::ticks, {}, of_extended}}};

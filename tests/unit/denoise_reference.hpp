@@ -40,7 +40,7 @@ using Weight = std::function<double(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff
 /// h(r, c): the strength at a pixel, m.
 using Strength = std::function<double(std::ptrdiff_t, std::ptrdiff_t)>;
 
-/// How weights depend on the lengths that they compare.
+/// Dependence of weights on the compared lengths.
 struct Comparing {
   Strength h;
   int patch = 1;        // side

@@ -56,7 +56,7 @@ TEST_F(BentBoards, AreNoEffectBesideAContrastThatIsNotTheProfiles) {
   EXPECT_NEAR(result.allowed.boards->sd, 1e-3, 2e-4);
 }
 
-/// What shapes promise is what they are worth: the deviance with them, and what they cost it, where a board may stand
+/// The promised gain of shapes equals their worth: the deviance with them, and their cost, where a board may stand
 /// anywhere and have any light.
 TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
   const std::vector<Observations> data = bent(data_with({}, 50), own_shape);
@@ -70,7 +70,7 @@ TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
   EXPECT_NEAR(flat - deviance_of(problem, state) - trial.boards->cost, trial.gain, 0.02 * trial.gain);
 }
 
-/// What all targets have alike is the camera's, or the room's.
+/// A field common to all targets belongs to the camera, or the room.
 TEST_F(BentBoards, OneShapeForAllIsNone) {
   const SearchResult result =
       searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
@@ -78,7 +78,7 @@ TEST_F(BentBoards, OneShapeForAllIsNone) {
   EXPECT_TRUE(result.something_left() || !result.found.empty());
 }
 
-/// One target, seen from many distances: what goes with the board grows in the image as it comes near.
+/// Single target at many distances: a field fixed to the board grows in the image at short distances.
 class OneBentBoard : public BentBoards {
  protected:
   void SetUp() override {
@@ -99,7 +99,7 @@ TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
   expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
 }
 
-/// What goes with the camera is none of the board's, however smooth.
+/// A field fixed to the camera is not assigned to the board, however smooth.
 TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
   for (const char* hidden : {"source_position", "principal_point"}) {
     const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));

@@ -172,7 +172,7 @@ TEST_F(OutOfSample, NothingIsChosenWhereNothingIsHidden) {
   }
 }
 
-/// What stays is judged where nothing else was chosen beside it; where it had company in most folds, with that.
+/// Remaining effects are judged in folds that chose nothing else; if most folds chose others too, in all folds.
 TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   const auto fold = [](std::vector<std::string> chosen, double before, double after) {
     FoldResult result;
@@ -228,7 +228,7 @@ TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
   }
 }
 
-/// One condition that three folds put aside is one measurement: its interval is that of one.
+/// A condition held out by three folds is a single measurement: its interval is that of one.
 TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   const auto fold = [](const std::string& chosen, std::size_t condition, double less, double with) {
     FoldResult result;

@@ -71,7 +71,7 @@ TEST_F(Rail, TheConditionThatShowsAnEffectCarriesIt) {
   EXPECT_GT(shares[7], 0.99);
 }
 
-/// One column, known reflectivities: shares by dense covariances, written out.
+/// Single column, known reflectivities: shares by dense covariances, written out.
 TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
   conditions.resize(4);
   for (io::Condition& c : conditions) c.reflectivity = 0.6;
@@ -174,7 +174,7 @@ TEST_F(Rail, WhatTheDataSayOfAParameter) {
   EXPECT_EQ(standing(angle, {-0.1, 0.1}, 1e-3), Standing::determined) << "no angle changes nothing";
 }
 
-/// What a campaign cannot tell by its settings alone is said before anything is searched.
+/// Limits of a campaign by its settings are noted before the search.
 TEST_F(Rail, FewLevelsAndSettingsThatGoTogetherAreNoted) {
   const auto notes = [&](bool light) {
     measure();

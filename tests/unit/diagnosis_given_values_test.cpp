@@ -54,7 +54,7 @@ TEST_F(GivenValues, ACalibratedDriftDoesNotTakeThePlaceOfAConstant) {
   EXPECT_NEAR(result.after.state.terms.back().values.front(), 0.028, 5e-4);
 }
 
-/// What the data determine is refitted as before.
+/// Values that the data determine are refitted as before.
 TEST_F(GivenValues, AWrongValueThatTheDataDetermineIsRefitted) {
   const std::vector<Observations> data = data_with({{&effect("wiggling"), {0.006, 1}}}, 12);
   GivenModel model(given("  - {effect: wiggling, amplitude: 3 mm, phase: 1 rad}\n").effects);
@@ -103,7 +103,7 @@ TEST_F(GivenValues, TheProfilesContrastIsNotOffWhereItIsRight) {
   EXPECT_FALSE(has_contrast(problem.nuisances));
 }
 
-/// What adds to intensities alone does so the less the brighter a condition is: that is no contrast.
+/// An effect that adds to intensities only decreases with the brightness of a condition: it is not a contrast.
 TEST_F(GivenValues, TheContrastIsAnUnknownWhereTapsContradictTheProfileAlone) {
   const std::vector<Observations> lit = data_with({random_term(effect("ambient_light"), 1, 15)}, 15);
   EXPECT_FALSE(has_contrast(make_problem(*design, lit).nuisances));

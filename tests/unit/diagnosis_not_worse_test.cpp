@@ -114,7 +114,7 @@ TEST_F(SearchInTime, ASearchWithoutTimeGivesTheModelBack) {
   EXPECT_EQ(result.after.state.terms[0].values, std::vector<double>{0.001}) << "not refitted";
 }
 
-/// What was selected by then is verified and written, before the gates as after them.
+/// The selection at the time limit is verified and written, before the gates as after them.
 TEST_F(SearchInTime, WhatWasSelectedWhenTimeEndsIsWritten) {
   using namespace std::chrono_literals;
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);

@@ -52,7 +52,7 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
 
-/// Where light comes from inside the camera, too, a brighter board shows another distance: it has not moved.
+/// With light from inside the camera, a brighter board shows another distance without having moved.
 TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
   const std::size_t brighter = conditions.size() - 1;
   const std::string target = std::exchange(conditions[brighter].target, "brighter");
@@ -121,7 +121,7 @@ TEST_F(LastingResidue, KeepsNoEffectFromItsName) {
   EXPECT_EQ(names(result), std::vector<std::string>{"wiggling"});
 }
 
-/// What stays for all of a campaign may be the camera's, and no flip of signs would tell.
+/// A field that lasts for the whole campaign may be the camera's, and sign flips cannot show it.
 TEST_F(LastingResidue, IsNoneWhereItNeverChanges) {
   const SearchResult result = searched(with_waves(data_with({}, 52), 0));
   EXPECT_FALSE(result.allowed.residue);

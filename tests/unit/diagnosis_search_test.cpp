@@ -88,7 +88,7 @@ TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
   EXPECT_EQ(found(), 0u);
 }
 
-/// One that is off by as much all the time does not wander.
+/// A constant offset is not drift.
 TEST_F(Rail, ACameraThatIsOffAllTheTimeHasAnOffset) {
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = 1000 + 7 * i % 20;
   measure();

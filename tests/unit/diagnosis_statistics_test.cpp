@@ -80,7 +80,7 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   EXPECT_NEAR(solution.dimension, 2, 1e-3);
 }
 
-/// What conditions share at random is in the covariance of all of them together.
+/// Random effects shared by conditions are in the covariance of all of them together.
 TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   constexpr Eigen::Index rows = 7, effects = 2, conditions = 5, all = rows * conditions;
   constexpr int targets = 1;

@@ -62,7 +62,7 @@ TEST(Subsets, FindAPairThatNoneOfWhichShowsAlone) {
   EXPECT_NEAR(best_of(sets, 2).values(1), 8, 1e-6);
 }
 
-/// Of single effects more may be asked for than of sets.
+/// More single effects than sets may be requested.
 TEST(Subsets, AsManyOfEachSizeAsAreAsked) {
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One effect, through the plugin border, on a board; and what its pixels show.
+/// @file An effect, through the plugin interface, on a board; and the signals of its pixels.
 #pragma once
 
 #include "graph/plugin.hpp"
@@ -28,7 +28,7 @@ inline const tofgraph_camera& camcube() {
   return camera->view();
 }
 
-/// What is looked at, and how.
+/// Board and settings of the camera.
 struct View {
   BoardPose board{1.3, 0.1, -0.2, 0.6};
   Acquisition acquisition = acquisition_of(camcube(), 2e-3);
@@ -38,7 +38,7 @@ struct View {
   Tracer tracer;  ///< empty: the board
 };
 
-/// What a pixel's four exposures say.
+/// Signal of a pixel by its four exposures.
 struct Seen {
   std::array<double, 4> c{}, intensity{};
   Complex phasor() const { return {(c[0] - c[2]) / 2, (c[3] - c[1]) / 2}; }

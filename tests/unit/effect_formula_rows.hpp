@@ -16,7 +16,7 @@ struct Row {
   Formula formula;
 };
 
-/// What the effects' maps hold, and where the files are.
+/// Contents of the effects' maps, and their files.
 struct Files {
   tests::TemporaryFolder folder;
   std::vector<double> offsets = numbers(1, 5e-3), slopes = numbers(2, 1e-3), gains = numbers(3, 0.02),
@@ -180,8 +180,36 @@ inline std::vector<Row> phase_rows(const Files& files) {
   };
 }
 
+/// Light and reference that are on from -window/2 to window/2, correlated numerically (Gauss-Legendre with eight points
+/// in each quarter of a period), equation (5.54); relative to unlimited ones.
+inline double correlate_windows(double phase, double lag, double window, double frequency) {
+  constexpr double nodes[][2] = {{0.1834346424956498, 0.3626837833783620},
+                                 {0.5255324099163290, 0.3137066458778873},
+                                 {0.7966664774136267, 0.2223810344533745},
+                                 {0.9602898564975363, 0.1012285362903763}};
+  const double begin = std::max(-window / 2, -window / 2 - lag), end = std::min(window / 2, window / 2 - lag);
+  const double w = 2 * pi * frequency, quarters = std::ceil((end - begin) * frequency * 4);
+  const double half = (end - begin) / quarters / 2;
+  double sum = 0;
+  for (double quarter = 0; quarter < quarters; ++quarter) {
+    const double middle = begin + (2 * quarter + 1) * half;
+    for (const auto& [node, weight] : nodes) {
+      for (const double t : {middle - half * node, middle + half * node})
+        sum += weight * half * std::cos(w * t) * std::cos(w * t + phase);
+    }
+  }
+  return end > begin ? 2 / window * sum : 0;
+}
+
 inline std::vector<Row> sample_rows() {
   return {
+      {"finite_integration",
+       "window: 250 ns, on_time_shift: 40 ns",
+       {.sample =
+            [](Sample& s) {
+              const double lag = 2 * s.distance / c_light + s.step / (2 * pi * s.frequency);
+              s.c = 210.0 / 250 * s.amplitude * correlate_windows(s.phase + s.step, lag, 210e-9, s.frequency);
+            }}},
       {"wiggling",
        "amplitude: 9 mm, phase: 0.7 rad, amplitude5: 4 mm, phase5: -1.1 rad, amplitude7: -3 mm, phase7: 0.3 rad",
        {.sample =

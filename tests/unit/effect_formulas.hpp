@@ -9,7 +9,7 @@
 
 namespace tofgraph::test {
 
-/// What effects of geometry change.
+/// State changed by effects of geometry.
 struct World {
   bool physical = true;
   std::array<Vector3, 2> sources{{{-0.05, 0, 0}, {0.05, 0, 0}}};
@@ -18,7 +18,7 @@ struct World {
   double scale = 1, offset = 0, tilt_x = 0, tilt_y = 0;
 };
 
-/// What a pixel sees.
+/// Point seen by a pixel.
 struct Spot {
   double u = 0, v = 0;
   Vector3 ray, at, normal;  // normal: towards the camera
@@ -54,7 +54,7 @@ inline Spot spot(const World& world, double u, double v) {
   return result;
 }
 
-/// One source's light at a spot.
+/// Light of a source at a spot.
 struct Beam {
   const World& world;
   const Spot& spot;
@@ -77,10 +77,10 @@ struct Light {
   double radians(double length) const { return 4 * pi * frequency / c_light * length; }
 };
 
-/// One exposure of a pixel.
+/// Exposure of a pixel.
 struct Sample {
   std::size_t k;
-  double amplitude, phase, step, frequency, c, intensity;
+  double amplitude, phase, step, frequency, distance, c, intensity;
 };
 
 struct Taps {
@@ -157,7 +157,7 @@ inline std::vector<double> by_formula(const Formula& formula, const ExposedCamer
       double psi = std::arg(light);
       if (formula.turn) psi += formula.turn({u, v, frequency, std::abs(light), shone.distance[i]});
       const double a = std::abs(light), contrast = 0.5;
-      Sample sample{k, a, psi, step, frequency, a * std::cos(psi + step), 0};
+      Sample sample{k, a, psi, step, frequency, shone.distance[i], a * std::cos(psi + step), 0};
       sample.intensity = (shone.strength[i] + std::abs(formula.inside)) / (2 * contrast);
       if (formula.sample) formula.sample(sample);
       taps[i] = {u, v, sample.intensity + sample.c / 2, sample.intensity - sample.c / 2};

@@ -88,8 +88,8 @@ TEST(Noise, OfAllImagesIsIndependentAndAsGreatAsItShouldBe) {
   }
 }
 
-/// What the taps of recorded frames say of their noise: the variance of a pixel's tap from frame to frame, and its
-/// mean, over all pixels and taps.
+/// Noise of the taps of recorded frames: the variance of a pixel's tap from frame to frame, and its mean, over all
+/// pixels and taps.
 struct Recorded {
   double mean = 0, variance = 0;
 };
@@ -125,8 +125,8 @@ Recorded recorded(const std::string& effects, const std::string& integration_tim
   return result;
 }
 
-/// Of the taps as a recording holds them: factor * sqrt(read^2 + shot counts), and whole counts add 1/12. There are six
-/// million numbers: five standard deviations of their variance are 0.3 %.
+/// Noise of recorded taps: factor * sqrt(read^2 + shot counts), and whole counts add 1/12. There are six million
+/// numbers: five standard deviations of their variance are 0.3 %.
 TEST(TemporalNoise, MultipliesTheDeviationOfWhatIsRecorded) {
   const auto expect_factor = [](double factor, const std::string& effects) {
     for (const char* integration_time : {"0.1 ms", "10 ms"}) {  // most of it read noise, and most of it shot noise

@@ -24,7 +24,7 @@ Place place(const View& view, std::size_t i) {
   return {s * xs, s * ys, f + s * f, nx, ny, nz, f / std::hypot(xs, ys, f)};
 }
 
-/// One source alone: left (x = -50 mm) or right. With physical light a source's part does not depend on the other.
+/// Single source: left (x = -50 mm) or right. With physical light a source's part does not depend on the other.
 View one(View view, bool right) {
   view.acquisition.on = {!right, right};
   return view;

@@ -50,7 +50,7 @@ TEST(Effects, OffChangesNothingBitForBit) {
       EXPECT_EQ(off.noise_factor, 1) << file.name;
       ++count;
     }
-    EXPECT_EQ(count, 35);
+    EXPECT_EQ(count, 36);
   }
 }
 

@@ -31,7 +31,7 @@ template <class T = float> std::vector<T> phases_of(const std::vector<double>& p
   return phases;
 }
 
-/// What the samples say, in double: half paths from 0 to the unambiguous range.
+/// Distance by the samples, in double: half paths from 0 to the unambiguous range.
 template <class T> double distance_of(const std::vector<T>& phases, std::size_t pixel, double frequency) {
   const std::size_t pixels = phases.size() / 4;
   const auto c = [&](std::size_t k) { return static_cast<double>(phases[k * pixels + pixel]); };
@@ -40,7 +40,7 @@ template <class T> double distance_of(const std::vector<T>& phases, std::size_t 
   return c_light / (4 * pi * frequency) * psi;
 }
 
-/// How far apart two distances are when the end of the range is its beginning.
+/// Difference of two distances modulo the unambiguous range.
 double apart(double a, double b, double frequency) {
   return std::abs(std::remainder(a - b, c_light / (2 * frequency)));
 }

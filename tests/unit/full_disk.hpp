@@ -45,7 +45,7 @@ inline std::vector<std::string> listing(const std::filesystem::path& folder) {
   return names;
 }
 
-/// What a call throws, or nothing.
+/// Message of the exception of a call, or nothing.
 template <class Call> std::string thrown(Call&& call) {
   try {
     call();

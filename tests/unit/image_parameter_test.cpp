@@ -45,7 +45,7 @@ class ImageParameter : public testing::Test {
     out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * 8));
   }
 
-  /// What the map adds to a pixel.
+  /// Value that the map adds to a pixel.
   static double added(const std::string& map) {
     Harness stage("add_map map=" + map, {TOFGRAPH_BINARY_DIR "/tests/plugins"});
     stage.camera("camcube2");

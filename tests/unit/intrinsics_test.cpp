@@ -128,6 +128,48 @@ TEST(Intrinsics, CalibrationFileGivesTheLens) {
   EXPECT_EQ(camera.distortion[4], 0.001) << "what is written at the node wins";
 }
 
+TEST(Intrinsics, SkewAndRationalTermsOfACalibrationAreUsed) {
+  const CalibrationFile file(good_calibration + "  rational: {value: [0.02, -0.01, 0.005]}\n  skew: {value: 0.01}\n");
+  Harness stage("intrinsics calibration=" + file.path.string() + " k6=0.004");
+  stage.camera(test::profile_of(test::camcube2().view));
+  stage.run();
+  const std::vector<double> coefficients = {-0.44287, 0.21777, 0.00213, -0.00497, 0, 0.02, -0.01, 0.004};
+  const auto rays = stage.get<float>("rays");
+  for (std::size_t i = 0; i < pixels; i += 101) {
+    const auto u = static_cast<double>(i % 204), v = static_cast<double>(i / 204);
+    std::vector<cv::Point2d> distorted;
+    cv::projectPoints(std::vector<cv::Point3d>{{rays[3 * i] / rays[3 * i + 2], rays[3 * i + 1] / rays[3 * i + 2], 1}},
+                      cv::Vec3d(), cv::Vec3d(), cv::Mat::eye(3, 3, CV_64F), coefficients, distorted);
+    ASSERT_NEAR(316.75 * (distorted[0].x + 0.01 * distorted[0].y) + 101.3, u, 3e-4) << i;
+    ASSERT_NEAR(317 * distorted[0].y + 101.7, v, 3e-4) << i;
+  }
+  EXPECT_EQ(stage.camera_out().skew, 0.01);
+}
+
+TEST(Intrinsics, RectifiedImagesHaveNeitherSkewNorRationalTerms) {
+  test::Camera camera = test::camcube2();
+  camera.view.skew = 0.02;
+  camera.view.further_distortion[0] = 0.05;
+  camera.make_rays();
+  Harness stage("intrinsics rectify=true");
+  stage.camera(test::profile_of(camera.view));
+  std::vector<float> column(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) column[i] = static_cast<float>(i % 204);
+  stage.put<float>("amplitude", {204, 204}, column, {.unit = "counts"});
+  stage.run();
+  EXPECT_EQ(stage.camera_out().skew, 0);
+  EXPECT_EQ(stage.camera_out().further_distortion[0], 0);
+  const std::vector<double> coefficients = {0, 0, 0, 0, 0, 0.05, 0, 0};
+  const auto seen = stage.get<float>("amplitude");
+  for (const std::size_t i : {std::size_t{40} * 204 + 60, std::size_t{102} * 204 + 102, std::size_t{160} * 204 + 120}) {
+    const double x = (static_cast<double>(i % 204) - 101.5) / 320, y = (static_cast<double>(i / 204) - 101.5) / 320;
+    std::vector<cv::Point2d> distorted;
+    cv::projectPoints(std::vector<cv::Point3d>{{x, y, 1}}, cv::Vec3d(), cv::Vec3d(), cv::Mat::eye(3, 3, CV_64F),
+                      coefficients, distorted);
+    EXPECT_NEAR(seen[i], 320 * (distorted[0].x + 0.02 * distorted[0].y) + 101.5, 1e-3) << i;
+  }
+}
+
 TEST(Intrinsics, CalibrationFileThatIsWrongIsToldWithItsPlace) {
   const auto error_of = [](const std::string& what, const std::string& by) {
     return CalibrationFile(replaced(good_calibration, what, by)).error();

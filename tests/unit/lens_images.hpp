@@ -11,7 +11,7 @@
 
 namespace test {
 
-constexpr int subsamples = 5;  ///< of a pixel along each side
+constexpr int subsamples = 5;  ///< per pixel along each side
 
 /// The rays of all subsamples: the distortion undone by iteration.
 inline std::vector<Eigen::Vector2d> subpixel_rays(const TrueLens& lens, int size) {

@@ -96,7 +96,7 @@ struct TrueScene {
   TrueBoard board;
   std::vector<TruePose> poses;
 
-  /// What is seen with white noise of this standard deviation.
+  /// Observations with white noise of this standard deviation.
   tofgraph::calibration::Observations observed(double noise, unsigned seed) const {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal(0, noise);

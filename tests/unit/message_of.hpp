@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a call that should be refused says.
+/// @file Message of a call that should be refused.
 #pragma once
 
 #include <exception>

@@ -30,7 +30,7 @@ inline const std::vector<double> nine_images = {80e6, 16e6, 120e6};
 
 inline double range_of(double frequency) { return c_light / (2 * frequency); }
 
-/// One row of pixels.
+/// Row of pixels.
 struct Scene {
   std::vector<double> distances;
   double amplitude = 1000;  // counts

@@ -58,6 +58,77 @@ TEST(Lens, UndistortIsTheInverseOverTheWholeSensor) {
   }
 }
 
+/// A wide lens as cameras' drivers state it: rational, with a thin prism.
+void make_wide(test::Camera& camera) {
+  const double distortion[5] = {0.5, -0.2, 1e-3, -2e-3, 0.01}, further[7] = {0.83, -0.1, 0.02, 3e-3, -1e-3, 2e-3, 5e-4};
+  std::ranges::copy(distortion, camera.view.distortion);
+  std::ranges::copy(further, camera.view.further_distortion);
+  camera.view.focal_px[0] = 250;
+  camera.view.focal_px[1] = 251;
+}
+
+TEST(Lens, RationalWithAThinPrismDistortsAsOpenCvProjects) {
+  test::Camera camera = test::camcube2();
+  make_wide(camera);
+  const Lens lens(camera.view);
+  std::vector<double> coefficients(std::begin(camera.view.distortion), std::end(camera.view.distortion));
+  coefficients.insert(coefficients.end(), std::begin(camera.view.further_distortion),
+                      std::end(camera.view.further_distortion));
+  std::vector<cv::Point3d> points;
+  for (double x = -0.6; x <= 0.6; x += 0.1) {
+    for (double y = -0.6; y <= 0.6; y += 0.1) points.emplace_back(x, y, 1);
+  }
+  std::vector<cv::Point2d> projected;
+  cv::projectPoints(points, cv::Vec3d(), cv::Vec3d(), cv::Mat::eye(3, 3, CV_64F), coefficients, projected);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ImagePoint p = lens.distort({points[i].x, points[i].y});
+    EXPECT_NEAR(p.x, projected[i].x, 1e-14);
+    EXPECT_NEAR(p.y, projected[i].y, 1e-14);
+    const auto back = lens.undistort(p);
+    ASSERT_TRUE(back) << points[i];
+    EXPECT_NEAR(back->x, points[i].x, 1e-11);
+    EXPECT_NEAR(back->y, points[i].y, 1e-11);
+  }
+}
+
+TEST(Lens, RationalEndsWhereItTurnsAndWhereItsDenominatorIsZero) {
+  test::Camera camera = test::camcube2();
+  camera.view.distortion[0] = -0.3;
+  camera.view.further_distortion[0] = 1e-9;  // all but the polynomial, which turns at r = 1/sqrt(0.9)
+  const Lens barrel(camera.view);
+  EXPECT_NEAR(barrel.undistort({2.0 / 3 / std::sqrt(0.9) - 1e-6, 0})->x, 1 / std::sqrt(0.9), 2e-3);
+  EXPECT_FALSE(barrel.undistort({2.0 / 3 / std::sqrt(0.9) + 1e-6, 0}));
+  camera.view.distortion[0] = 0;
+  camera.view.further_distortion[0] = -0.25;  // r / (1 - r^2 / 4) has no end before r = 2
+  const Lens pole(camera.view);
+  EXPECT_NEAR(pole.undistort({1.9 / (1 - 0.25 * 1.9 * 1.9), 0})->x, 1.9, 1e-9);
+  EXPECT_FALSE(pole.invertible_at({2.001, 0}));
+}
+
+TEST(Rays, OfSkewAxesAreThoseOfTheirMatrix) {
+  test::Camera camera = test::camcube2();
+  make_wide(camera);
+  camera.view.skew = 0.01;
+  camera.make_rays();
+  const cv::Mat matrix = (cv::Mat_<double>(3, 3) << 250, 250 * 0.01, 101.5, 0, 251, 101.5, 0, 0, 1);
+  std::vector<double> coefficients(std::begin(camera.view.distortion), std::end(camera.view.distortion));
+  coefficients.insert(coefficients.end(), std::begin(camera.view.further_distortion),
+                      std::end(camera.view.further_distortion));
+  for (std::size_t v = 0; v < 204; v += 29) {
+    for (std::size_t u = 0; u < 204; u += 29) {
+      const float* ray = camera.ray(v, u);
+      ASSERT_GT(ray[2], 0);
+      // projectPoints takes no skew: the distorted point by it, the pixel by the matrix.
+      std::vector<cv::Point2d> distorted;
+      cv::projectPoints(std::vector<cv::Point3d>{{ray[0] / ray[2], ray[1] / ray[2], 1}}, cv::Vec3d(), cv::Vec3d(),
+                        cv::Mat::eye(3, 3, CV_64F), coefficients, distorted);
+      const cv::Mat pixel = matrix * (cv::Mat_<double>(3, 1) << distorted[0].x, distorted[0].y, 1);
+      EXPECT_NEAR(pixel.at<double>(0), static_cast<double>(u), 1e-4);
+      EXPECT_NEAR(pixel.at<double>(1), static_cast<double>(v), 1e-4);
+    }
+  }
+}
+
 TEST(Lens, NothingBeyondTheTurningPoint) {
   const double barrel[5] = {-0.3, 0, 0, 0, 0};  // r (1 - 0.3 r^2) turns at r = 1/sqrt(0.9), where it is 2/3 of that
   const Lens lens(barrel);

@@ -44,7 +44,7 @@ class ProfileText : public testing::Test {
  protected:
   TemporaryFolder folder;
 
-  /// What leaves a stage for a camera is read again from its text.
+  /// Reads the camera behind a stage again from its text.
   void expect_round_trip(const std::string& line, const std::string& camera) const {
     SCOPED_TRACE(line);
     Harness stage(line);

@@ -131,7 +131,7 @@ template <class T> std::vector<T> raw_values(const std::filesystem::path& path, 
   return values;
 }
 
-/// Of a recording: known at its end, when it is already open to readers.
+/// Provenance of a recording: known at its end, when it is already open to readers.
 inline std::string provenance_in(const std::filesystem::path& path) {
   const std::vector<std::uint8_t> bytes = raw_values<std::uint8_t>(path, "/provenance");
   return {bytes.begin(), bytes.end()};

@@ -18,7 +18,7 @@ constexpr double micrometre = 1e-6;
 constexpr double nothing = std::numeric_limits<double>::infinity();
 const Vector3 lens{0, 0, focal_length};
 
-/// Where a ray from the lens meets the parallelogram corner + a u + b v, 0 <= a, b <= 1: Cramer's rule.
+/// Intersection of a ray from the lens with the parallelogram corner + a u + b v, 0 <= a, b <= 1: Cramer's rule.
 double parallelogram(Vector3 ray, Vector3 corner, Vector3 u, Vector3 v) {
   const auto determinant = [](Vector3 a, Vector3 b, Vector3 c) {
     return a.x * (b.y * c.z - b.z * c.y) - b.x * (a.y * c.z - a.z * c.y) + c.x * (a.y * b.z - a.z * b.y);

@@ -174,7 +174,7 @@ TEST_P(PlacedMesh, StandsWhereItsPoseAndUnitSay) {
 INSTANTIATE_TEST_SUITE_P(Formats, PlacedMesh, testing::Values("ball.ply", "ball.obj"),
                          [](const auto& info) { return std::string(info.param).substr(5); });
 
-/// What load_triangles says against a file of this content.
+/// Message of load_triangles on a file of this content.
 std::string refusal(const std::string& name, const std::string& content) {
   const TemporaryFolder folder;
   write_text(folder.path() / name, content);

@@ -29,7 +29,7 @@ class StatisticsStage : public testing::Test {
   fs::path path = folder.path() / "out" / "s.json";
   std::string line(const std::string& more = {}) const { return "statistics path=" + path.string() + " " + more; }
 
-  /// What the stage says of these frames of one channel.
+  /// Result of the stage for these frames of one channel.
   json of(const std::string& channel, const std::vector<std::uint64_t>& size,
           const std::vector<std::vector<float>>& frames, const std::string& more = {},
           const tofgraph_camera* camera = nullptr) const {

@@ -133,7 +133,7 @@ TEST_F(SteadyState, HostAndShimAskForNothingAFrame) {
   EXPECT_LE(all, few);
 }
 
-/// What the simulator lends without noise has two handles a frame, and all behind it none.
+/// Frames that the simulator lends without noise have two handles each, later nodes none.
 TEST_F(SteadyState, TheDecoderOfAnyExposuresAsksForNothing) {
   const std::size_t all =
       calls_in(1000, "simulator distance='1 m' frames=0 noise=none ! phase_decoder ! null", "phase_decoder", "monstar");

@@ -1,16 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The channels that every stage knows, and the bits of `flags`.
+/// @file The channels that every stage knows, the rules for their values, and the bits of `flags`.
 #pragma once
 
 #include <tofgraph/plugin.h>
 
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 
 namespace tofgraph {
 
-/// One line of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
+/// Entry of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
 struct ChannelInfo {
   const char* name;
   const char* shape;
@@ -56,6 +57,25 @@ constexpr bool is_valid_length(float length) {
 constexpr bool is_length_channel(std::string_view name) {
   return name == "distance" || name == "range" || name == "depth" || name == "points";
 }
+
+/// The rule for points (x, y, z in m): finite coordinates within reach. In the optical frame the origin means that
+/// nothing was measured, and a coordinate is at most max_length; in a world frame it may be that of a map of the Earth.
+class PointRule {
+ public:
+  /// @param applied what was done to the points, as in tofgraph_channel::applied
+  explicit PointRule(std::string_view applied)
+      : moved_(applied.find("T_world_camera") != std::string_view::npos ||
+               applied.find("transform") != std::string_view::npos) {}
+  bool is_valid(const float* point) const {
+    const float most = moved_ ? max_coordinate : max_length;
+    const float x = std::abs(point[0]), y = std::abs(point[1]), z = std::abs(point[2]);
+    return x <= most && y <= most && z <= most && (moved_ || x > 0 || y > 0 || z > 0);
+  }
+
+ private:
+  static constexpr float max_coordinate = 1e8F;  // m
+  bool moved_;
+};
 
 /// Bits of the channel `flags`. An invalid pixel is NaN in every length channel and has `invalid` set.
 namespace flag {

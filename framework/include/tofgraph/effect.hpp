@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How an effect is written, a piece of the simulator's physics: its parameters, what is known of it, and `apply`,
-/// whose argument says at which level it acts. A parameter with an `off` value is a size, a usual one is `typical`;
-/// with `typical` alone it is a shape (a phase, a time constant); with neither it is fixed. A search for missing
-/// effects varies sizes and shapes within their bounds; a size that is `nested`, and the shapes declared `nested` after
-/// it, only when the data demand it. With all sizes off, nothing may change, not one bit.
+/// Effects of the simulator: parameters, information for the search, and `apply`, whose argument determines the level.
+/// A parameter with an `off` value is an amplitude parameter, with `typical` as its usual size; with `typical` alone it
+/// is a nonlinear parameter (a phase, a time constant); with neither it is fixed. The gap search varies both kinds
+/// within their bounds; an amplitude parameter that is `nested`, and the nonlinear ones declared `nested` after it,
+/// only if the data demand it. With all amplitude parameters off, an effect must not change a single bit.
 ///
 ///     struct EvenHarmonic final : tofgraph::Effect {
 ///       static constexpr tofgraph::EffectInfo info{.touches = "null2", .confused_with = "phase_gain"};
@@ -48,7 +48,7 @@ inline double at(const Image& map, double u, double v) {
                    std::lerp(value(bottom, left), value(bottom, right), x), y);
 }
 
-/// What every level knows.
+/// Properties common to all levels.
 class LightState {
  public:
   explicit LightState(tofgraph_light_state& light) : state(light) {}
@@ -66,7 +66,7 @@ struct GeometryLevel : LightState {
   Strided<tofgraph_source_light> sources() const { return {state.sources, state.source_size, state.source_count}; }
 };
 
-/// One source's light at the points.
+/// Light of a source at the points.
 struct SourceLight {
   const tofgraph_source_light& source;
   std::complex<double>* phasor;  ///< counts

@@ -7,7 +7,7 @@
 
 namespace tofgraph {
 
-/// One frame on its way through the graph.
+/// Frame on its way through the graph.
 class Frame {
  public:
   Frame(const tofgraph_host* host, tofgraph_frame* frame) : host_(host), frame_(frame) {}

@@ -22,7 +22,7 @@ namespace tofgraph {
 
 class Harness {
  public:
-  /// What is known of an input channel beside its content.
+  /// Properties of an input channel beside its content.
   struct Meaning {
     std::string unit;     ///< default: that of the channel's name
     std::string of;       ///< for sigma
@@ -54,7 +54,7 @@ class Harness {
 
   /// Prepares without a frame. @throws std::runtime_error with the stage's message
   void prepare();
-  /// One frame; prepares at the first call. @returns false when a source has no more. @throws std::runtime_error
+  /// Runs one frame; prepares at the first call. @returns false when a source has no more. @throws std::runtime_error
   bool run();
   void finish();
 
@@ -66,7 +66,7 @@ class Harness {
     const Array<const T> view(find(channel));
     return {view.begin(), view.end()};
   }
-  /// What leaves, as announced: stages applied, and what sigma is of.
+  /// Announced properties of an output: applied stages, and the channel of sigma.
   std::string applied(const std::string& channel) const;
   std::string of(const std::string& channel) const;
   /// Camera of the stream that leaves.

@@ -84,25 +84,6 @@ inline void check_sigma(const Setup& setup, bool present, const std::string& cha
                            channel + "'");
 }
 
-/// The rule for points (x, y, z in m): finite coordinates within reach. In the optical frame the origin means that
-/// nothing was measured, and a coordinate is at most max_length; in a world frame it may be that of a map of the Earth.
-class PointRule {
- public:
-  /// @param applied what was done to the points, as in tofgraph_channel::applied
-  explicit PointRule(std::string_view applied)
-      : moved_(applied.find("T_world_camera") != std::string_view::npos ||
-               applied.find("transform") != std::string_view::npos) {}
-  bool is_valid(const float* point) const {
-    const float most = moved_ ? max_coordinate : max_length;
-    const float x = std::abs(point[0]), y = std::abs(point[1]), z = std::abs(point[2]);
-    return x <= most && y <= most && z <= most && (moved_ || x > 0 || y > 0 || z > 0);
-  }
-
- private:
-  static constexpr float max_coordinate = 1e8F;  // m
-  bool moved_;
-};
-
 /// Makes a pixel that holds no valid length, or that is flagged as invalid, NaN and flagged. Without branches, so that
 /// it is vectorised. @returns true if any is valid
 inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
@@ -141,11 +122,11 @@ struct LengthFilter : Filter {
                          .text = "what is filtered; auto: the first of these that exists"}};
 
  protected:
-  /// What a frame brings. sigma has no data where there is none.
+  /// Lengths of a frame. Without sigma its array has no data.
   struct Lengths {
     Array<float> image, sigma;
     Array<std::uint16_t> flags;
-    bool any;  ///< whether a pixel is valid
+    bool any;  ///< true if a pixel is valid
   };
 
   void prepare_lengths(const Setup& setup) {

@@ -21,7 +21,7 @@ namespace tofgraph {
 
 class Pipeline {
  public:
-  /// What came of a run.
+  /// Result of a run.
   struct Result {
     std::uint64_t frames = 0;   ///< that went through to the end
     std::uint64_t dropped = 0;  ///< at the source's exit, where its queue says drop_oldest

@@ -129,6 +129,8 @@ typedef struct tofgraph_camera {
   const tofgraph_exposure* exposures; /* of a frame, in their order */
   uint64_t exposure_count;            /* 0: four, 90 degrees apart */
   const char* model; /* path of the file with the effects that belong to this very camera; may be null */
+  double skew;                  /* of the axes: u = fx (x + skew y) + cx */
+  double further_distortion[7]; /* k4 k5 k6 of the rational model, s1 s2 s3 s4 of a thin prism */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. It lives during prepare; its camera, with lights, rays and
@@ -258,7 +260,7 @@ typedef struct tofgraph_extension {
 
 typedef struct tofgraph_descriptor {
   uint32_t size, api_major, api_minor, flags;
-  const char *kind, *name;       /* source, filter, sink, effect */
+  const char *kind, *name;       /* source, filter, sink, effect, format */
   const char *summary, *version; /* summary: one line */
   const char *author, *licence;  /* may be null */
   uint32_t port_size, parameter_size, extension_size, zero;
@@ -268,7 +270,7 @@ typedef struct tofgraph_descriptor {
   uint64_t parameter_count;
   const tofgraph_extension* extensions;
   uint64_t extension_count;
-  /** Makes a stage. The values live only during the call; host, context and the memory of images as long as the
+  /** Makes a stage; the calls are null in formats. The values live only during the call; host, context and the memory of images as long as the
    * stage. */
   int (*create)(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self);
   /** Checks what arrives and says what leaves. Opens inputs, writes nothing. Sources get one stream without

@@ -26,11 +26,11 @@ struct ParamSpec {
   double min = none, max = none;
   const char *choices = "", *text = "";
   double off = none, typical = none;
-  bool in_place = false;  ///< of an InputFile: its content may be written instead, the value is then "{..}"
-  bool nested = false;    ///< of an effect: a refinement that a search varies only when the data demand it
+  bool in_place = false;  ///< for an InputFile: its content may be written instead, the value is then "{..}"
+  bool nested = false;    ///< for an effect: a refinement, varied by a search only if the data demand it
 };
 
-struct Choice : std::string {};       ///< one of the words in `choices`
+struct Choice : std::string {};       ///< a word of `choices`
 struct InputFile : std::string {};    ///< absolute path of a file to read, or empty
 struct InputFolder : std::string {};  ///< absolute path of a folder, or empty
 struct OutputFile : std::string {};   ///< absolute path of the one file that a run writes, or empty

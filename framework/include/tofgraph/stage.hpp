@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// How a stage is written: a class whose members are its contract, plus one `process`.
+/// Stages: a class whose members are its contract, plus one `process`.
 ///
 ///     struct Scale final : tofgraph::Filter {
 ///       InOut<float> depth{this, "depth", {.text = "what is scaled"}};
@@ -50,7 +50,7 @@ template <class T> class Out;
 template <class T> class InOut;
 template <class T> class Param;
 
-/// What every stage has: its contract and its host. Derive from Source, Filter or Sink.
+/// Base of all stages: contract and host. Derive from Source, Filter or Sink.
 class Stage {
  public:
   using Frame = tofgraph::Frame;
@@ -68,7 +68,7 @@ class Stage {
 
   /// A remark for the user that does not end the run.
   void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }
-  /// What `explain` tells of this node; in prepare.
+  /// Adds a note on this node for `explain`; in prepare.
   void note(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_INFO, text.c_str()); }
   /// The provenance of what arrives here, as JSON: ask in finish(), and in prepare() so that it is ready then.
   std::string provenance() const { return host->provenance(context); }
@@ -81,7 +81,7 @@ class Stage {
   std::vector<detail::ParamBase*> parameters;  ///< filled by the members
 };
 
-/// What a stage learns and says before the first frame.
+/// Input and declarations of a stage before the first frame.
 class Setup {
  public:
   Setup(const Stage& stage, std::span<const tofgraph_stream* const> streams)
@@ -106,7 +106,7 @@ class Setup {
   Strided<const tofgraph_channel> channels() const {
     return {stream().channels, stream().channel_size, stream().channel_count};
   }
-  /// Of the raw images that make a frame, in their order.
+  /// Exposures of the raw images of a frame, in their order.
   Strided<const tofgraph_exposure> exposures() const {
     return {stream().exposures, stream().exposure_size, stream().exposure_count};
   }

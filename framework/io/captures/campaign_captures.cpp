@@ -22,10 +22,10 @@
 namespace tofgraph::io {
 namespace {
 
-/// What all captures are asked together.
+/// Results of the checks of all captures together.
 struct Opened {
   std::string camera;     ///< another one than the campaign's; empty: the same, or not known
-  std::string size;       ///< what is wrong with it, or nothing
+  std::string size;       ///< problem with it, or nothing
   double time = unknown;  ///< s, integration time
 };
 
@@ -69,7 +69,7 @@ class Check {
   void mistake(const Condition& condition, const std::string& what) {
     diagnostics_.error(condition.place("capture"), fmt::format("'capture': {}", what));
   }
-  /// What keeps a search from using a condition. @param key whose value is the reason
+  /// Reason why a search cannot use a condition. @param key whose value is the reason
   void obstacle(const Condition& condition, std::string_view key, const std::string& what, const std::string& hint) {
     obstacle({&condition}, key, "the condition: " + what, hint);
   }
@@ -81,7 +81,7 @@ class Check {
     else if (!campaign_.pattern)  // which is for a lens, not for a search
       diagnostics_.warning(at, text, hint);
   }
-  /// Where only a few are in the way.
+  /// Advice on excluding conditions if only a few are concerned.
   std::string skipping(const Conditions& conditions) const {
     constexpr std::size_t few = 8;
     if (conditions.size() > few || (conditions.size() > 1 && conditions.size() == campaign_.conditions.size()))

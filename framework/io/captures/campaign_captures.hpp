@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Whether the captures of a campaign are what its conditions say, as far as it shows without their frames.
+/// @file Check of a campaign's captures against its conditions, without reading their frames.
 #pragma once
 
 #include "io/campaign.hpp"
@@ -12,9 +12,9 @@
 
 namespace tofgraph::io {
 
-/// What the captures are wanted for.
+/// Purpose of the captures.
 enum class CapturesFor {
-  anything,  ///< what only a gap search needs is a warning
+  anything,  ///< requirements of a gap search only are warnings
   search     ///< it is an error
 };
 
@@ -25,8 +25,8 @@ enum class CapturesFor {
 /// is a warning, and nothing for a search, which asks the data.
 void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagnostics& diagnostics);
 
-/// How the exposures of a capture's samples differ from the camera's; empty: not, or it has decoded frames alone, which
-/// need not know them.
+/// Difference of a capture's exposures from the camera's; empty: none, or it has decoded frames only, which need not
+/// state them.
 std::string other_exposures(const CaptureReader& capture, const tofgraph_camera& camera);
 
 /// By more than 1 %. @param a, b s; NaN: not known, and no other one

@@ -17,22 +17,22 @@
 
 namespace tofgraph::io {
 
-/// What a capture says of itself.
+/// Header of a capture.
 struct CaptureHeader {
   std::string camera;  ///< the name of its profile
   std::uint32_t width = 0, height = 0;
   std::string comment, serial;               ///< optional
   std::string profile;                       ///< optional: its text
   std::string provenance;                    ///< optional, JSON; where it is not known yet: CaptureWriter::finish
-  std::vector<tofgraph_exposure> exposures;  ///< of a frame; empty: the profile's
+  std::vector<tofgraph_exposure> exposures;  ///< a frame's; empty: the profile's
   std::vector<std::string> sources;          ///< names of the light sources that were on; empty: not stated
 };
 
-/// One dataset of /frames: N x extent.
+/// Dataset of /frames: N x extent.
 struct CaptureChannel {
   std::string name;
   std::uint32_t type = TOFGRAPH_TYPE_ANY;  ///< in memory: flags are always uint16
-  std::vector<std::uint64_t> extent;       ///< of one frame
+  std::vector<std::uint64_t> extent;       ///< extent of one frame
   std::string unit, of, applied, from;
 
   std::uint64_t elements() const;
@@ -53,8 +53,8 @@ class CaptureReader {
   CaptureReader(const CaptureReader&) = delete;
   CaptureReader& operator=(const CaptureReader&) = delete;
 
-  /// What the trial of a file does in a process of its own: reads the first and last frame of each channel, within
-  /// limits that this process has from then on. @throws std::exception what is wrong
+  /// Trial of a file in a separate process: reads the first and last frame of each channel, within limits that this
+  /// process keeps from then on. @throws std::exception the problem
   /// @param end as in the constructor; the default: the file is as long as it should be
   static void read_on_trial(const std::filesystem::path& file, std::uint64_t end = not_cut);
 
@@ -86,7 +86,7 @@ class CaptureReader {
 struct CaptureOptions {
   int compression = 0;              ///< deflate level, 0 to 9, with byte shuffling
   bool overwrite = false;           ///< an existing capture may be replaced; a .part never is
-  std::filesystem::path part = {};  ///< what it is called until it is finished; default: part_of()
+  std::filesystem::path part = {};  ///< its name until it is finished; default: part_of()
 };
 
 /// Writes a capture: as FILE.part, which can be read meanwhile, until finish() gives it its name. Not thread-safe.
@@ -100,9 +100,9 @@ class CaptureWriter {
   CaptureWriter(const CaptureWriter&) = delete;
   CaptureWriter& operator=(const CaptureWriter&) = delete;
 
-  /// One frame; the views in the order of the channels. When this returns, the frame survives a kill of the process
-  /// (not a power failure). @throws std::runtime_error when the disk is full, or a view is of another type or size than
-  /// its channel. What was written before is whole then, and any HDF5 program can read it once the writer is gone
+  /// Appends a frame; views in the order of the channels. After return the frame survives a kill of the process (not a
+  /// power failure). @throws std::runtime_error when the disk is full, or a view is of another type or size than its
+  /// channel. What was written before is whole then, and any HDF5 program can read it once the writer is gone
   void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
   std::size_t frames() const;
   /// Closes the file, waits until it is on the disk and renames it. A kill meanwhile loses no frame.
@@ -115,7 +115,7 @@ class CaptureWriter {
   /// Why a capture cannot be written there, or nothing; touches nothing. A .part is never replaced: somebody may be
   /// writing it, or it is all that is left of a recording.
   static std::string problem(const std::filesystem::path& file, bool overwrite);
-  /// Whether a writer has this file open just now, in this process or another one.
+  /// Returns whether a writer has this file open, in this process or another one.
   static bool is_at_work(const std::filesystem::path& part);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One dataset of a capture that is read, and the attributes; nothing in the file is trusted.
-/// For this folder only; the lock is held by the caller.
+/// @file Dataset and attributes of a capture that is read; the file is validated. For this folder only; the lock is
+/// held by the caller.
 #pragma once
 
 #include "io/captures/capture.hpp"
@@ -32,16 +32,16 @@ class Dataset {
   const std::string& name() const { return name_; }
   /// The announced number.
   std::size_t frames() const { return static_cast<std::size_t>(size_.front()); }
-  /// How many frames the file really holds. Where all() is wanted, fewer than announced are an error.
+  /// Number of frames that the file holds. If all are required, fewer than announced are an error.
   std::size_t stored_frames(bool all) const;
 
-  /// What it is as a channel; nothing for an unknown name that can be none.
+  /// Description as a channel; nothing for an unknown name without the shape of one.
   /// @throws std::runtime_error for a known channel that is not as it must be
   std::optional<CaptureChannel> as_channel(const CaptureHeader& header) const;
   /// @throws std::runtime_error when it is not an array of one value a frame
   void check_metadata(const layout::Metadata& kind) const;
 
-  /// Of a dataset of bytes. @throws std::runtime_error
+  /// Text of a dataset of bytes. @throws std::runtime_error
   std::string text() const;
   void read_first(std::size_t frames, hid_t memory, void* data) const;
   void read_frame(std::size_t frame, hid_t memory, void* data) const;

@@ -35,7 +35,7 @@ std::size_t address_space() {
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// What changes with a file's content: device, inode, size, time of the last change in s and ns.
+/// Properties that change with a file's content: device, inode, size, time of the last change in s and ns.
 using Version = std::array<std::int64_t, 5>;
 
 std::optional<Version> version_of(const std::filesystem::path& file) {

@@ -11,7 +11,7 @@
 
 namespace tofgraph::io {
 
-/// What a trial may take before it is ended.
+/// Limits of a trial.
 struct TrialLimits {
   std::size_t memory;  ///< bytes beyond what the process has now
   unsigned cpu_seconds;

@@ -22,7 +22,7 @@ class Lock {
   std::unique_lock<std::mutex> lock_;
 };
 
-/// What HDF5 says about the call that just failed, from the innermost cause; the stack is cleared.
+/// HDF5's message on the last failed call, from the innermost cause; clears the stack.
 std::string last_error();
 
 /// An identifier that is given back.

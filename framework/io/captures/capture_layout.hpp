@@ -20,7 +20,7 @@ inline constexpr const char *phase = "exposure_phase_rad", *frequency = "exposur
 /// 0 degC in kelvin.
 inline constexpr double zero_celsius = 273.15;
 
-/// One value of a metadata array.
+/// Value of a metadata array.
 union Element {
   std::int64_t integer;
   std::uint64_t count;

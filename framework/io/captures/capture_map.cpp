@@ -24,7 +24,7 @@ std::string only_dataset(hid_t file) {
   return only;
 }
 
-/// What the file has at its root, at most twenty names.
+/// Names at the root of the file, at most twenty.
 std::vector<std::string> names_at_root(hid_t file) {
   std::vector<std::string> names;
   const auto add = [](hid_t, const char* name, const H5L_info_t*, void* list) {
@@ -36,7 +36,7 @@ std::vector<std::string> names_at_root(hid_t file) {
   return names;
 }
 
-/// Whether every chunk of a dataset was written, or all of its bytes where it has no chunks.
+/// Returns whether every chunk of a dataset was written, or all of its bytes if it has no chunks.
 bool is_stored_whole(hid_t data, hid_t space, const std::array<hsize_t, 2>& extent) {
   const h5::Handle creation(H5Dget_create_plist(data), H5Pclose), type(H5Dget_type(data), H5Tclose);
   if (H5Pget_layout(creation) != H5D_CHUNKED)

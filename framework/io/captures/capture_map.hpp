@@ -14,7 +14,7 @@ namespace tofgraph::io {
 /// A dataset height x width; its attribute `unit`, where it has one. @param dataset empty: the only one, or `map`
 /// @throws std::runtime_error what is missing or damaged
 ImageData read_pixel_map(const std::string& file, const std::string& dataset);
-/// What the trial of a map does in a process of its own, within limits that this process has from then on.
+/// Trial of a map in a separate process, within limits that this process keeps from then on.
 void read_pixel_map_on_trial(const std::string& file, const std::string& dataset);
 
 /// A map on its way into a file.

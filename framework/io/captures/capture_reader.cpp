@@ -35,7 +35,7 @@ constexpr std::size_t trial_memory = 128U << 20U;  // bytes, beside
 constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file has, up to this
 constexpr unsigned trial_seconds = 10;             // of the processor
 
-/// One of these makes a capture.
+/// Channels of which a capture needs at least one.
 constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth", "amplitude", "intensity"};
 
 std::string shown(const std::vector<std::string>& names) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What grows while a capture is written. For this folder only; the lock is held by the caller.
+/// @file Datasets that grow while a capture is written. For this folder only; the lock is held by the caller.
 #pragma once
 
 #include "io/captures/capture_hdf5.hpp"

@@ -35,7 +35,7 @@ namespace {
 /// Frames of a metadata array in one chunk: small, because each flush writes the last one again.
 constexpr hsize_t metadata_chunk = 128;
 
-/// What HDF5 may need beside the frames: indices that grow, what it writes when it closes the file.
+/// Space that HDF5 may need beside the frames: growing indices, data written at closing.
 constexpr std::uint64_t room_for_indices = 1U << 20U;  // bytes
 
 void write_optional(hid_t object, const char* name, const std::string& value) {

@@ -15,7 +15,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// Of a view without gaps; others are refused when they are written.
+/// Size of a view without gaps; others are refused when they are written.
 std::size_t bytes_of(const tofgraph_view& view) {
   std::size_t bytes = view.data != nullptr ? element_size(view.type) : 0;
   for (std::uint32_t i = 0; i < view.rank; ++i) bytes *= view.extent[i];

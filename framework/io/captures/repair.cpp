@@ -21,7 +21,7 @@ namespace tofgraph::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// One frame in memory, with the views that a writer takes.
+/// Frame in memory, with the views for a writer.
 class Images {
  public:
   explicit Images(const std::vector<CaptureChannel>& channels) {

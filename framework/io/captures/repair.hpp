@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a killed recorder left, as a capture.
+/// @file Recovery of an interrupted recording as a capture.
 #pragma once
 
 #include <cstddef>

@@ -4,8 +4,8 @@
 
 namespace tofgraph::simulation {
 
-/// What effects and motion do to the boards of a scene (boards, chessboards, cards): z becomes scale z + offset, the
-/// board turns by R_y(tilt_y) R_x(tilt_x), then it moves along z.
+/// Change of a scene's boards (boards, chessboards, cards) by effects and motion: z becomes scale z + offset, the board
+/// turns by R_y(tilt_y) R_x(tilt_x), then it moves along z.
 struct BoardChange {
   double scale = 1, offset = 0;   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad

@@ -60,7 +60,7 @@ class CalibrationCheck {
     add(maps, entry.kind, "", entry, copies);
   }
 
-  /// What stages and simulations will refuse, found now.
+  /// Checks values that stages and simulations would refuse later.
   void check_values(const fs::path& file, const config::Value& document, const std::string& kind) const {
     tofgraph_camera view = camera_.view();
     if (kind == "intrinsics") {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What a camera's profile may leave out and a simulation of the camera needs.
+/// @file Optional values of a camera's profile that its simulation needs.
 #pragma once
 
 #include "io/camera.hpp"
@@ -16,7 +16,7 @@ struct Need {
   std::string example;  ///< as it would be written
 };
 
-/// What the light of a frame cannot be computed without; a search for effects needs it too.
+/// Missing values for computing the light of a frame; a search for effects needs them too.
 std::vector<Need> missing_for_light(const tofgraph_camera& camera);
 
 bool has_noise(const tofgraph_camera& camera);

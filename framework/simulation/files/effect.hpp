@@ -14,7 +14,7 @@
 
 namespace tofgraph::simulation {
 
-/// What an effect said that cannot be done; what() names the effect.
+/// Failure of an effect; what() names the effect.
 class EffectError : public std::runtime_error {
  public:
   EffectError(const std::string& effect_name, std::string parameter_name, const std::string& text)
@@ -42,7 +42,7 @@ class Effect {
   const tofgraph_effect& border() const { return *descriptor().effect; }
   /// Files that shaped it beside its parameters, for the provenance.
   const std::vector<graph::UsedFile>& files() const { return instance_.files(); }
-  /// What it remarked while it was prepared.
+  /// Warnings of the effect during preparation.
   const std::vector<std::string>& warnings() const { return instance_.warnings(); }
 
   /// @throws EffectError

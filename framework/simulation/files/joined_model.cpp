@@ -24,7 +24,7 @@ constexpr const char* constant_name = "zero_offset";
 struct JoinedEffect {
   std::string name;
   config::Value value;  ///< the map of its parameters, with absolute paths
-  std::string kind;     ///< of the entry
+  std::string kind;     ///< kind of the entry
 };
 
 std::string effect_name_in(const config::Value& effect) {

@@ -26,8 +26,8 @@ struct ModelEffect {
 
 struct Model {
   std::string camera;          ///< a profile's name or path, "" where the model is part of a scene
-  config::Position camera_at;  ///< where it was written
-  std::string serial;          ///< of the device that it describes; empty: not stated
+  config::Position camera_at;  ///< position in the file
+  std::string serial;          ///< device's; empty: not stated
   bool physical = false;       ///< light: physical
   std::vector<ModelEffect> effects;
 };
@@ -44,7 +44,7 @@ Model load_model(const std::filesystem::path& file, const graph::PluginRegistry&
 Model model_of_scene(const std::optional<config::Value>& model, const graph::PluginRegistry& registry,
                      config::Diagnostics& diagnostics);
 
-/// Whether the profile that a model names, by name or path, is this camera's; a model that names none is for all.
+/// Returns whether the model's profile, by name or path, is this camera's; a model without profile is for all.
 bool is_for(const Model& model, const io::Camera& camera);
 
 /// The effects, made for a camera; what they refuse and remark goes to the diagnostics at the place of the parameter.

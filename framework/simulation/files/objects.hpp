@@ -55,7 +55,7 @@ struct Card {
   bool bilinear = true;          ///< between the image's pixels; otherwise the nearest one
 };
 
-/// Where anything else stands.
+/// Position of any other object.
 struct Placement {
   Vector3 position;                              ///< m
   double about_x = 0, about_y = 0, about_z = 0;  ///< rad, see rotation()
@@ -64,7 +64,7 @@ struct Placement {
 };
 
 struct Box {
-  Placement placement;            ///< of its centre
+  Placement placement;            ///< placement of its centre
   std::array<double, 3> size{};   ///< m, along its own axes
   std::array<double, 6> faces{};  ///< reflectivity of left (-x), right, top (-y), bottom, front (-z), back
 };
@@ -77,7 +77,7 @@ struct Sphere {
 /// Two or three perpendicular planes that meet in a line or point, open towards the camera: the left and the right wall
 /// run from the edge x = z = 0 towards (-+1, 0, -1), the floor y = 0 between them.
 struct Corner {
-  Placement placement;            ///< of the point where they meet; without a floor: of the middle of the edge
+  Placement placement;            ///< point where they meet; without a floor: of the middle of the edge
   std::int64_t planes = 2;        ///< 3: with the floor
   double size = endless;          ///< m, of the edges
   std::array<double, 3> faces{};  ///< reflectivity of left, right, floor
@@ -93,7 +93,7 @@ struct Object {
   std::string name;
   std::string type;  ///< as written
   config::Position at;
-  config::Position file_at;  ///< of the image or mesh
+  config::Position file_at;  ///< position of the image or mesh
   double reflectivity = 0.85;
   Surface surface;
   Vector3 velocity;  ///< m/s
@@ -115,7 +115,7 @@ Object read_object(const config::Value& map, config::Diagnostics& diagnostics);
 /// Why the camera cannot look at an object.
 struct Problem {
   std::string text;  ///< empty: it can
-  std::string key;   ///< of the object, whose value is at fault
+  std::string key;   ///< key of the object with the wrong value
   std::string hint = {};
 };
 

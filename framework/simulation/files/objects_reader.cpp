@@ -71,7 +71,7 @@ Target read_target(Keys& keys) {
   return target;
 }
 
-/// Of what need not stand on the axis.
+/// Reads a target that need not stand on the axis.
 Target read_movable_target(Keys& keys) {
   Target target = read_target(keys);
   const std::vector<double> center = keys.reader.numbers("center", "m", "[100 mm, 0 mm]", {0, 0});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Where an object stands: a rotation and a place in the sensor frame.
+/// @file Pose of an object: rotation and position in the sensor frame.
 #pragma once
 
 #include <tofgraph/physics/geometry.hpp>

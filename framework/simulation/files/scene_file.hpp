@@ -46,12 +46,12 @@ struct SceneFile {
   config::Value document;
   io::CameraPtr camera;                          ///< always there in a scene without mistakes
   std::optional<config::Value> model;            ///< a map, or the word that names a file; none: the ideal camera
-  std::int64_t frames = 1;                       ///< of each condition
-  std::vector<std::string> output = {"phases"};  ///< of phases, taps, distance
+  std::int64_t frames = 1;                       ///< per condition
+  std::vector<std::string> output = {"phases"};  ///< any of phases, taps, distance
   SceneNoise noise;
   std::int64_t seed = 1;
   std::int64_t subpixels = 1;        ///< rays of a pixel are subpixels x subpixels
-  Condition settings;                ///< how it is looked at where the sequence says nothing else
+  Condition settings;                ///< settings unless the sequence changes them
   std::vector<std::string> objects;  ///< names, in the order of the file
   std::vector<SequenceStep> sequence;
   std::shared_ptr<const Assets> assets;  ///< meshes and images, see load_assets
@@ -73,7 +73,7 @@ config::Value document_of(const SceneFile& scene, std::size_t condition);
 /// The chessboard of a scene that has exactly one, for a campaign.
 std::optional<io::Pattern> pattern_of(const SceneFile& scene);
 
-/// How the scene's camera is called in a file of this folder: a name stays, a path becomes relative to it.
+/// Name of the scene's camera in a file of this folder: a name is kept, a path becomes relative to it.
 std::string camera_name_in(const SceneFile& scene, const std::filesystem::path& folder);
 
 }  // namespace tofgraph::simulation

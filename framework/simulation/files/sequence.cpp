@@ -84,7 +84,7 @@ Settings settings_of(const SceneFile& scene, std::size_t condition) {
   return settings;
 }
 
-/// Where the value of an object's key is written, in the sequence or at the object; else the object.
+/// Position of the value of an object's key, in the sequence or at the object; else of the object.
 Position place_of(const SceneFile& scene, std::size_t index, const std::string& key, const Settings& settings) {
   const Value map = description(scene, index, settings);
   const Entry* entry = map.find(key);

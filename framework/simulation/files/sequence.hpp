@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What changes from one condition of a scene to the next.
+/// @file Changes between the conditions of a scene.
 #pragma once
 
 #include "simulation/files/objects.hpp"

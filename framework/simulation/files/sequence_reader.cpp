@@ -49,7 +49,7 @@ void check_key(const Value& key, const SceneFile& scene, std::set<std::string>& 
   }
 }
 
-/// One row of a step: a single value, or as many as there are keys.
+/// Reads a row of a step: a single value, or one per key.
 std::vector<Value> read_row(const Value& item, std::size_t keys, bool together, Diagnostics& diagnostics) {
   if (!together) return {item};
   if (!item.is_list() || item.items.size() != keys) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file How a surface sends light back, beside its reflectivity.
+/// @file Reflection of a surface, apart from its reflectivity.
 #pragma once
 
 namespace tofgraph::simulation {

@@ -74,7 +74,7 @@ class File {
   hid_t id_;
 };
 
-/// What the search takes for noise between conditions, as a direction in the rows of each.
+/// Direction of the noise between conditions in the rows of each, as in the search.
 template <class Response> Column directions(const Design& design, const Response& response) {
   Column rows(design.size(), std::vector<double>(design.rows()));
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -129,7 +129,7 @@ void write_columns(const File& file, const Probes& probes) {
   file.write("names/step", steps, {n});  // SI, what a column is for
 }
 
-/// Of the refinements too, each beside its effect where that changes nothing.
+/// Probes, including refinements, each beside its effect with that off.
 Probes all_probes(const Problem& problem, const State& state,
                   const std::vector<std::unique_ptr<Candidate>>& candidates) {
   Probes all = probes_of(problem, state, candidates);

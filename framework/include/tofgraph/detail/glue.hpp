@@ -87,7 +87,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
     });
   }
 
-  /// What process() is for the host; effects have none.
+  /// Function process() as the host calls it; effects have none.
   static constexpr auto process_call() -> int (*)(void*, tofgraph_frame* const*, std::uint64_t) {
     if constexpr (std::is_base_of_v<Effect, T>)
       return nullptr;

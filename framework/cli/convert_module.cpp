@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// What is inside a file of another program, and a layout to start from.
+#include "cli/convert.hpp"
+#include "config/diagnostics.hpp"
+#include "config/quantity.hpp"
+#include "config/say.hpp"
+#include "foreign/readings.hpp"
+#include "foreign/series.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace tofgraph::cli {
+namespace {
+
+using namespace foreign;
+
+/// A channel that the values may be, by the name of the array.
+std::string likely_channel(const FileArray& array) {
+  std::string name = array.name;
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  static constexpr std::pair<std::string_view, std::string_view> words[] = {
+      {"depth", "depth"},    {"range", "range"},      {"dist", "distance"},  {"ampl", "amplitude"},
+      {"conf", "amplitude"}, {"intens", "intensity"}, {"gray", "intensity"}, {"grey", "intensity"},
+      {"ir", "intensity"},   {"phase", "phases"},     {"dcs", "phases"},     {"raw", "phases"},
+      {"tap", "taps"},       {"point", "points"},     {"xyz", "points"},     {"sigma", "sigma"}};
+  for (const auto& [word, channel] : words) {
+    if (name.find(word) != std::string::npos) return std::string(channel);
+  }
+  return "";
+}
+
+void print_array(const ForeignFile& file, std::size_t index) {
+  const FileArray& array = file.arrays()[index];
+  fmt::print("  {:<20} {:<8} {:<18}", array.name.empty() ? "(one array)" : array.name, element_text(array),
+             shape_text(array));
+  if (array.elements() == 0) return fmt::print(" empty\n");
+  const ValueRange range = range_of(file, index);
+  if (range.found) fmt::print(" {:.6g} to {:.6g}", range.low, range.high);
+  fmt::print("{}, {:.0f} % zeros", range.found ? "" : " nothing above 0", 100 * range.zeros);
+  if (!array.unit.empty()) fmt::print(", in {}", array.unit);
+  if (!array.text.empty()) fmt::print("  ({})", array.text);
+  fmt::print("\n");
+}
+
+void print_layout(const ForeignFile& file) {
+  fmt::print("\nA layout to start from; what is in <> has to be stated:\n\nlayout: 1\nchannels:\n");
+  for (std::size_t i = 0; i < file.arrays().size(); ++i) {
+    const FileArray& array = file.arrays()[i];
+    const std::string channel = likely_channel(array);
+    if (array.extent.size() < 2) continue;
+    const auto possible = possible_axes(shape_of(array), channel.empty() ? "depth" : channel, nullptr);
+    const std::string axes = !array.axes.empty() ? array.axes
+                             : possible.size() == 1
+                                 ? axes_text(possible.front())
+                                 : std::string("<") + (array.extent.size() > 2 ? "frame " : "") + "row column>";
+    const bool length = channel.empty() || channel == "depth" || channel == "range" || channel == "distance";
+    fmt::print("  {}: {{{}axes: {}{}}}\n", channel.empty() ? "<depth, range, amplitude, ..>" : channel,
+               array.name.empty() ? "" : fmt::format("array: {}, ", config::yaml_word(array.name)), axes,
+               length ? fmt::format(", unit: {}", array.unit.empty() ? "<mm>" : array.unit) : "");
+  }
+  for (std::size_t i = 0; i < file.arrays().size(); ++i) {
+    const FileArray& array = file.arrays()[i];
+    const ValueRange range = range_of(file, i);
+    if (!range.found || array.extent.size() < 2) continue;
+    fmt::print("\nIf '{}' is a length, its values are\n", array.name);
+    for (const std::string& line : unit_readings(range)) fmt::print("  {}\n", line);
+  }
+}
+
+int inspect(const InspectFileArguments& arguments) {
+  const graph::PluginRegistry registry(arguments.plugin_folders);
+  try {
+    for (const std::string& pattern : arguments.files) {
+      for (const auto& path : files_of(pattern)) {
+        const ForeignFile file(registry, path);
+        fmt::print("{}: format {}, {}\n", path.string(), file.format(), config::counted(file.arrays().size(), "array"));
+        for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i);
+        if (!file.profile().empty()) fmt::print("  with a camera profile\n");
+        if (arguments.files.size() == 1) print_layout(file);
+        if (pattern.find_first_of("*?") != std::string::npos) break;  // of a series the first
+      }
+    }
+  } catch (const ForeignError& error) {
+    throw config::ConfigurationError(fmt::format("error: {}", error.what()));
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace tofgraph::cli
+
+extern "C" __attribute__((visibility("default"))) int tofgraph_command(const void* arguments) {
+  return tofgraph::cli::inspect(*static_cast<const tofgraph::cli::InspectFileArguments*>(arguments));
+}

@@ -1,0 +1,321 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "foreign/foreign_frames.hpp"
+
+#include "config/quantity.hpp"
+#include "config/say.hpp"
+#include "foreign/headerless_file.hpp"
+#include "foreign/readings.hpp"
+#include "foreign/series.hpp"
+#include "io/profile.hpp"
+#include "io/unknown.hpp"
+
+#include <tofgraph/channels.hpp>
+#include <tofgraph/physics/exposures.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::foreign {
+namespace {
+
+constexpr std::uint64_t max_whole_bytes = std::uint64_t{2} << 30U;  ///< of an array that has to be in memory
+
+std::string unit_of(std::string_view channel) {
+  if (is_length_channel(channel) || channel == "sigma") return "m";
+  return channel == "flags" ? "" : "counts";
+}
+
+/// The capture's type for an array.
+std::uint32_t type_of(std::string_view channel, const FileArray& array) {
+  if (channel == "taps" || channel == "flags") return TOFGRAPH_TYPE_U16;
+  if (channel != "phases" || array.kind == TOFGRAPH_ELEMENT_FLOAT) return TOFGRAPH_TYPE_F32;
+  return array.kind == TOFGRAPH_ELEMENT_SIGNED && array.bytes <= 2 ? TOFGRAPH_TYPE_I16 : TOFGRAPH_TYPE_I32;
+}
+
+/// SI value of one unit.
+double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
+  const bool number = !unit.empty() && (std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit[0] == '.');
+  const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);
+  if (!one.ok() || !(one.value > 0))
+    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
+                                   wanted == "m" ? "mm" : wanted));
+  return one.value;
+}
+
+}  // namespace
+
+ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignRequest request)
+    : registry_(registry), request_(std::move(request)), camera_(request_.camera) {
+  files_.resize(request_.files.size());
+  files_[0] = opened(request_.files[0]);
+  if (!camera_ && !files_[0]->profile().empty()) {
+    config::Diagnostics diagnostics;
+    camera_ = io::read_profile(config::parse_document(request_.files[0].string(), files_[0]->profile()), diagnostics);
+    if (!camera_) throw config::ConfigurationError(diagnostics);
+  }
+  if (!camera_)
+    throw ForeignError(
+        fmt::format("{}: the file does not state its camera\n         --camera PROFILE names it, a profile "
+                    "that exists (tofgraph list cameras) or a file of your own, e.g. --camera ./my_camera.yaml",
+                    request_.files[0].string()));
+  set_channels();
+  count_frames();
+  read_per_frame();
+}
+
+std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::path& path) {
+  if (request_.layout.headerless.empty()) return std::make_shared<const ForeignFile>(registry_, path);
+  std::shared_ptr<HeaderlessFile> file;
+  try {
+    file = std::make_shared<HeaderlessFile>(path, request_.layout);
+  } catch (const std::runtime_error& error) {
+    throw ForeignError(fmt::format("{}: the file {}", path.string(), error.what()));
+  }
+  if (file->rest() > 0)
+    warnings_.push_back(
+        fmt::format("{} does not end with a whole frame: its last {} bytes are not read", path.string(), file->rest()));
+  return std::make_shared<const ForeignFile>(path, file);
+}
+
+const ForeignFile& ForeignFrames::file(std::size_t index) {
+  if (!files_[index]) {
+    files_[index] = opened(request_.files[index]);
+    const auto &first = files_[0]->arrays(), &other = files_[index]->arrays();
+    for (const Source& source : sources_) {
+      const bool same = source.array < other.size() && other[source.array].name == first[source.array].name &&
+                        other[source.array].kind == first[source.array].kind &&
+                        other[source.array].bytes == first[source.array].bytes;
+      std::vector<std::uint64_t> a = same ? first[source.array].extent : std::vector<std::uint64_t>{};
+      std::vector<std::uint64_t> b = same ? other[source.array].extent : a;
+      if (same && source.frame_axis != npos && a.size() == b.size()) a[source.frame_axis] = b[source.frame_axis] = 0;
+      if (!same || a != b)
+        throw ForeignError(fmt::format("{}: differs from the first file of the series: '{}' is {} {}, in {} {} {}",
+                                       request_.files[index].string(), first[source.array].name,
+                                       same ? element_text(other[source.array]) : "missing",
+                                       same ? shape_text(other[source.array]) : "", request_.files[0].string(),
+                                       element_text(first[source.array]), shape_text(first[source.array])));
+    }
+  }
+  return *files_[index];
+}
+
+void ForeignFrames::set_channels() {
+  const std::string where = request_.files[0].string();
+  std::vector<ChannelLayout> wanted = request_.layout.channels;
+  if (wanted.empty()) {  // arrays whose names say what they are
+    for (const FileArray& array : files_[0]->arrays()) {
+      if (std::ranges::find(layout_channels, std::string_view(array.name)) != std::end(layout_channels))
+        wanted.push_back({.channel = array.name, .array = array.name});
+    }
+  }
+  if (wanted.empty()) {
+    const auto& arrays = files_[0]->arrays();
+    std::vector<std::string> lines;
+    for (const FileArray& array : arrays)
+      lines.push_back(fmt::format("{:<20} {} {}", array.name.empty() ? "(one array)" : array.name, element_text(array),
+                                  shape_text(array)));
+    throw ForeignError(fmt::format(
+        "{}: nothing says what the values are\n         arrays:{}\n         --as CHANNEL (or --as "
+        "CHANNEL=ARRAY) states it, or a layout. CHANNEL is one of{}\n         and phases, taps, points, sigma, flags",
+        where, readings_text(lines), readings_text(channel_readings())));
+  }
+  bool lengths = false;
+  for (const ChannelLayout& layout : wanted) {
+    sources_.push_back(source_of(layout));
+    const FileArray& array = files_[0]->arrays()[sources_.back().array];
+    ForeignChannel channel{layout.channel, unit_of(layout.channel), type_of(layout.channel, array), {}};
+    const tofgraph_camera& c = camera();
+    channel.extent = {c.height, c.width};
+    const std::uint64_t exposures = physics::exposures_of(c).size();
+    if (layout.channel == "taps") channel.extent = {exposures, 2, c.height, c.width};
+    if (layout.channel == "phases") channel.extent = {exposures, c.height, c.width};
+    if (layout.channel == "points") channel.extent.push_back(3);
+    lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty();
+    channels_.push_back(std::move(channel));
+  }
+  const bool flags = std::ranges::find(channels_, "flags", &ForeignChannel::name) != channels_.end();
+  if (lengths && !flags) channels_.push_back({"flags", "", TOFGRAPH_TYPE_U16, {camera().height, camera().width}});
+}
+
+ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
+  const ForeignFile& first = *files_[0];
+  const std::string where = first.path().string();
+  Source source{.layout = layout};
+  if (layout.array.empty() && first.arrays().size() == 1)
+    source.array = 0;
+  else
+    source.array = first.find(layout.array.empty() ? layout.channel : layout.array);
+  const FileArray& array = first.arrays()[source.array];
+  std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
+  if (array.reversed) std::ranges::reverse(axes);  // now as in memory
+  source.axes = axes;
+  const std::vector<Axis> out = axes_of_channel(layout.channel);
+  const auto extent_of = [&](Axis axis) {
+    const auto at = std::ranges::find(axes, axis);
+    return at == axes.end() ? std::uint64_t{1} : array.extent[static_cast<std::size_t>(at - axes.begin())];
+  };
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (axes[i] == Axis::frame) {
+      source.frame_axis = i;
+      continue;
+    }
+    std::uint64_t step = 1;
+    for (auto at = std::ranges::find(out, axes[i]) + 1; at != out.end(); ++at) step *= extent_of(*at);
+    source.steps.push_back({array.extent[i], step});
+    source.elements *= array.extent[i];
+  }
+  const std::string wanted = unit_of(layout.channel);
+  const std::string unit = layout.unit.empty() ? array.unit : layout.unit;
+  if (wanted == "m" && unit.empty()) refuse_without_unit(first, source.array, layout.channel);
+  if (wanted == "m") source.scale = scale_of(unit, "m", where);
+  return source;
+}
+
+void ForeignFrames::count_frames() {
+  const bool in_file = std::ranges::any_of(sources_, [](const Source& s) { return s.frame_axis != npos; });
+  for (std::size_t f = 0; f < files_.size(); ++f) {
+    first_frame_.push_back(frames_);
+    std::uint64_t count = 1;
+    for (std::size_t s = 0; s < sources_.size() && in_file; ++s) {
+      const Source& source = sources_[s];
+      const FileArray& array = file(f).arrays()[source.array];
+      const std::uint64_t frames = source.frame_axis == npos ? 1 : array.extent[source.frame_axis];
+      if (s > 0 && frames != count)
+        throw ForeignError(fmt::format("{}: '{}' has {} frames, '{}' has {}", request_.files[f].string(),
+                                       sources_[0].layout.channel, count, source.layout.channel, frames));
+      count = frames;
+    }
+    frames_ += count;
+  }
+  if (frames_ == 0) throw ForeignError(fmt::format("{}: there are no frames", request_.files[0].string()));
+  if (files_.size() < 2 || in_file) return;
+  for (const std::filesystem::path& path : request_.files) {
+    const auto number = number_of(path);
+    if (!number || (!numbers_.empty() && *number <= numbers_.back())) return numbers_.clear();
+    numbers_.push_back(*number);
+  }
+  const std::uint64_t missing = numbers_.back() - numbers_.front() + 1 - numbers_.size();
+  const std::uint64_t step = numbers_[1] - numbers_[0];
+  bool regular = true;  // every tenth frame, as some recorders write
+  for (std::size_t i = 1; i < numbers_.size(); ++i) regular = regular && numbers_[i] - numbers_[i - 1] == step;
+  if (regular && step > 1) {
+    numbers_.clear();
+  } else if (missing > 0) {
+    warnings_.push_back(fmt::format("the numbers of the files have gaps: {} between {} and {} missing",
+                                    config::counted(missing, "number"), numbers_.front(), numbers_.back()));
+  }
+}
+
+std::vector<double> ForeignFrames::values_of(const PerFrame& what, std::string_view unit) {
+  if (what.array.empty()) return std::isnan(what.value) ? std::vector<double>{} : std::vector<double>{what.value};
+  const double scale = scale_of(what.unit, std::string(unit), request_.files[0].string());
+  std::vector<double> values;
+  for (std::size_t f = 0; f < files_.size(); ++f) {
+    const ForeignFile& one = file(f);
+    const std::size_t index = one.find(what.array);
+    const FileArray& array = one.arrays()[index];
+    std::vector<std::uint8_t> bytes(array.elements() * array.bytes);
+    one.read(index, 0, array.extent[0], bytes.data());
+    for (const double value : numbers_of(array, bytes)) values.push_back(value * scale);
+  }
+  if (values.size() != 1 && values.size() != frames_)
+    throw ForeignError(fmt::format("{}: '{}' has {}, there are {}", request_.files[0].string(), what.array,
+                                   config::counted(values.size(), "value"), config::counted(frames_, "frame")));
+  return values;
+}
+
+void ForeignFrames::read_per_frame() {
+  integration_time_ = values_of(request_.layout.integration_time, "s");
+  modulation_frequency_ = values_of(request_.layout.modulation_frequency, "Hz");
+  timestamp_ = values_of(request_.layout.timestamp, "s");
+  if (modulation_frequency_.empty() && camera().modulation_frequency > 0)
+    modulation_frequency_ = {camera().modulation_frequency};
+}
+
+std::uint64_t ForeignFrames::known() const {
+  const bool times = timestamp_.size() == frames_ || std::isfinite(request_.layout.frame_rate);
+  return (times ? TOFGRAPH_KNOWS_TIMESTAMP + 0U : 0U) |
+         (integration_time_.empty() ? 0U : TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U) |
+         (modulation_frequency_.empty() ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U);
+}
+
+tofgraph_metadata ForeignFrames::metadata(std::uint64_t frame) const {
+  const auto at = [frame](const std::vector<double>& values) {
+    return values.empty() ? io::unknown : values[values.size() == 1 ? 0 : frame];
+  };
+  tofgraph_metadata metadata{};
+  metadata.size = sizeof metadata;
+  metadata.device_number = numbers_.empty() ? frame : numbers_[frame] - numbers_[0];
+  metadata.integration_time = at(integration_time_);
+  metadata.modulation_frequency = at(modulation_frequency_);
+  metadata.temperature = metadata.time_since_power_on = io::unknown;
+  double seconds = std::isfinite(request_.layout.frame_rate)
+                       ? static_cast<double>(metadata.device_number) / request_.layout.frame_rate
+                       : 0;
+  if (timestamp_.size() == frames_) seconds = timestamp_[frame];
+  metadata.timestamp_ns = static_cast<std::int64_t>(std::llround(seconds * 1e9));
+  return metadata;
+}
+
+const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f, std::uint64_t frame) {
+  const ForeignFile& one = file(f);
+  const FileArray& array = one.arrays()[source.array];
+  const std::uint64_t bytes = source.elements * array.bytes;
+  if (source.frame_axis == 0 || source.frame_axis == npos) {
+    buffer_.resize(bytes);
+    const bool slices = source.frame_axis == 0;
+    one.read(source.array, slices ? frame : 0, slices ? 1 : array.extent[0], buffer_.data());
+    return buffer_.data();
+  }
+  std::vector<std::uint8_t>& whole = whole_[{f, source.array}];  // a frame's elements are spread over the array
+  if (whole.empty()) {
+    const std::uint64_t all = array.elements() * array.bytes;
+    if (all > max_whole_bytes)
+      throw ForeignError(
+          fmt::format("{}: '{}' has {} MB with the frames in its axis {}: store it with the "
+                      "frames first",
+                      one.path().string(), array.name, all >> 20U, source.frame_axis + 1));
+    whole.resize(all);
+    one.read(source.array, 0, array.extent[0], whole.data());
+  }
+  std::uint64_t inner = array.bytes, outer = 1;  // bytes of one step of the frame axis; runs of them
+  for (std::size_t i = 0; i < array.extent.size(); ++i) {
+    if (i > source.frame_axis) inner *= array.extent[i];
+    if (i < source.frame_axis) outer *= array.extent[i];
+  }
+  buffer_.resize(bytes);
+  for (std::uint64_t run = 0; run < outer; ++run)
+    std::copy_n(&whole[(run * array.extent[source.frame_axis] + frame) * inner], inner, &buffer_[run * inner]);
+  return buffer_.data();
+}
+
+void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
+  if (channel >= sources_.size()) return;  // flags that no array has
+  const Source& source = sources_[channel];
+  const auto after = std::ranges::upper_bound(first_frame_, frame);
+  const auto f = static_cast<std::size_t>(after - first_frame_.begin()) - 1;
+  const std::uint8_t* in = elements(source, f, frame - first_frame_[f]);
+  const FileArray& array = files_[f]->arrays()[source.array];
+  const ForeignChannel& made = channels_[channel];
+  const std::string_view name = made.name;
+  const std::uint64_t pixels = std::uint64_t{camera().width} * camera().height;
+  scatter(array, in, source.steps,
+          {.type = made.type,
+           .scale = source.scale,
+           .zero = source.layout.zero,
+           .mask = source.layout.mask,
+           .invalid = source.layout.invalid,
+           .is_length = is_length_channel(name) && name != "points",
+           .pixels = pixels,
+           .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
+          out, flags);
+  if (name == "points") mark_invalid_points(static_cast<float*>(out), flags, pixels);
+  if (files_.size() > 1 && source.frame_axis == npos && f > 0) files_[f].reset();  // a series has thousands
+}
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Foreign files as frames of a camera: arrays, their meaning by a layout, and what both leave open.
+#pragma once
+
+#include "foreign/foreign_file.hpp"
+#include "foreign/layout.hpp"
+#include "foreign/scatter.hpp"
+#include "io/camera.hpp"
+
+#include <functional>
+#include <map>
+
+namespace tofgraph::foreign {
+
+struct ForeignRequest {
+  std::vector<std::filesystem::path> files;  ///< one, or a series in the order of the frames
+  Layout layout;
+  io::CameraPtr camera;  ///< null: the file's own profile
+};
+
+/// A channel of the frames.
+struct ForeignChannel {
+  std::string name, unit;
+  std::uint32_t type = TOFGRAPH_TYPE_F32;
+  std::vector<std::uint64_t> extent;
+};
+
+/// Frames of one or several files. Values become SI; "no measurement" becomes NaN and is flagged as invalid.
+class ForeignFrames {
+ public:
+  /// @throws ForeignError what is damaged, missing, or ambiguous; ambiguous files with every reading that is possible
+  ForeignFrames(const graph::PluginRegistry& registry, ForeignRequest request);
+
+  const tofgraph_camera& camera() const { return camera_->view(); }
+  const io::CameraPtr& camera_profile() const { return camera_; }
+  /// With `flags` as the last one.
+  const std::vector<ForeignChannel>& channels() const { return channels_; }
+  std::uint64_t frames() const { return frames_; }
+  /// TOFGRAPH_KNOWS_.. of all frames.
+  std::uint64_t known() const;
+  tofgraph_metadata metadata(std::uint64_t frame) const;
+  /// Reads one channel of a frame. @param flags of the frame's pixels; invalid ones are added
+  void read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  /// Path of a channel from its array.
+  struct Source {
+    ChannelLayout layout;
+    std::size_t array = 0;
+    std::vector<Axis> axes;       // in memory, the slowest first
+    std::vector<AxisStep> steps;  // without the frame axis
+    std::size_t frame_axis = npos;
+    std::uint64_t elements = 1;  // of a frame
+    double scale = 1;
+  };
+  static constexpr std::size_t npos = static_cast<std::size_t>(-1);
+
+  const ForeignFile& file(std::size_t index);
+  std::shared_ptr<const ForeignFile> opened(const std::filesystem::path& path);
+  void set_channels();
+  Source source_of(const ChannelLayout& layout);
+  void count_frames();
+  void read_per_frame();
+  std::vector<double> values_of(const PerFrame& what, std::string_view unit);
+  /// The elements of a frame in the array's order.
+  const std::uint8_t* elements(const Source& source, std::size_t file, std::uint64_t frame);
+
+  const graph::PluginRegistry& registry_;
+  ForeignRequest request_;
+  io::CameraPtr camera_;
+  std::vector<std::shared_ptr<const ForeignFile>> files_;  // null: not opened yet
+  std::vector<std::uint64_t> first_frame_;                 // of each file
+  std::vector<ForeignChannel> channels_;
+  std::vector<Source> sources_;
+  std::vector<double> integration_time_, modulation_frequency_, timestamp_;  // one, one a frame, or none
+  std::vector<std::uint64_t> numbers_;                                       // in the names of a series; empty: none
+  std::vector<std::uint8_t> buffer_;
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::uint8_t>> whole_;  // arrays whose frames are no slices
+  std::uint64_t frames_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "foreign/layout.hpp"
+
+#include "config/quantity.hpp"
+#include "io/unknown.hpp"
+
+#include <tofgraph/format.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::foreign {
+namespace {
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::size_t at = 0; (at = text.find_first_not_of(", []", at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(", []", at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = end;
+  }
+  return words;
+}
+
+/// The words of a list, or of a text with blanks between them.
+std::string joined(const config::Value& value) {
+  if (!value.is_list()) return value.text;
+  std::string text;
+  for (const config::Value& item : value.items) text += (text.empty() ? "" : " ") + item.text;
+  return text;
+}
+
+std::vector<double> numbers_of(const config::Entry& entry, config::Diagnostics& diagnostics) {
+  std::vector<double> values;
+  const std::vector<config::Value> items =
+      entry.value.is_list() ? entry.value.items : std::vector<config::Value>{entry.value};
+  for (const config::Value& item : items) {
+    const config::Quantity number = config::parse_quantity(item.text, "");
+    if (number.ok())
+      values.push_back(number.value);
+    else
+      diagnostics.error(item.at, fmt::format("'{}' must be numbers, found {}", entry.key, item.described()),
+                        fmt::format("example: {}: [0, 65535]", entry.key));
+  }
+  return values;
+}
+
+ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diagnostics) {
+  ChannelLayout channel{.channel = entry.key};
+  const std::vector<std::string> known(std::begin(layout_channels), std::end(layout_channels));
+  if (std::ranges::find(known, entry.key) == known.end())
+    diagnostics.error(entry.at, fmt::format("there is no channel '{}'", entry.key),
+                      config::suggestion(entry.key, known, "channels"));
+  config::Reader reader(entry.value, diagnostics, fmt::format("channel '{}'", entry.key));
+  channel.array = reader.word("array", "");
+  channel.unit = reader.word("unit", "");
+  if (const config::Entry* axes = reader.take("axes")) {
+    const auto parsed = parse_axes(joined(axes->value));
+    if (parsed)
+      channel.axes = *parsed;
+    else
+      diagnostics.error(axes->value.at,
+                        fmt::format("'axes' has an unknown name, or one twice: '{}'", joined(axes->value)),
+                        fmt::format("names: {}; example: axes: frame row column", fmt::join(axis_names, ", ")));
+  }
+  if (const config::Entry* invalid = reader.take("invalid")) channel.invalid = numbers_of(*invalid, diagnostics);
+  if (const config::Entry* mask = reader.take("mask")) {
+    const std::string& text = mask->value.text;
+    const bool hex = text.starts_with("0x");
+    std::uint64_t bits = 0;
+    const char *begin = text.data() + (hex ? 2 : 0), *end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(begin, end, bits, hex ? 16 : 10);
+    if (error == std::errc() && stop == end && begin != end)
+      channel.mask = bits;
+    else
+      diagnostics.error(mask->value.at, fmt::format("'mask' must be a whole number, found {}", mask->value.described()),
+                        "example: mask: 0x0fff");
+  }
+  channel.zero = reader.number("zero", "", "2048", 0);
+  reader.finish();
+  return channel;
+}
+
+PerFrame read_per_frame(config::Reader& reader, std::string_view key, std::string_view unit, std::string_view example,
+                        config::Diagnostics& diagnostics) {
+  PerFrame result;
+  const config::Entry* entry = reader.take(key);
+  if (entry == nullptr) return result;
+  if (entry->value.is_map()) {
+    config::Reader inner(entry->value, diagnostics, fmt::format("'{}'", key));
+    if (const config::Entry* array = inner.need("array", "time")) result.array = array->value.text;
+    result.unit = inner.word("unit", std::string(unit));
+    inner.finish();
+    return result;
+  }
+  const config::Quantity quantity = config::parse_quantity(entry->value.text, unit);
+  if (quantity.ok())
+    result.value = quantity.value;
+  else
+    diagnostics.error(
+        entry->value.at,
+        fmt::format("'{}' must be a quantity or the name of an array, found {}", key, entry->value.described()),
+        fmt::format("example: {}: {}, or {}: {{array: NAME, unit: {}}}", key, example, key, unit));
+  return result;
+}
+
+HeaderlessArray read_headerless(const config::Entry& entry, config::Diagnostics& diagnostics) {
+  HeaderlessArray array{.name = entry.key};
+  config::Reader reader(entry.value, diagnostics, fmt::format("array '{}'", entry.key));
+  static constexpr std::pair<std::string_view, std::uint32_t> kinds[] = {
+      {"uint", TOFGRAPH_ELEMENT_UNSIGNED}, {"int", TOFGRAPH_ELEMENT_SIGNED}, {"float", TOFGRAPH_ELEMENT_FLOAT}};
+  if (const config::Entry* type = reader.need("type", "uint16")) {
+    for (const auto& [name, kind] : kinds) {
+      for (const std::uint32_t bytes : {1U, 2U, 4U, 8U}) {
+        if (type->value.text != fmt::format("{}{}", name, 8 * bytes)) continue;
+        if (kind == TOFGRAPH_ELEMENT_FLOAT && bytes < 4) continue;
+        array.kind = kind;
+        array.bytes = bytes;
+      }
+    }
+    if (array.bytes == 0)
+      diagnostics.error(type->value.at, fmt::format("'type' is {}, which is unknown", type->value.described()),
+                        "types: int8, int16, int32, int64, uint8, uint16, uint32, uint64, float32, float64");
+  }
+  const std::vector<std::string> orders = {"little", "big"};
+  array.big_endian = reader.choice("byte_order", orders) == "big";
+  if (const config::Entry* shape = reader.need("shape", "[4, 204, 204, 2]")) {
+    for (const double size : numbers_of(*shape, diagnostics)) {
+      if (size >= 1 && size == std::floor(size) && size < 1e6)
+        array.shape.push_back(static_cast<std::uint64_t>(size));
+      else
+        diagnostics.error(shape->value.at, "'shape' must be whole numbers from 1 on",
+                          "example: shape: [4, 204, 204, 2]");
+    }
+    if (array.shape.empty() || array.shape.size() > 5)
+      diagnostics.error(shape->value.at, "'shape' needs one to five numbers", "example: shape: [4, 204, 204, 2]");
+  }
+  array.image_header = static_cast<std::uint64_t>(reader.whole_number("image_header", "512", 0, 0, 1 << 24));
+  reader.finish();
+  return array;
+}
+
+}  // namespace
+
+std::optional<std::vector<Axis>> parse_axes(std::string_view names) {
+  std::vector<Axis> axes;
+  for (const std::string_view word : words_of(names)) {
+    const auto found = std::ranges::find(axis_names, word);
+    if (found == std::end(axis_names)) return std::nullopt;
+    const auto axis = static_cast<Axis>(found - std::begin(axis_names));
+    if (std::ranges::find(axes, axis) != axes.end()) return std::nullopt;
+    axes.push_back(axis);
+  }
+  return axes;
+}
+
+std::string axes_text(const std::vector<Axis>& axes) {
+  std::string text;
+  for (const Axis axis : axes) {
+    text += text.empty() ? "" : " ";
+    text += axis_names[static_cast<std::size_t>(axis)];
+  }
+  return text;
+}
+
+Layout read_layout(const std::filesystem::path& file) {
+  const config::Value document = config::load_document(file);
+  config::Diagnostics diagnostics;
+  config::check_version(document, "layout", 1, diagnostics);
+  Layout layout;
+  config::Reader reader(document, diagnostics, "the layout");
+  reader.take("layout");
+  if (const config::Entry* camera = reader.take("camera")) {
+    const std::string& text = camera->value.text;
+    const bool path = text.find('/') != std::string::npos || text.ends_with(".yaml");
+    layout.camera = path ? std::filesystem::absolute(config::path_at(text, camera->value.at)).string() : text;
+  }
+  if (const config::Entry* channels = reader.need("channels", "{depth: {unit: mm}}")) {
+    if (!channels->value.is_map() || channels->value.entries.empty())
+      diagnostics.error(channels->value.at,
+                        fmt::format("'channels' must name channels, found {}", channels->value.described()),
+                        "example: channels: {depth: {array: depth, axes: row column, unit: mm}}");
+    for (const config::Entry& entry : channels->value.entries)
+      layout.channels.push_back(read_channel(entry, diagnostics));
+  }
+  layout.integration_time = read_per_frame(reader, "integration_time", "s", "1 ms", diagnostics);
+  layout.modulation_frequency = read_per_frame(reader, "modulation_frequency", "Hz", "20 MHz", diagnostics);
+  layout.timestamp = read_per_frame(reader, "timestamp", "s", "0 s", diagnostics);
+  layout.frame_rate = reader.number("frame_rate", "Hz", "30 Hz", io::unknown);
+  layout.file_header = static_cast<std::uint64_t>(reader.whole_number("file_header", "64", 0, 0, 1 << 30));
+  layout.frame_header = static_cast<std::uint64_t>(reader.whole_number("frame_header", "16", 0, 0, 1 << 30));
+  if (const config::Entry* arrays = reader.take("arrays")) {
+    for (const config::Entry& entry : arrays->value.entries)
+      layout.headerless.push_back(read_headerless(entry, diagnostics));
+  }
+  reader.finish();
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return layout;
+}
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Layouts: what the arrays of a foreign file mean, written by the user. See docs/formats/layout.md.
+#pragma once
+
+#include "config/document.hpp"
+#include "io/unknown.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::foreign {
+
+/// Meaning of an axis of an array.
+enum class Axis { frame, exposure, tap, row, column, coordinate };
+inline constexpr std::string_view axis_names[] = {"frame", "exposure", "tap", "row", "column", "coordinate"};
+
+/// Axes from their names, "frame row column". @returns nothing for an unknown name or one that occurs twice
+std::optional<std::vector<Axis>> parse_axes(std::string_view names);
+std::string axes_text(const std::vector<Axis>& axes);
+
+/// A channel of the capture, and the array that it is read from.
+struct ChannelLayout {
+  std::string channel;                ///< depth, amplitude, phases, ..
+  std::string array;                  ///< in the file; empty: the only one
+  std::vector<Axis> axes;             ///< in the order of the array's shape; empty: from the sizes
+  std::string unit;                   ///< of a value of 1, "mm" or "0.1 mm"; empty: the file's
+  std::vector<double> invalid;        ///< values that mean "no measurement", before mask, zero and unit
+  std::optional<std::uint64_t> mask;  ///< bits of a value that count
+  double zero = 0;                    ///< is subtracted
+};
+
+/// A number for all frames, or an array with one for each.
+struct PerFrame {
+  double value = io::unknown;  ///< SI
+  std::string array;           ///< empty: the value
+  std::string unit;            ///< of the array's values
+};
+
+/// An array of a file without a header.
+struct HeaderlessArray {
+  std::string name;
+  std::uint32_t kind = 0, bytes = 0;  ///< as in tofgraph_file_array
+  bool big_endian = false;
+  std::vector<std::uint64_t> shape;  ///< of one frame
+  std::uint64_t image_header = 0;    ///< bytes before each element of the first axis
+};
+
+struct Layout {
+  std::string camera;  ///< a profile by name or absolute path; empty: not stated
+  std::vector<ChannelLayout> channels;
+  PerFrame integration_time, modulation_frequency, timestamp;  ///< s, Hz, s
+  double frame_rate = io::unknown;                             ///< Hz
+  std::uint64_t file_header = 0, frame_header = 0;             ///< bytes, of files without a header of their own
+  std::vector<HeaderlessArray> headerless;                     ///< not empty: the file has no header
+};
+
+/// Reads a layout file. @throws config::ConfigurationError with every mistake
+Layout read_layout(const std::filesystem::path& file);
+
+/// Channels that a layout may name.
+inline constexpr std::string_view layout_channels[] = {"depth",     "range",  "distance", "points", "amplitude",
+                                                       "intensity", "phases", "taps",     "sigma",  "flags"};
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "foreign/readings.hpp"
+
+#include "config/quantity.hpp"
+
+#include <tofgraph/array.hpp>
+#include <tofgraph/physics/exposures.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace tofgraph::foreign {
+namespace {
+
+bool fits(Axis axis, std::uint64_t extent, const tofgraph_camera* camera) {
+  switch (axis) {
+    case Axis::frame:
+      return true;
+    case Axis::exposure:
+      return camera == nullptr || extent == physics::exposures_of(*camera).size();
+    case Axis::tap:
+      return extent == 2;
+    case Axis::row:
+      return camera == nullptr || extent == camera->height;
+    case Axis::column:
+      return camera == nullptr || extent == camera->width;
+    case Axis::coordinate:
+      return extent == 3;
+  }
+  return false;
+}
+
+template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vector<double>& values) {
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) {
+    T value;
+    std::memcpy(&value, &bytes[i], sizeof value);
+    values.push_back(static_cast<double>(value));
+  }
+}
+
+double largest_of(const FileArray& array) {
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return std::numeric_limits<double>::infinity();
+  return std::ldexp(1.0, static_cast<int>(8 * array.bytes) - (array.kind == TOFGRAPH_ELEMENT_SIGNED ? 1 : 0)) - 1;
+}
+
+}  // namespace
+
+std::vector<Axis> axes_of_channel(std::string_view channel) {
+  std::vector<Axis> axes = {Axis::row, Axis::column};
+  if (channel == "taps") axes.insert(axes.begin(), {Axis::exposure, Axis::tap});
+  if (channel == "phases") axes.insert(axes.begin(), Axis::exposure);
+  if (channel == "points") axes.push_back(Axis::coordinate);
+  return axes;
+}
+
+std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
+                                             const tofgraph_camera* camera) {
+  std::vector<Axis> axes = axes_of_channel(channel);
+  if (shape.size() == axes.size() + 1) axes.push_back(Axis::frame);
+  std::vector<std::vector<Axis>> possible;
+  if (shape.size() != axes.size()) return possible;
+  std::ranges::sort(axes);
+  do {
+    bool all = true;
+    for (std::size_t i = 0; i < axes.size(); ++i) all = all && fits(axes[i], shape[i], camera);
+    if (all) possible.push_back(axes);
+  } while (std::ranges::next_permutation(axes).found);
+  return possible;
+}
+
+std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes) {
+  std::vector<double> values;
+  const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    array.bytes == 4 ? append<float>(bytes, values) : append<double>(bytes, values);
+  else if (array.bytes == 1)
+    is_signed ? append<std::int8_t>(bytes, values) : append<std::uint8_t>(bytes, values);
+  else if (array.bytes == 2)
+    is_signed ? append<std::int16_t>(bytes, values) : append<std::uint16_t>(bytes, values);
+  else if (array.bytes == 4)
+    is_signed ? append<std::int32_t>(bytes, values) : append<std::uint32_t>(bytes, values);
+  else
+    is_signed ? append<std::int64_t>(bytes, values) : append<std::uint64_t>(bytes, values);
+  return values;
+}
+
+ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
+  const FileArray& array = file.arrays()[index];
+  ValueRange range{.low = std::numeric_limits<double>::infinity()};
+  if (array.elements() == 0) return range;
+  count = std::min(count, array.extent[0]);
+  std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
+  file.read(index, 0, count, bytes.data());
+  double zeros = 0;
+  const std::vector<double> values = numbers_of(array, bytes);
+  for (const double value : values) {
+    zeros += value == 0 ? 1 : 0;
+    if (!std::isfinite(value) || value <= 0 || value >= largest_of(array)) continue;
+    range.low = std::min(range.low, value);
+    range.high = std::max(range.high, value);
+    range.found = true;
+  }
+  range.zeros = zeros / static_cast<double>(values.size());
+  return range;
+}
+
+std::vector<std::string> unit_readings(const ValueRange& range) {
+  std::vector<std::string> lines;
+  static constexpr std::pair<const char*, double> units[] = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
+  for (const auto& [unit, scale] : units)
+    lines.push_back(fmt::format("unit: {:<4} {} to {}", unit, config::format_quantity(range.low * scale, "m"),
+                                config::format_quantity(range.high * scale, "m")));
+  return lines;
+}
+
+std::vector<std::string> channel_readings() {
+  return {"depth      along the optical axis from the sensor plane: flat boards are flat",
+          "range      straight from the lens centre: flat boards bulge away from the middle",
+          "distance   half of the light's path from sources to board to pixel", "amplitude  of the modulated light",
+          "intensity  of all light"};
+}
+
+std::string readings_text(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += "\n           " + line;
+  return text;
+}
+
+std::vector<Axis> axes_of(const ForeignFile& file, std::size_t index, const ChannelLayout& layout,
+                          const tofgraph_camera& camera) {
+  const std::string where = file.path().string();
+  const FileArray& array = file.arrays()[index];
+  const std::string name = array.name.empty() ? std::string("the array") : "'" + array.name + "'";
+  std::vector<std::uint64_t> shape = shape_of(array);
+  std::vector<Axis> axes = layout.axes;
+  if (axes.empty() && !array.axes.empty()) axes = parse_axes(array.axes).value_or(axes);
+  const auto possible = possible_axes(shape, layout.channel, &camera);
+  if (file.is_headerless() && axes.size() + 1 == shape.size()) axes.insert(axes.begin(), Axis::frame);
+  if (axes.empty()) {
+    if (possible.size() > 1) {
+      std::vector<std::string> lines;
+      for (const auto& one : possible) lines.push_back("axes: " + axes_text(one));
+      throw ForeignError(
+          fmt::format("{}: the order of the axes of {}, {}, is ambiguous for a camera of {} x {} "
+                      "px\n         readings that are possible:{}\n         state one, e.g. --axes "
+                      "\"{}\"",
+                      where, name, shape_text(array), camera.width, camera.height, readings_text(lines),
+                      axes_text(possible.front())));
+    }
+    if (possible.size() == 1) axes = possible.front();
+  }
+  if (std::ranges::find(possible, axes) == possible.end()) {
+    std::vector<std::string> names;
+    for (const Axis axis : axes_of_channel(layout.channel))
+      names.emplace_back(axis_names[static_cast<std::size_t>(axis)]);
+    throw ForeignError(fmt::format(
+        "{}: {} is {}{}, which does not fit '{}' of a camera of {} x {} px ({} high, {} "
+        "wide{})\n         its axes are {}, in any order, and perhaps frame",
+        where, name, shape_text(array), axes.empty() ? "" : fmt::format(" with the axes {}", axes_text(axes)),
+        layout.channel, camera.width, camera.height, camera.height, camera.width,
+        layout.channel == "phases" || layout.channel == "taps"
+            ? fmt::format(", {} exposures", physics::exposures_of(camera).size())
+            : "",
+        fmt::join(names, ", ")));
+  }
+  return axes;
+}
+
+void refuse_without_unit(const ForeignFile& file, std::size_t index, const std::string& channel) {
+  const FileArray& array = file.arrays()[index];
+  const ValueRange range = range_of(file, index);
+  throw ForeignError(fmt::format(
+      "{}: nothing states the unit of {} ('{}')\n         readings that are possible:{}\n         state one, "
+      "e.g. --unit mm",
+      file.path().string(), array.name.empty() ? "the array" : "'" + array.name + "'", channel,
+      range.found ? readings_text(unit_readings(range)) : "\n           no value of the first frame is positive"));
+}
+
+}  // namespace tofgraph::foreign

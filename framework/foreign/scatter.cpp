@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "foreign/scatter.hpp"
+
+#include <tofgraph/channels.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace tofgraph::foreign {
+namespace {
+
+template <class T> T element(const std::uint8_t* in, std::uint64_t i) {
+  T value;
+  std::memcpy(&value, in + i * sizeof(T), sizeof value);
+  return value;
+}
+
+/// Calls run(first input element, first output element, count, output step) for each run of the fastest axis.
+template <class Run> void each_run(std::span<const AxisStep> steps, Run&& run) {
+  const AxisStep last = steps.back();
+  std::uint64_t outer = 1;
+  for (const AxisStep& axis : steps.first(steps.size() - 1)) outer *= axis.extent;
+  for (std::uint64_t i = 0; i < outer; ++i) {
+    std::uint64_t rest = i, to = 0;
+    for (std::size_t axis = steps.size() - 1; axis-- > 0;) {
+      to += rest % steps[axis].extent * steps[axis].step;
+      rest /= steps[axis].extent;
+    }
+    run(i * last.extent, to, last.extent, last.step);
+  }
+}
+
+template <class T, class U> class Scatter {
+ public:
+  Scatter(const Conversion& conversion, const std::uint8_t* in, U* out, std::uint16_t* flags)
+      : c_(conversion), in_(in), out_(out), flags_(flags) {}
+
+  void operator()(std::uint64_t from, std::uint64_t to, std::uint64_t count, std::uint64_t step) const {
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const T given = element<T>(in_, from + i);
+      const std::uint64_t at = to + i * step;
+      if (is_invalid(given)) {
+        out_[at] = nothing();
+        if (flags_ != nullptr) flags_[at / c_.per_pixel % c_.pixels] |= flag::invalid;
+        continue;
+      }
+      out_[at] = converted(masked(given));
+    }
+  }
+
+ private:
+  static constexpr U nothing() {
+    if constexpr (std::is_floating_point_v<U>) return std::numeric_limits<U>::quiet_NaN();
+    return U{0};
+  }
+  T masked(T value) const {
+    if constexpr (std::is_integral_v<T>) {
+      if (c_.mask) return static_cast<T>(static_cast<std::uint64_t>(value) & *c_.mask);
+    }
+    return value;
+  }
+  bool is_invalid(T value) const {
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::isfinite(value)) return true;
+    }
+    if (std::ranges::find(c_.invalid, static_cast<double>(value)) != c_.invalid.end()) return true;
+    return c_.is_length &&
+           !is_valid_length(static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale));
+  }
+  U converted(T value) const {
+    const double shifted = static_cast<double>(value) - c_.zero;
+    if constexpr (std::is_floating_point_v<U>) return static_cast<U>(shifted * c_.scale);
+    if (!(shifted >= static_cast<double>(std::numeric_limits<U>::min()) &&
+          shifted <= static_cast<double>(std::numeric_limits<U>::max()) && shifted == std::floor(shifted)))
+      throw ForeignError(
+          fmt::format("the value {} does not fit into a channel of {} to {}; are zero, mask and "
+                      "type right?",
+                      shifted, std::numeric_limits<U>::min(), std::numeric_limits<U>::max()));
+    return static_cast<U>(shifted);
+  }
+
+  const Conversion& c_;
+  const std::uint8_t* in_;
+  U* out_;
+  std::uint16_t* flags_;
+};
+
+template <class T> void scatter_from(const std::uint8_t* in, std::span<const AxisStep> steps, const Conversion& c,
+                                     void* out, std::uint16_t* flags) {
+  switch (c.type) {
+    case TOFGRAPH_TYPE_U16:
+      return each_run(steps, Scatter<T, std::uint16_t>(c, in, static_cast<std::uint16_t*>(out), flags));
+    case TOFGRAPH_TYPE_I16:
+      return each_run(steps, Scatter<T, std::int16_t>(c, in, static_cast<std::int16_t*>(out), flags));
+    case TOFGRAPH_TYPE_I32:
+      return each_run(steps, Scatter<T, std::int32_t>(c, in, static_cast<std::int32_t*>(out), flags));
+    default:
+      return each_run(steps, Scatter<T, float>(c, in, static_cast<float*>(out), flags));
+  }
+}
+
+}  // namespace
+
+void scatter(const FileArray& array, const std::uint8_t* in, std::span<const AxisStep> steps, const Conversion& c,
+             void* out, std::uint16_t* flags) {
+  const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    return array.bytes == 4 ? scatter_from<float>(in, steps, c, out, flags)
+                            : scatter_from<double>(in, steps, c, out, flags);
+  switch (array.bytes) {
+    case 1:
+      return is_signed ? scatter_from<std::int8_t>(in, steps, c, out, flags)
+                       : scatter_from<std::uint8_t>(in, steps, c, out, flags);
+    case 2:
+      return is_signed ? scatter_from<std::int16_t>(in, steps, c, out, flags)
+                       : scatter_from<std::uint16_t>(in, steps, c, out, flags);
+    case 4:
+      return is_signed ? scatter_from<std::int32_t>(in, steps, c, out, flags)
+                       : scatter_from<std::uint32_t>(in, steps, c, out, flags);
+    default:
+      return is_signed ? scatter_from<std::int64_t>(in, steps, c, out, flags)
+                       : scatter_from<std::uint64_t>(in, steps, c, out, flags);
+  }
+}
+
+void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels) {
+  const PointRule rule("");
+  for (std::uint64_t i = 0; i < pixels; ++i) {
+    if (rule.is_valid(points + 3 * i)) continue;
+    std::fill_n(points + 3 * i, 3, std::numeric_limits<float>::quiet_NaN());
+    if (flags != nullptr) flags[i] |= flag::invalid;
+  }
+}
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file An opened file of another program, as a list of arrays; what a format plugin is derived from (format.hpp).
+#pragma once
+
+#include <tofgraph/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tofgraph {
+
+/// An array of a file; see tofgraph_file_array.
+struct FileArray {
+  std::uint32_t kind = TOFGRAPH_ELEMENT_FLOAT, bytes = 4;
+  std::vector<std::uint64_t> extent;  ///< in memory, the slowest axis first
+  std::string name, unit, text;
+  std::string axes;       ///< their meaning where the format defines it, e.g. "row column"; empty: it does not
+  bool reversed = false;  ///< people count the axes the other way round
+
+  std::uint64_t elements() const {
+    std::uint64_t count = 1;
+    for (const std::uint64_t e : extent) count *= e;
+    return count;
+  }
+};
+
+/// An opened file. Errors are exceptions derived from std::exception, whose text continues a sentence that begins with
+/// the file's name: "has 3 bytes, expected 8".
+class FileFormat {
+ public:
+  FileFormat() = default;
+  FileFormat(const FileFormat&) = delete;
+  FileFormat& operator=(const FileFormat&) = delete;
+  virtual ~FileFormat() = default;
+
+  const std::vector<FileArray>& arrays() const { return arrays_; }
+  const std::string& profile() const { return profile_; }
+  /// Elements first .. first + count - 1 of an array's slowest axis.
+  virtual void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) = 0;
+
+ protected:
+  void add(FileArray array) { arrays_.push_back(std::move(array)); }
+  /// A camera profile (YAML) that follows from the file.
+  void set_profile(std::string text) { profile_ = std::move(text); }
+
+ private:
+  std::vector<FileArray> arrays_;
+  std::string profile_;
+};
+
+}  // namespace tofgraph

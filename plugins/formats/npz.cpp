@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Archives of NumPy's arrays (.npz), stored or compressed.
+#include <zip.h>
+#include <tofgraph/format.hpp>
+
+#include <memory>
+#include <sstream>
+
+#include "plugins/formats/npy_array.hpp"
+
+namespace tofgraph {
+
+/// Members whose names end in .npy are arrays; others are left alone. A member is decompressed as far as it is read, so
+/// that an archive that announces more than it holds costs nothing.
+struct Npz final : FileFormat {
+  static constexpr const char* endings = "npz";
+  static bool recognises(std::span<const std::uint8_t> head) {
+    return head.size() > 4 && head[0] == 'P' && head[1] == 'K' && head[2] == 3 && head[3] == 4;
+  }
+
+  explicit Npz(const std::string& path) {
+    int error = 0;
+    archive_.reset(zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error));
+    if (!archive_) {
+      zip_error_t reason;
+      zip_error_init_with_code(&reason, error);
+      const std::string text = zip_error_strerror(&reason);
+      zip_error_fini(&reason);
+      throw std::runtime_error("is a damaged archive: " + text);
+    }
+    const zip_int64_t count = zip_get_num_entries(archive_.get(), 0);
+    for (zip_int64_t i = 0; i < count; ++i) add_member(static_cast<zip_uint64_t>(i));
+    if (arrays().empty()) throw std::runtime_error("is an archive without .npy files in it");
+  }
+
+  void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) override {
+    Member& member = members_[array];
+    const FileArray& about = arrays()[array];
+    const std::uint64_t slice = about.elements() / about.extent[0] * about.bytes;
+    const std::uint64_t begin = member.header.begin + first * slice;
+    if (!member.file || member.at > begin) reopen(member);
+    std::vector<std::uint8_t> skipped(std::min<std::uint64_t>(begin - member.at, std::uint64_t{1} << 20U));
+    while (member.at < begin) next(member, skipped.data(), std::min<std::uint64_t>(begin - member.at, skipped.size()));
+    next(member, out, count * slice);
+    to_native(member.header, out, count * slice);
+  }
+
+ private:
+  struct CloseArchive {
+    void operator()(zip_t* archive) const { zip_discard(archive); }
+  };
+  struct CloseFile {
+    void operator()(zip_file_t* file) const { zip_fclose(file); }
+  };
+  struct Member {
+    zip_uint64_t index = 0;
+    io::NpyHeader header;
+    std::unique_ptr<zip_file_t, CloseFile> file;
+    std::uint64_t at = 0;  // bytes read of it
+  };
+
+  void reopen(Member& member) {
+    member.file.reset(zip_fopen_index(archive_.get(), member.index, 0));
+    member.at = 0;
+    if (!member.file) throw std::runtime_error(std::string("is a damaged archive: ") + zip_strerror(archive_.get()));
+  }
+
+  void next(Member& member, void* out, std::uint64_t bytes) {
+    const zip_int64_t got = zip_fread(member.file.get(), out, bytes);
+    if (got < 0 || static_cast<std::uint64_t>(got) != bytes)
+      throw std::runtime_error(std::string("is a damaged archive: ") +
+                               (got < 0 ? zip_file_strerror(member.file.get()) : "a member ends before its values do"));
+    member.at += bytes;
+  }
+
+  void add_member(zip_uint64_t index) {
+    zip_stat_t about;
+    if (zip_stat_index(archive_.get(), index, 0, &about) != 0 || (about.valid & ZIP_STAT_SIZE) == 0)
+      throw std::runtime_error("is a damaged archive");
+    std::string name = about.name;
+    if (!name.ends_with(".npy")) return;
+    Member member{.index = index};
+    reopen(member);
+    std::string head(std::min<std::uint64_t>(about.size, 66000), '\0');
+    next(member, head.data(), head.size());
+    std::istringstream in(head);
+    try {
+      member.header = io::read_npy_header(in, about.size);
+      add(npy_array(member.header, name.substr(0, name.size() - 4), about.size - member.header.begin));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error("has the member '" + name + "', which " + error.what());
+    }
+    members_.push_back(std::move(member));
+  }
+
+  std::unique_ptr<zip_t, CloseArchive> archive_;
+  std::vector<Member> members_;  // before the archive is closed
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_FORMAT(tofgraph::Npz, "Archives of NumPy's arrays")

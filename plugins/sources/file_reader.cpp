@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads files of other programs: whatever a format plugin recognises, or a layout describes.
+#include <tofgraph/stage.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/paths.hpp"
+#include "foreign/foreign_frames.hpp"
+#include "foreign/series.hpp"
+#include "io/plausibility.hpp"
+#include "io/profile.hpp"
+
+namespace tofgraph {
+
+/// Reads one file, or a series by a pattern (depth_*.png). What the file does not state is stated by the parameters, or
+/// by a layout file for more than one array; what is ambiguous is an error that lists the readings. Values become SI;
+/// "no measurement" becomes NaN with the flag `invalid`.
+struct FileReader final : Source {
+  Param<std::string> file{
+      this, "file", {.required = true, .text = "the file, or a pattern with * and ?: one file a frame"}};
+  Param<InputFile> layout{this, "layout", {.text = "a layout file: what the arrays are"}};
+  Param<std::string> as{
+      this,
+      "as",
+      {.text = "the channel of the array, e.g. depth; of one of several arrays CHANNEL=ARRAY; several with commas"}};
+  Param<std::string> unit{this, "unit", {.text = "of lengths: of a value of 1, e.g. mm or 0.25 mm"}};
+  Param<std::string> axes{this, "axes", {.text = "of the array, slowest first, e.g. frame row column"}};
+  Param<std::vector<double>> invalid{this, "invalid", {.text = "values that mean no measurement, e.g. [0, 65535]"}};
+  Param<double> integration_time{this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame"}};
+  Param<double> modulation_frequency{
+      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "of every frame; default: the profile's"}};
+  Param<double> frame_rate{this, "frame_rate", {.unit = "Hz", .min = 1e-6, .text = "for the time stamps"}};
+
+  void prepare(Setup& setup) {
+    registry_ = std::make_unique<graph::PluginRegistry>(config::split_path(host->plugin_path(context)));
+    foreign::ForeignRequest request{.files = {}, .layout = stated(), .camera = {}};
+    if (const tofgraph_camera* given = setup.stream().camera; given != nullptr)
+      request.camera = std::make_shared<const io::Camera>(*given);
+    try {
+      request.files = foreign::files_of(std::string(*file));
+      if (!request.camera && !request.layout.camera.empty())
+        request.camera = io::load_profile(io::find_profile(request.layout.camera, "."));
+      for (const auto& path : request.files) setup.uses_file(path.string());
+      frames_ = std::make_unique<foreign::ForeignFrames>(*registry_, std::move(request));
+    } catch (const foreign::ForeignError& error) {
+      throw ConfigError("file", error.what());
+    } catch (const config::ConfigurationError& error) {
+      throw ConfigError("file", error.what());
+    }
+    for (const std::string& warning : frames_->warnings()) warn(warning);
+    if (setup.stream().camera == nullptr) setup.use_profile(frames_->camera().name, frames_->camera().profile);
+    const tofgraph_metadata first = frames_->metadata(0);
+    for (const std::string& doubt : io::metadata_doubts({&first, 1}, &frames_->camera())) warn(doubt);
+    for (const foreign::ForeignChannel& channel : frames_->channels()) setup.provide(described(channel));
+    setup.set_frames(frames_->frames(), frames_->known());
+  }
+
+  bool process(Frame& frame) {
+    if (next_ == frames_->frames()) return false;
+    const tofgraph_metadata known = frames_->metadata(next_);
+    tofgraph_metadata& metadata = frame.metadata();
+    metadata.device_number = known.device_number;
+    metadata.timestamp_ns = known.timestamp_ns;
+    metadata.integration_time = known.integration_time;
+    metadata.modulation_frequency = known.modulation_frequency;
+    const std::vector<foreign::ForeignChannel>& channels = frames_->channels();
+    std::uint16_t* flags = nullptr;
+    for (const foreign::ForeignChannel& channel : channels) {
+      if (channel.name != "flags") continue;
+      const Array<std::uint16_t> bits(frame.write(described(channel)));
+      std::fill(bits.begin(), bits.end(), std::uint16_t{0});
+      flags = bits.data();
+    }
+    for (std::size_t i = channels.size(); i-- > 0;) {  // flags of the file first: others add to them
+      void* out = channels[i].name == "flags" ? flags : frame.write(described(channels[i])).data;
+      frames_->read(next_, i, out, flags);
+    }
+    ++next_;
+    return true;
+  }
+
+ private:
+  static tofgraph_channel described(const foreign::ForeignChannel& channel) {
+    tofgraph_channel made{};
+    made.size = sizeof made;
+    made.name = channel.name.c_str();
+    made.type = channel.type;
+    made.rank = static_cast<std::uint32_t>(channel.extent.size());
+    std::ranges::copy(channel.extent, made.extent);
+    made.unit = channel.unit.c_str();
+    made.of = made.applied = made.from = "";
+    return made;
+  }
+
+  /// The layout file, with what the parameters state.
+  foreign::Layout stated() const {
+    foreign::Layout result;
+    if (layout.given()) {
+      try {
+        result = foreign::read_layout(std::string(*layout));
+      } catch (const config::ConfigurationError& error) {
+        throw ConfigError("layout", error.what());
+      }
+    }
+    if (as.given()) {
+      result.channels.clear();
+      const std::string list(*as);
+      for (std::size_t at = 0; at <= list.size();) {
+        const std::size_t end = std::min(list.find(',', at), list.size());
+        add_channel(list.substr(at, end - at), result);
+        at = end + 1;
+      }
+    }
+    if (result.channels.empty() && (unit.given() || axes.given() || invalid.given()))
+      throw ConfigError("as", "must say which channel the array is, e.g. as: depth");
+    for (foreign::ChannelLayout& channel : result.channels) {
+      if (unit.given() && (is_length_channel(channel.channel) || channel.channel == "sigma"))
+        channel.unit = std::string(*unit);
+      if (invalid.given()) channel.invalid = *invalid;
+      if (!axes.given()) continue;
+      const auto parsed = foreign::parse_axes(std::string(*axes));
+      if (!parsed)
+        throw ConfigError("axes", "has an unknown name, or one twice; names: frame exposure tap row column coordinate");
+      channel.axes = *parsed;
+    }
+    if (integration_time.given()) result.integration_time.value = *integration_time;
+    if (modulation_frequency.given()) result.modulation_frequency.value = *modulation_frequency;
+    if (frame_rate.given()) result.frame_rate = *frame_rate;
+    return result;
+  }
+
+  static void add_channel(std::string text, foreign::Layout& layout) {
+    std::erase(text, ' ');
+    const std::size_t equal = text.find('=');
+    const std::string channel = text.substr(0, equal);
+    if (std::ranges::find(foreign::layout_channels, std::string_view(channel)) == std::end(foreign::layout_channels))
+      throw ConfigError("as", "'" + channel +
+                                  "' is no channel; channels: depth range distance points amplitude intensity phases "
+                                  "taps sigma flags");
+    layout.channels.push_back({.channel = channel, .array = equal == std::string::npos ? "" : text.substr(equal + 1)});
+  }
+
+  std::unique_ptr<graph::PluginRegistry> registry_;  // the frames look at it
+  std::unique_ptr<foreign::ForeignFrames> frames_;
+  std::uint64_t next_ = 0;
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::FileReader, "Reads files of other programs: arrays, pictures, tables, headerless dumps")

@@ -1,0 +1,276 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Files that NumPy, SciPy and OpenCV wrote, as captures.
+#include <gmock/gmock.h>
+#include <hdf5.h>
+
+#include "tests/small_capture.hpp"
+#include "tests/unit/raw_capture.hpp"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <cmath>
+#include <fstream>
+
+using namespace tofgraph::tests;
+using testing::HasSubstr;
+
+namespace {
+
+constexpr std::size_t count = 5;  // frames of what Python writes
+
+class Convert : public testing::Test {
+ protected:
+  void SetUp() override { write_text(path("tiny.yaml"), small_profile); }
+  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
+  Outcome tofgraph(const std::string& arguments) const { return shell("$TOFGRAPH " + arguments, folder_.path()); }
+  Outcome convert(const std::string& arguments) const {
+    return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
+  }
+  /// Debian's own Python, for which bootstrap installs NumPy and SciPy. @returns whether it could run
+  bool python(const std::string& script) const {
+    write_text(path("write.py"), "import numpy as np\n" + script);
+    const Outcome outcome = shell("/usr/bin/python3 write.py", folder_.path());
+    EXPECT_TRUE(outcome.exit_code == 0 || outcome.err.find("ModuleNotFoundError") != std::string::npos) << outcome.err;
+    return outcome.exit_code == 0;
+  }
+  template <class T> std::vector<T> frames(const std::string& channel) const {
+    return raw_values<T>(path("out.h5"), "/frames/" + channel);
+  }
+  /// Elements that a script stored with ndarray.tofile().
+  template <class T> std::vector<T> stored(const std::string& name) const {
+    const std::string bytes = read_text(path(name));
+    std::vector<T> values(bytes.size() / sizeof(T));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+    return values;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+/// 5 frames of 6 x 8 px, stored as `a` in every type, byte order and order of the axes; as it should come out.
+constexpr const char* arrays = R"(
+import itertools, sys
+rng = np.random.default_rng(3)
+whole = rng.integers(1, 100, (5, 6, 8))
+n = 0
+for kind in ["f4", "f8", "u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8"]:
+    for order in "<>":
+        for axes in itertools.permutations(range(3)):
+            for layout in "CF":
+                np.save(f"a{n}.npy", np.asarray(whole.transpose(axes), dtype=order + kind, order=layout))
+                n += 1
+whole.astype("<f4").tofile("expected.bin")
+print(n)
+)";
+
+TEST_F(Convert, NumPysArraysOfAnyTypeAndOrderAreReadBitForBit) {
+  if (!python(arrays)) GTEST_SKIP() << "NumPy is not installed";
+  const std::vector<float> expected = stored<float>("expected.bin");
+  // All permutations of (5, 6, 8) differ, so the camera of 8 x 6 px makes the axes unique. Every seventh keeps it short
+  // and meets each type, byte order and order of the axes.
+  for (int n = 0; n < 240; n += 7) {
+    const Outcome outcome = convert("a" + std::to_string(n) + ".npy --as amplitude");
+    ASSERT_EQ(outcome.exit_code, 0) << n << outcome.err;
+    EXPECT_EQ(frames<float>("amplitude"), expected) << n;
+  }
+}
+
+TEST_F(Convert, ArchivesStoredAndCompressedGiveAllTheirChannels) {
+  if (!python(R"(
+rng = np.random.default_rng(4)
+z = rng.integers(300, 2000, (5, 6, 8)).astype("<u2")
+z[1, 2, 3] = 0
+z[2, 0, 0] = 65535
+a = rng.random((5, 6, 8)).astype(">f8")
+t = np.arange(5) * 33000 + 17
+np.savez("stored.npz", z=z, conf=a, t=t)
+np.savez_compressed("compressed.npz", z=z, conf=a, t=t)
+d = z.astype("f4") * np.float32(1e-3)
+(z.astype("f8") * 1e-3).astype("<f4").tofile("z.bin")
+a.astype("<f4").tofile("a.bin")
+)"))
+    GTEST_SKIP() << "NumPy is not installed";
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./tiny.yaml\nchannels:\n  depth: {array: z, unit: mm, invalid: [65535]}\n"
+             "  amplitude: {array: conf}\ntimestamp: {array: t, unit: us}\nintegration_time: 2 ms\n");
+  for (const std::string name : {"stored", "compressed"}) {
+    const Outcome outcome = tofgraph("convert " + name + ".npz -o out.h5 --layout layout.yaml --force");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::vector<float> depth = frames<float>("depth"), expected = stored<float>("z.bin");
+    const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+    const std::size_t zero = 48 + 2 * 8 + 3, code = 2 * 48;
+    for (std::size_t i = 0; i < count * small_pixels; ++i) {
+      const bool invalid = i == zero || i == code;
+      EXPECT_EQ(flags[i], invalid ? 1 : 0) << i;
+      EXPECT_EQ(std::isnan(depth[i]), invalid) << i;
+      EXPECT_TRUE(invalid || depth[i] == expected[i]) << i;
+    }
+    EXPECT_EQ(frames<float>("amplitude"), stored<float>("a.bin"));
+    EXPECT_EQ(frames<std::int64_t>("timestamp_ns")[4], (4 * 33000 + 17) * 1000);
+    EXPECT_EQ(frames<double>("integration_time_s")[3], 2e-3);
+  }
+}
+
+TEST_F(Convert, MatlabsFilesAreReadInMatlabsOrder) {
+  if (!python(R"(
+import scipy.io
+rng = np.random.default_rng(5)
+a = rng.integers(1, 4000, (6, 8, 5))
+for kind in ["f8", "f4", "u2", "i2", "u1"]:
+    x = (a % 250 + 1).astype(kind)
+    scipy.io.savemat(f"{kind}.mat", {"amplitude": x, "note": "text", "cell": np.array([1, "a"], dtype=object)})
+    scipy.io.savemat(f"{kind}_c.mat", {"amplitude": x}, do_compression=True)
+np.moveaxis(a % 250 + 1, 2, 0).astype("<f4").tofile("expected.bin")
+)"))
+    GTEST_SKIP() << "SciPy is not installed";
+  const std::vector<float> expected = stored<float>("expected.bin");
+  for (const std::string kind : {"f8", "f4", "u2", "i2", "u1"}) {
+    for (const std::string end : {"", "_c"}) {
+      const Outcome outcome = convert(kind + end + ".mat");
+      ASSERT_EQ(outcome.exit_code, 0) << kind << end << outcome.err;
+      EXPECT_EQ(frames<float>("amplitude"), expected) << kind << end;
+    }
+  }
+}
+
+TEST_F(Convert, ASeriesOfPicturesIsInTheOrderOfItsNumbersAndItsGapsAreLostFrames) {
+  for (const int number : {2, 9, 10, 11, 13}) {
+    cv::Mat picture(6, 8, CV_16U, cv::Scalar(1000 + number));
+    picture.at<std::uint16_t>(0, 0) = 0;
+    cv::imwrite(path("depth_" + std::to_string(number) + ".png").string(), picture);
+  }
+  const Outcome outcome = convert("depth_9.png depth_1?.png --as depth --unit mm --frame-rate '10 Hz'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("gaps: 1 number between 9 and 13 missing"));
+  const std::vector<float> depth = frames<float>("depth");
+  ASSERT_EQ(depth.size(), 4 * small_pixels);
+  const double expected[] = {1.009, 1.010, 1.011, 1.013};
+  for (std::size_t f = 0; f < 4; ++f) {
+    EXPECT_TRUE(std::isnan(depth[f * small_pixels]));
+    EXPECT_FLOAT_EQ(depth[f * small_pixels + 1], static_cast<float>(expected[f]));
+  }
+  EXPECT_EQ(frames<std::int64_t>("timestamp_ns")[3], 400'000'000);
+  EXPECT_THAT(tofgraph("info out.h5").out, HasSubstr("1 "));
+}
+
+TEST_F(Convert, PagesOfATiffAndAPgmAreFrames) {
+  std::vector<cv::Mat> pages;
+  for (int page = 0; page < 3; ++page) pages.emplace_back(6, 8, CV_32F, cv::Scalar(0.5 + page));
+  cv::imwritemulti(path("p.tiff").string(), pages);
+  ASSERT_EQ(convert("p.tiff --as range --unit m").exit_code, 0);
+  EXPECT_FLOAT_EQ(frames<float>("range")[2 * small_pixels + 5], 2.5F);
+  cv::imwrite(path("p.pgm").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(700)));
+  ASSERT_EQ(convert("p.pgm --as amplitude").exit_code, 0);
+  EXPECT_FLOAT_EQ(frames<float>("amplitude")[5], 700);
+}
+
+TEST_F(Convert, ATableOfNumbersIsAnImage) {
+  std::string text = "# millimetres\n";
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 8; ++column)
+      text += (column > 0 ? ";" : "") +
+              (row == 1 && column == 2 ? std::string() : std::to_string(1000 + 10 * row + column));
+    text += "\r\n";
+  }
+  write_text(path("t.csv"), text);
+  ASSERT_EQ(convert("t.csv --as depth --unit mm").exit_code, 0);
+  const std::vector<float> depth = frames<float>("depth");
+  EXPECT_FLOAT_EQ(depth[5 * 8 + 7], 1.057F);
+  EXPECT_TRUE(std::isnan(depth[8 + 2]));
+  write_text(path("t.csv"), "1,2,3\n4,5\n");
+  EXPECT_THAT(convert("t.csv --as depth --unit mm").err, HasSubstr("has 2 values in line 2, but 3 in the first"));
+}
+
+/// Two frames of taps as a camera's driver dumps them: headers, big-endian, pixels with both taps, flags in high bits.
+TEST_F(Convert, AFileWithoutAHeaderIsReadAsItsLayoutSays) {
+  std::string dump(64, 'h');
+  const auto value = [](std::size_t frame, std::size_t k, std::size_t pixel, std::size_t tap) {
+    return static_cast<std::uint16_t>(100 + 1000 * frame + 200 * k + 2 * pixel + tap);
+  };
+  for (std::size_t frame = 0; frame < 2; ++frame) {
+    dump += std::string(16, 'f');
+    for (std::size_t k = 0; k < 4; ++k) {
+      dump += std::string(32, 'i');
+      for (std::size_t p = 0; p < small_pixels; ++p) {
+        for (std::size_t tap = 0; tap < 2; ++tap) {
+          const auto word = static_cast<std::uint16_t>(value(frame, k, p, tap) | (p % 3 == 0 ? 0xc000U : 0U));
+          dump += static_cast<char>(word >> 8U);
+          dump += static_cast<char>(word & 0xffU);
+        }
+      }
+    }
+  }
+  write_text(path("dump.bin"), dump + "half a frame");
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./tiny.yaml\nfile_header: 64\nframe_header: 16\narrays:\n"
+             "  raw: {type: uint16, byte_order: big, shape: [4, 6, 8, 2], image_header: 32}\nchannels:\n"
+             "  taps: {array: raw, axes: exposure row column tap, mask: 0x3fff}\n");
+  const Outcome outcome = tofgraph("convert dump.bin -o out.h5 --layout layout.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("its last 12 bytes are not read"));
+  const std::vector<std::uint16_t> taps = frames<std::uint16_t>("taps");
+  ASSERT_EQ(taps.size(), 2 * 4 * 2 * small_pixels);
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    const std::size_t p = i % small_pixels, tap = i / small_pixels % 2, k = i / small_pixels / 2 % 4;
+    ASSERT_EQ(taps[i], value(i / small_pixels / 8, k, p, tap)) << i;
+  }
+}
+
+TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
+  if (!python("np.save('six.npy', np.full((6, 6, 8), 1500, dtype='u2'))\n"
+              "np.save('one.npy', np.full((6, 8), 1500, dtype='u2'))\n"
+              "np.save('other.npy', np.full((7, 9), 1500, dtype='u2'))\n"
+              "np.save('objects.npy', np.array([[{}]]))\n"))
+    GTEST_SKIP() << "NumPy is not installed";
+  const Outcome axes = convert("six.npy --as depth --unit mm");
+  EXPECT_EQ(axes.exit_code, 2);
+  EXPECT_THAT(axes.err, HasSubstr("axes: frame row column"));
+  EXPECT_THAT(axes.err, HasSubstr("axes: row frame column"));
+  EXPECT_EQ(convert("six.npy --as depth --unit mm --axes 'frame row column'").exit_code, 0);
+  const Outcome unit = convert("one.npy --as depth");
+  EXPECT_EQ(unit.exit_code, 2);
+  EXPECT_THAT(unit.err, HasSubstr("unit: mm   1.5 m to 1.5 m"));
+  const Outcome channel = convert("one.npy");
+  EXPECT_EQ(channel.exit_code, 2);
+  EXPECT_THAT(channel.err, HasSubstr("nothing says what the values are"));
+  const Outcome size = convert("other.npy --as depth --unit mm");
+  EXPECT_EQ(size.exit_code, 2);
+  EXPECT_THAT(size.err, HasSubstr("is 7 x 9"));
+  EXPECT_THAT(convert("objects.npy --as depth --unit mm").err, HasSubstr("holds elements of type '|O'"));
+  const Outcome inspected = tofgraph("convert --inspect one.npy");
+  EXPECT_EQ(inspected.exit_code, 0) << inspected.err;
+  EXPECT_THAT(inspected.out, HasSubstr("6 x 8"));
+  EXPECT_THAT(inspected.out, HasSubstr("unit: mm   1.5 m to 1.5 m"));
+}
+
+TEST_F(Convert, DamagedFilesEndInOneClearError) {
+  const bool there = python("a = np.ones((5, 6, 8), 'f4')\nnp.save('a.npy', a)\nnp.savez_compressed('a.npz', a=a)\n");
+  if (!there) GTEST_SKIP() << "NumPy is not installed";
+  for (const std::string name : {"a.npy", "a.npz"}) {
+    const std::string whole = read_text(path(name));
+    for (const std::size_t size : {whole.size() / 2, whole.size() - 1, std::size_t{3}}) {
+      write_text(path(name), whole.substr(0, size));
+      const Outcome outcome = convert(name + " --as amplitude");
+      EXPECT_NE(outcome.exit_code, 0) << name << size;
+      EXPECT_LT(outcome.exit_code, 3) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr("error: "));
+    }
+  }
+  write_text(path("empty.npy"), "");
+  EXPECT_THAT(convert("empty.npy --as amplitude").err, HasSubstr("the file is empty"));
+  write_text(path("text.xyz"), "no numbers here");
+  EXPECT_THAT(convert("text.xyz --as amplitude").err, HasSubstr("no format recognises"));
+}
+
+TEST_F(Convert, AFileReaderIsAStageLikeAnyOther) {
+  cv::imwrite(path("depth_1.png").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1500)));
+  const Outcome outcome = tofgraph(
+      "run \"file_reader file='depth_*.png' as=depth unit=mm ! point_cloud ! pcd_writer path=c.pcd encoding=ascii\" "
+      "--camera ./tiny.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(read_text(path("c.pcd")), HasSubstr("1.498"));
+}
+
+}  // namespace
