@@ -6,8 +6,8 @@
     python3 tests/published_spread.py --check    fails where the model file has others
 
 A camera model of its own, in closed form, with none of the simulator's code. Fitted are all 84 mean depths, and the
-standard deviations of the pixels' corrected depths (N.L.C.D) at the odd multiples of 500 mm alone; those at the even
-ones are the judge, and those of the measured distances (Ms.D), which have all pixels.
+standard deviations of the pixels' corrected depths (N.L.C.D) at the odd multiples of 500 mm only. Those at the even
+multiples, and those of the measured distances (Ms.D), which include all pixels, are held out.
 """
 
 import argparse
@@ -184,7 +184,7 @@ def main():
         some = [b for b in boards if b.fitted == fitted]
         inside = [sum(abs(spreads(p, b)[k] / (b.sd, b.measured_sd)[k] - 1) < 0.25 for b in some) for k in (0, 1)]
         rms = math.sqrt(sum((error(p, b) - b.error) ** 2 for b in some) / len(some))
-        print(f"{'fitted' if fitted else 'judged'}: of {len(some)} standard deviations {inside[0]} of N.L.C.D and "
+        print(f"{'fitted' if fitted else 'held out'}: of {len(some)} standard deviations {inside[0]} of N.L.C.D and "
               f"{inside[1]} of Ms.D within 25 %, means {rms:.1f} mm")
     if options.check:
         wrong = [(n, v, w) for n, v, w in zip(NAMES[5:], values, written()) if abs(v - w) > 0.01 * abs(v) + 0.006]

@@ -203,7 +203,7 @@ def twin_tables(runs):
         count[fitted].append(near)
         errors[fitted].append(pairs[0][1] - pairs[0][0])
         rows.append([NAMES[level], f"{depth:g}", f"{float(p['integration_time_ms']):g}",
-                     *(f"{a:.2f} / {b:.2f}" for a, b in pairs), ("fitted" if fitted else "judged") +
+                     *(f"{a:.2f} / {b:.2f}" for a, b in pairs), ("fitted" if fitted else "held out") +
                      ("" if near else ", **not**")])
     head = ["target", "mm", "ms", "N.L.C.D µ", "σ", "Ms.D µ", "σ", "O.M µ", "σ", "σ of N.L.C.D within 25 %"]
     rms = lambda values: math.sqrt(sum(v * v for v in values) / len(values))

@@ -148,27 +148,27 @@ TWIN = """### Tables 6.2 to 6.13, simulated
 Each cell: printed / simulated, mm. The twin is the profile `camcube2_measured` with its model
 (`devices/calibrations/camcube2_measured.model.yaml`): a pattern of 4.0 mm and crosstalk that differs by 110 counts/s
 from pixel to pixel, drawn; crosstalk, waveform and integration-time offset for the means; and noise, from the 16 mm
-of a single frame in figure 3.3, which 250 frames reduce to 1 mm. `python3 tests/published_spread.py` fits the model:
-to the means of all rows, and to the σ of N.L.C.D at the odd multiples of 500 mm alone. The reflectivities of the
-sheets are fitted with it. The board's true place is given, the rest is simulated.
+of a single frame in figure 3.3, which 250 frames reduce to 1 mm. `python3 tests/published_spread.py` fits the model
+to the means of all rows and to the σ of N.L.C.D at the odd multiples of 500 mm; the others are held out. The
+reflectivities of the sheets are fitted with it. The board's true place is given, the rest is simulated.
 
 The printed N.L.C.D and O.C.D lack pixels that are farther than about 20 mm from the middle: where σ of Ms.D reaches
 50 mm, theirs stays below 11.5 mm, which is that of 40 mm evenly filled, and in these rows the printed mean of O.C.D
 is not that of Ms.D + O.M. The reach is inferred; `--variant printed` applies it to N.L.C.D, not to Ms.D.
 
-σ of N.L.C.D is within 25 % of print in {all} rows: in {fitted} of the rows that were fitted, in {judged} of the
-others. Its means are {fitted_mean} and {judged_mean} mm off (root mean square; all were fitted). Not matched:
+σ of N.L.C.D is within 25 % of print in {all} rows: in {fitted} of the fitted rows, and in {judged} of the held-out
+ones. The root mean square errors of its means, all fitted, are {fitted_mean} and {judged_mean} mm. Not matched:
 
-- σ of Ms.D, which nothing was fitted to, is within 25 % in {measured} rows. For the dark sheets from 3.5 m on it is up
-to six times the printed one: there the σ of N.L.C.D agrees because both have lost the pixels beyond the reach, and
-the twin has lost too many. Fitted to both σ, the model gets 67 of 84 (N.L.C.D) and 70 of 84 (Ms.D).
+- σ of Ms.D, held out as well, is within 25 % in {measured} rows. For the dark sheets from 3.5 m on it is up
+to six times the printed one: there the σ of N.L.C.D agrees because both exclude pixels beyond the reach, the
+twin too many. A fit to both σ gave 67 of 84 (N.L.C.D) and 70 of 84 (Ms.D).
 
-- σ at 5 and 5.5 m, of all sheets: print has less than before and after it, by a quarter. `tofgraph diagnose` names it,
-too: "no law explains those of distance 5 m".
+- σ at 5 and 5.5 m, of all sheets: the printed ones are a quarter smaller than those before and after. `tofgraph
+diagnose` reports them, too: "no law explains those of distance 5 m".
 
-- σ of the darkest boards at 6.5 and 7 m: print falls to 6.7 mm where the twin fills the reach. Ms.D says that
-these pixels spread by 40 to 50 mm, which no normal spread with a core of 7 mm has: single frames that wrap at
-7.49 m would, as each moves the mean of 250 by 30 mm. The twin's mean is one frame with the noise of 250.
+- σ of the darkest boards at 6.5 and 7 m: print falls to 6.7 mm where the twin fills the reach. By Ms.D
+these pixels spread by 40 to 50 mm, which no normal distribution with a core of 7 mm has. Single frames that wrap at
+7.49 m would explain it, as each shifts the mean of 250 by 30 mm. The twin's mean is one frame with the noise of 250.
 
 - Table 5.3 has σ 2.77 mm for the white board at 500 mm and 0.5 ms, table 6.2 has 3.84 mm: one pattern cannot have
 both.
@@ -183,10 +183,10 @@ as images only: those of the twin are below.
 
 The twin is `camcube2_measured` with 12 of the 21 times. Its RMSE is within 25 % of print in {near} of {rows} rows, its
 optimum within a factor 2 of the printed time in {within} of {rows} rows, {white} of 5 of the white sheet. A full well
-of 5300 counts, set by the bright sheets at 500 mm, ends the times of the bright sheets. For the dark ones the twin
-still takes the longest time before a tap is full, as its noise falls and its pattern stays, where the camera did
-best at a quarter of it: something that grows with the time is missing, for dark boards alone; what it is, the
-published optima cannot tell.
+of 5300 counts, set by the bright sheets at 500 mm, limits the times of the bright sheets. For the dark ones the
+optimum is still the longest time before a tap is full, as noise falls with the time and the pattern stays; the camera
+did best at about a quarter of that time. An error that grows with the time, of dark boards only, is missing; the
+published optima do not identify it.
 """
 
 CHAPTER_7 = [
@@ -247,7 +247,7 @@ The printed σ of 2.77 mm (table 5.3) is the spread over the pixels of a mean of
 250 in chapter 6): mostly fixed pattern and residual curvature, little noise. The twin, without either and with an
 assumed noise, has {single_frame} mm in one frame and {mean_frame} mm in the mean of 250 frames. That the first is
 close to 2.77 mm was set by the board's reflectivity in `compare_models.yaml`; it is no measurement of the camera's
-noise. What is published of that is figure 3.3, 16 mm in single frames: the profile `camcube2_measured`, below.
+noise. Figure 3.3 states 16 mm for single frames, from which the profile `camcube2_measured` (below) has its noise.
 
 ## Chapter 6
 

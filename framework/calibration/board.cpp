@@ -58,7 +58,7 @@ struct BoardModel::Places {
   std::vector<Vector3> rays;
   std::vector<double> true_path, true_depth, modelled;  ///< D_ref(T), T, D(T)
 
-  /// The same of some of the pixels. @param chosen places in the vectors
+  /// Values of some of the pixels. @param chosen indices of the vectors
   Places part(const std::vector<std::size_t>& chosen) const {
     return {chosen_of(rays, chosen), chosen_of(true_path, chosen), chosen_of(true_depth, chosen),
             chosen_of(modelled, chosen)};
@@ -78,7 +78,7 @@ namespace {
 /// filled, and the mean of Ms.D + O.M differs from that of O.C.D.
 constexpr double printed_reach = 20e-3;
 
-/// The places of the values within a reach of their median; all where the reach is infinite or some are no numbers.
+/// Indices of the values within a reach of their median; all if the reach is infinite or some are NaN.
 std::vector<std::size_t> near_median(const std::vector<double>& values, double reach) {
   const bool whole = std::isinf(reach) || std::ranges::any_of(values, [](double v) { return std::isnan(v); });
   const double middle = whole ? 0 : physics::median(std::vector(values));

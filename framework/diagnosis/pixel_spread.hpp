@@ -26,7 +26,7 @@ struct SpreadRow {
   double reach = io::unknown;                 ///< m: pixels farther from the middle were left out; NaN: none
 };
 
-/// What pixels may differ by. Variances add; each is multiplied by the square of the gain.
+/// Causes of differences between pixels. Variances add; each is multiplied by the square of the gain.
 enum class SpreadLaw {
   pattern,        ///< an offset of each pixel, m: fixed_pattern, spread
   growing,        ///< the same in proportion to the distance, m/m
@@ -36,7 +36,7 @@ enum class SpreadLaw {
 };
 inline constexpr std::size_t spread_laws = 5;
 
-/// One chosen law. `value` in the unit of its law.
+/// Chosen law, its value in the unit of the law.
 struct SpreadTerm {
   SpreadLaw law{};
   double value = 0;
@@ -74,13 +74,13 @@ std::optional<PixelSpread> fit_spread(std::span<const SpreadRow> rows, const Spr
 std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, const Problem& problem,
                                    const State& state);
 
-/// Both. Nothing where too few conditions of a table state a standard deviation.
+/// Fits the laws to the rows of a campaign. Nothing if too few conditions of a table state a standard deviation.
 std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
                                         const State& state);
 
 /// Sentences for the report's notes.
 std::vector<std::string> notes_on_spread(const PixelSpread& spread);
-/// Entry `pixel_spread` of report.json.
+/// Name and unit in report.json.
 std::string_view spread_law_name(SpreadLaw law);
 std::string_view spread_law_unit(SpreadLaw law);
 

@@ -192,7 +192,7 @@ std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnost
 
 namespace {
 
-/// Why a campaign cannot be joined to others, or nothing.
+/// Reason why a campaign cannot be joined to others, or an empty text.
 std::string joining_problem(const Campaign& all, const Campaign& member) {
   if (!member.camera || !all.camera) return {};  // reported where it is read
   if (std::string_view(member.camera->view().name) != all.camera->view().name)
@@ -204,8 +204,8 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
   return {};
 }
 
-/// The conditions of other campaigns, one after the other, each named after its campaign's file, which is their session
-/// where they state none: it was set up anew.
+/// Reads the conditions of other campaigns, one after the other. Their ids begin with the name of the file, which is
+/// also the session of those that state none, as the set-up may have moved between campaigns.
 void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty())
     return diagnostics.error(

@@ -84,8 +84,8 @@ struct Condition {
 std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry, std::uint64_t max,
                                                       std::string_view example, config::Diagnostics& diagnostics);
 
-/// Names of the sources that are on, separated by blanks, or `both`: all of them. Names that the camera does not have
-/// are mistakes. @param camera null: not checked
+/// Reads names of the sources that are on, separated by blanks, or `both`: all of them. Names that the camera does not
+/// have are mistakes. @param camera null: not checked
 void read_source_words(const std::string& words, const config::Position& at, const io::Camera* camera,
                        std::vector<std::string>& sources, config::Diagnostics& diagnostics);
 
