@@ -87,6 +87,6 @@ def maps(found, names):
         for time in (times[0], times[len(times) // 2], times[-1]):
             parts.append(label(left + width * (times.index(time) + 0.5), top + 184, f"{time:g}",
                                ' text-anchor="middle" fill="#777"'))
-    parts.append(label(56, 482, f"RMSE over distance (m, downwards) and integration time (ms): blue {math.exp(low):.1f} "
-                       "mm, red 60 mm or more, logarithmic; framed: the least of each distance"))
+    parts.append(label(56, 482, "RMSE over distance (m, downwards) and integration time (ms): blue "
+                       f"{math.exp(low):.1f} mm, red 60 mm or more, logarithmic; framed: the least of each distance"))
     return HEAD.format(w=850, h=495, body="\n".join(parts))

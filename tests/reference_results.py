@@ -178,7 +178,9 @@ def chapter_6(runs):
              for p in printed]
     values |= {"apart": str(sum(1 for a in apart if a > 0.1)), "all": str(len(printed)),
                "farthest": f"{max(apart):.2f}"}
-    return rows_of(text.CHAPTER_6, values) + "\n" + text.OFFSET_TABLES.format(**values) + "\n" + offset_tables(runs) + "\n" + twin_tables(runs)
+    parts = [rows_of(text.CHAPTER_6, values), text.OFFSET_TABLES.format(**values), offset_tables(runs),
+             twin_tables(runs)]
+    return "\n".join(parts)
 
 
 TWIN = {"corrected": ("corrected_mean_mm", "corrected_std_mm"), "measured": ("measured_mean_mm", "measured_std_mm"),
