@@ -32,7 +32,9 @@ config::Value pipeline_of(const ConvertArguments& a) {
   if (a.files.size() > 1) {
     std::string list;
     for (const std::string& file : a.files) list += (list.empty() ? "" : "\n") + file;
-    text += fmt::format("    file: {}\n", config::yaml_word(list));
+    text += fmt::format("    files: {}\n", config::yaml_word(list));
+  } else if (a.files.front().find_first_of("*?") != std::string::npos) {
+    set("files", a.files.front());
   } else {
     set("file", a.files.front());
   }

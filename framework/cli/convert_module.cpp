@@ -25,8 +25,8 @@ std::string likely_channel(const FileArray& array) {
   static constexpr std::pair<std::string_view, std::string_view> words[] = {
       {"depth", "depth"},    {"range", "range"},      {"dist", "distance"},  {"ampl", "amplitude"},
       {"conf", "amplitude"}, {"intens", "intensity"}, {"gray", "intensity"}, {"grey", "intensity"},
-      {"ir", "intensity"},   {"phase", "phases"},     {"dcs", "phases"},     {"raw", "phases"},
-      {"tap", "taps"},       {"point", "points"},     {"xyz", "points"},     {"sigma", "sigma"}};
+      {"phase", "phases"},   {"dcs", "phases"},       {"raw", "phases"},     {"tap", "taps"},
+      {"point", "points"},   {"xyz", "points"},       {"sigma", "sigma"}};
   for (const auto& [word, channel] : words) {
     if (name.find(word) != std::string::npos) return std::string(channel);
   }
@@ -58,7 +58,7 @@ void print_layout(const ForeignFile& file) {
                                  ? axes_text(possible.front())
                                  : std::string("<") + (array.extent.size() > 2 ? "frame " : "") + "row column>";
     const bool length = channel.empty() || channel == "depth" || channel == "range" || channel == "distance";
-    fmt::print("  {}: {{{}axes: {}{}}}\n", channel.empty() ? "<depth, range, amplitude, ..>" : channel,
+    fmt::print("  {}: {{{}axes: {}{}}}\n", channel.empty() ? "<depth, range, amplitude, ..>" : "<" + channel + ">",
                array.name.empty() ? "" : fmt::format("array: {}, ", config::yaml_word(array.name)), axes,
                length ? fmt::format(", unit: {}", array.unit.empty() ? "<mm>" : array.unit) : "");
   }
@@ -73,10 +73,11 @@ void print_layout(const ForeignFile& file) {
 
 int inspect(const InspectFileArguments& arguments) {
   const graph::PluginRegistry registry(arguments.plugin_folders);
+  const Formats formats(registry);
   try {
     for (const std::string& pattern : arguments.files) {
       for (const auto& path : files_of(pattern)) {
-        const ForeignFile file(registry, path);
+        const ForeignFile file(formats, path);
         fmt::print("{}: format {}, {}\n", path.string(), file.format(), config::counted(file.arrays().size(), "array"));
         for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i);
         if (!file.profile().empty()) fmt::print("  with a camera profile\n");

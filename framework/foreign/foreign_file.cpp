@@ -13,6 +13,7 @@ namespace tofgraph::foreign {
 namespace {
 
 constexpr std::size_t head_bytes = 4096;
+constexpr std::uint64_t max_array_bytes = std::uint64_t{1} << 50U;
 
 /// Reports of a format while a call of it runs.
 struct Report {
@@ -30,7 +31,7 @@ tofgraph_format_host host_of(Report& report) {
     FileArray made;
     made.kind = array->kind;
     made.bytes = array->bytes;
-    made.extent.assign(array->extent, array->extent + std::min<std::uint32_t>(array->rank, 6));
+    if (array->rank <= 6) made.extent.assign(array->extent, array->extent + array->rank);  // else refused by check()
     made.name = array->name != nullptr ? array->name : "";
     made.unit = array->unit != nullptr ? array->unit : "";
     made.text = array->text != nullptr ? array->text : "";
@@ -58,6 +59,15 @@ void check(const std::filesystem::path& file, const std::string& format, const F
   const bool sizes = array.bytes == 1 || array.bytes == 2 || array.bytes == 4 || array.bytes == 8;
   const bool kinds = array.kind >= TOFGRAPH_ELEMENT_SIGNED && array.kind <= TOFGRAPH_ELEMENT_FLOAT &&
                      (array.kind != TOFGRAPH_ELEMENT_FLOAT || array.bytes >= 4);
+  std::uint64_t bytes = array.bytes;
+  bool countable = true;
+  for (const std::uint64_t e : array.extent) {
+    countable = countable && (e == 0 || bytes <= max_array_bytes / e);
+    bytes *= countable ? e : 1;
+  }
+  if (!countable)
+    throw ForeignError(fmt::format("{}: the array '{}' announces {} elements, which no file holds", file.string(),
+                                   array.name, shape_text(array)));
   if (array.extent.empty() || !sizes || !kinds)
     throw ForeignError(
         fmt::format("{}: the format '{}' lists the array '{}' with elements or a rank that do "
@@ -67,28 +77,38 @@ void check(const std::filesystem::path& file, const std::string& format, const F
 
 }  // namespace
 
-ForeignFile::ForeignFile(const graph::PluginRegistry& registry, std::filesystem::path file) : path_(std::move(file)) {
-  const std::vector<std::uint8_t> head = head_of(path_);
-  std::vector<graph::PluginFile> formats;
+Formats::Formats(const graph::PluginRegistry& registry) {
+  std::vector<graph::PluginFile> files;
   for (const graph::PluginFile& plugin : registry.files()) {
-    if (plugin.kind == "format") formats.push_back(plugin);
+    if (plugin.kind == "format") files.push_back(plugin);
   }
-  const auto seen = registry.describe(formats);
-  std::vector<std::string> endings;
-  for (const graph::PluginFile& plugin : formats) {
-    if (seen.at(plugin.path.string()).contains("error")) continue;
-    const tofgraph_format& format = *registry.load(plugin, seen).format;
-    endings.emplace_back(format.endings);
-    if (format.recognises(head.data(), head.size()) == 0) continue;
-    format_ = plugin.name;
-    border_ = &format;
-    break;
+  const auto seen = registry.describe(files);
+  for (const graph::PluginFile& plugin : files) {
+    if (!seen.at(plugin.path.string()).contains("error")) formats_.push_back(&registry.load(plugin, seen));
   }
-  if (border_ == nullptr)
+}
+
+const graph::Plugin* Formats::find(const std::vector<std::uint8_t>& head) const {
+  const auto found = std::ranges::find_if(
+      formats_, [&](const graph::Plugin* one) { return one->format->recognises(head.data(), head.size()) != 0; });
+  return found == formats_.end() ? nullptr : *found;
+}
+
+std::string Formats::endings() const {
+  std::string text;
+  for (const graph::Plugin* one : formats_) text += fmt::format("{}{}", text.empty() ? "" : ", ", one->format->endings);
+  return text;
+}
+
+ForeignFile::ForeignFile(const Formats& formats, std::filesystem::path file) : path_(std::move(file)) {
+  const graph::Plugin* plugin = formats.find(head_of(path_));
+  if (plugin == nullptr)
     throw ForeignError(fmt::format(
-        "{}: no format recognises the content of this file\n         formats: {}\n         a headerless file "
-        "needs a layout, e.g. --layout raw.yaml; tofgraph list formats",
-        path_.string(), fmt::join(endings, ", ")));
+        "{}: no format recognises the content of this file\n         formats: {}\n         a headerless file needs a "
+        "layout, e.g. --layout raw.yaml; tofgraph list formats",
+        path_.string(), formats.endings()));
+  format_ = plugin->file.name;
+  border_ = plugin->format;
   Report report;
   const tofgraph_format_host host = host_of(report);
   void* opened = border_->open(path_.c_str(), &host);
@@ -114,7 +134,13 @@ std::size_t ForeignFile::find(const std::string& name) const {
 }
 
 void ForeignFile::read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const {
-  if (own_) return own_->read(array, first, count, out);
+  if (own_) {
+    try {
+      return own_->read(array, first, count, out);
+    } catch (const std::runtime_error& error) {
+      throw ForeignError(fmt::format("{}: the file {}", path_.string(), error.what()));
+    }
+  }
   Report report;
   const tofgraph_format_host host = host_of(report);
   if (border_->read(file_.get(), array, first, count, out, &host) == TOFGRAPH_STATUS_OK) return;

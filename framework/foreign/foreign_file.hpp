@@ -21,12 +21,25 @@ class ForeignError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The format plugins of a run.
+class Formats {
+ public:
+  explicit Formats(const graph::PluginRegistry& registry);
+  /// The format that recognises a file's first bytes; null: none.
+  const graph::Plugin* find(const std::vector<std::uint8_t>& head) const;
+  /// Usual endings of all formats, for messages.
+  std::string endings() const;
+
+ private:
+  std::vector<const graph::Plugin*> formats_;
+};
+
 /// An opened file. Reads of one file are made by one thread at a time.
 class ForeignFile {
  public:
   /// Opens a file by the format whose plugin recognises its first bytes.
   /// @throws ForeignError a file that cannot be read, that no format recognises, or that is damaged
-  ForeignFile(const graph::PluginRegistry& registry, std::filesystem::path file);
+  ForeignFile(const Formats& formats, std::filesystem::path file);
 
   /// A file without a header, whose arrays a layout describes.
   ForeignFile(std::filesystem::path file, std::shared_ptr<FileFormat> own);

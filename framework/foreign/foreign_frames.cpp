@@ -25,11 +25,6 @@ namespace {
 
 constexpr std::uint64_t max_whole_bytes = std::uint64_t{2} << 30U;  ///< of an array that has to be in memory
 
-std::string unit_of(std::string_view channel) {
-  if (is_length_channel(channel) || channel == "sigma") return "m";
-  return channel == "flags" ? "" : "counts";
-}
-
 /// The capture's type for an array.
 std::uint32_t type_of(std::string_view channel, const FileArray& array) {
   if (channel == "taps" || channel == "flags") return TOFGRAPH_TYPE_U16;
@@ -47,15 +42,24 @@ double scale_of(const std::string& unit, const std::string& wanted, const std::s
   return one.value;
 }
 
+/// Type, size and order of an array, whose frames may differ in number.
+std::string described(const FileArray& array, std::size_t frame_axis) {
+  std::vector<std::string> extent;
+  for (std::size_t i = 0; i < array.extent.size(); ++i)
+    extent.push_back(i == frame_axis ? "frames" : std::to_string(array.extent[i]));
+  if (array.reversed) std::ranges::reverse(extent);
+  return fmt::format("{} {}{}", element_text(array), fmt::join(extent, " x "),
+                     array.reversed ? " (Fortran order)" : "");
+}
+
 }  // namespace
 
 ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignRequest request)
-    : registry_(registry), request_(std::move(request)), camera_(request_.camera) {
-  files_.resize(request_.files.size());
-  files_[0] = opened(request_.files[0]);
-  if (!camera_ && !files_[0]->profile().empty()) {
+    : formats_(registry), request_(std::move(request)), camera_(request_.camera) {
+  opened_ = opened(request_.files[0]);
+  if (!camera_ && !opened_->profile().empty()) {
     config::Diagnostics diagnostics;
-    camera_ = io::read_profile(config::parse_document(request_.files[0].string(), files_[0]->profile()), diagnostics);
+    camera_ = io::read_profile(config::parse_document(request_.files[0].string(), opened_->profile()), diagnostics);
     if (!camera_) throw config::ConfigurationError(diagnostics);
   }
   if (!camera_)
@@ -69,7 +73,7 @@ ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignReque
 }
 
 std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::path& path) {
-  if (request_.layout.headerless.empty()) return std::make_shared<const ForeignFile>(registry_, path);
+  if (request_.layout.headerless.empty()) return std::make_shared<const ForeignFile>(formats_, path);
   std::shared_ptr<HeaderlessFile> file;
   try {
     file = std::make_shared<HeaderlessFile>(path, request_.layout);
@@ -83,38 +87,35 @@ std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::
 }
 
 const ForeignFile& ForeignFrames::file(std::size_t index) {
-  if (!files_[index]) {
-    files_[index] = opened(request_.files[index]);
-    const auto &first = files_[0]->arrays(), &other = files_[index]->arrays();
-    for (const Source& source : sources_) {
-      const bool same = source.array < other.size() && other[source.array].name == first[source.array].name &&
-                        other[source.array].kind == first[source.array].kind &&
-                        other[source.array].bytes == first[source.array].bytes;
-      std::vector<std::uint64_t> a = same ? first[source.array].extent : std::vector<std::uint64_t>{};
-      std::vector<std::uint64_t> b = same ? other[source.array].extent : a;
-      if (same && source.frame_axis != npos && a.size() == b.size()) a[source.frame_axis] = b[source.frame_axis] = 0;
-      if (!same || a != b)
-        throw ForeignError(fmt::format("{}: differs from the first file of the series: '{}' is {} {}, in {} {} {}",
-                                       request_.files[index].string(), first[source.array].name,
-                                       same ? element_text(other[source.array]) : "missing",
-                                       same ? shape_text(other[source.array]) : "", request_.files[0].string(),
-                                       element_text(first[source.array]), shape_text(first[source.array])));
-    }
+  if (current_ == index) return *opened_;
+  whole_.clear();
+  current_ = index;
+  opened_ = opened(request_.files[index]);
+  const auto& other = opened_->arrays();
+  for (const Source& source : sources_) {
+    const FileArray& first = source.like;
+    const std::string here = source.array < other.size() && other[source.array].name == first.name
+                                 ? described(other[source.array], source.frame_axis)
+                                 : "missing";
+    if (here != described(first, source.frame_axis))
+      throw ForeignError(fmt::format("{}: differs from the first file of the series: '{}' is {}, in {} {}",
+                                     request_.files[index].string(), first.name, here, request_.files[0].string(),
+                                     described(first, source.frame_axis)));
   }
-  return *files_[index];
+  return *opened_;
 }
 
 void ForeignFrames::set_channels() {
   const std::string where = request_.files[0].string();
   std::vector<ChannelLayout> wanted = request_.layout.channels;
   if (wanted.empty()) {  // arrays whose names say what they are
-    for (const FileArray& array : files_[0]->arrays()) {
+    for (const FileArray& array : opened_->arrays()) {
       if (std::ranges::find(layout_channels, std::string_view(array.name)) != std::end(layout_channels))
         wanted.push_back({.channel = array.name, .array = array.name});
     }
   }
   if (wanted.empty()) {
-    const auto& arrays = files_[0]->arrays();
+    const auto& arrays = opened_->arrays();
     std::vector<std::string> lines;
     for (const FileArray& array : arrays)
       lines.push_back(fmt::format("{:<20} {} {}", array.name.empty() ? "(one array)" : array.name, element_text(array),
@@ -124,26 +125,47 @@ void ForeignFrames::set_channels() {
         "CHANNEL=ARRAY) states it, or a layout. CHANNEL is one of{}\n         and phases, taps, points, sigma, flags",
         where, readings_text(lines), readings_text(channel_readings())));
   }
+  // Flags of the file come last here and are read first: invalid pixels of other channels are added to them.
+  std::ranges::stable_partition(wanted, [](const ChannelLayout& c) { return c.channel != "flags"; });
   bool lengths = false;
   for (const ChannelLayout& layout : wanted) {
+    if (std::ranges::count(wanted, layout.channel, &ChannelLayout::channel) > 1)
+      throw ForeignError(fmt::format("{}: two arrays are said to be '{}'", where, layout.channel));
     sources_.push_back(source_of(layout));
-    const FileArray& array = files_[0]->arrays()[sources_.back().array];
-    ForeignChannel channel{layout.channel, unit_of(layout.channel), type_of(layout.channel, array), {}};
+    const FileArray& array = opened_->arrays()[sources_.back().array];
+    ForeignChannel channel{layout.channel, unit_of(layout.channel), {}, type_of(layout.channel, array), {}};
     const tofgraph_camera& c = camera();
     channel.extent = {c.height, c.width};
     const std::uint64_t exposures = physics::exposures_of(c).size();
     if (layout.channel == "taps") channel.extent = {exposures, 2, c.height, c.width};
     if (layout.channel == "phases") channel.extent = {exposures, c.height, c.width};
     if (layout.channel == "points") channel.extent.push_back(3);
-    lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty();
+    const bool rounded = array.kind == TOFGRAPH_ELEMENT_FLOAT && channel.type != TOFGRAPH_TYPE_F32;
+    lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty() || rounded;
     channels_.push_back(std::move(channel));
   }
+  set_length_of_sigma();
   const bool flags = std::ranges::find(channels_, "flags", &ForeignChannel::name) != channels_.end();
-  if (lengths && !flags) channels_.push_back({"flags", "", TOFGRAPH_TYPE_U16, {camera().height, camera().width}});
+  if (lengths && !flags) channels_.push_back({"flags", "", "", TOFGRAPH_TYPE_U16, {camera().height, camera().width}});
+}
+
+void ForeignFrames::set_length_of_sigma() {
+  const auto sigma = std::ranges::find(channels_, "sigma", &ForeignChannel::name);
+  if (sigma == channels_.end()) return;
+  const std::string where = request_.files[0].string();
+  for (const ForeignChannel& channel : channels_) {
+    if (!is_length_channel(channel.name) || channel.name == "points") continue;
+    if (!sigma->of.empty())
+      throw ForeignError(fmt::format("{}: 'sigma' may be that of '{}' or of '{}': convert one of them", where,
+                                     sigma->of, channel.name));
+    sigma->of = channel.name;
+  }
+  if (sigma->of.empty())
+    throw ForeignError(fmt::format("{}: 'sigma' is the deviation of a length: add depth, range or distance", where));
 }
 
 ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
-  const ForeignFile& first = *files_[0];
+  const ForeignFile& first = *opened_;
   const std::string where = first.path().string();
   Source source{.layout = layout};
   if (layout.array.empty() && first.arrays().size() == 1)
@@ -151,6 +173,8 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   else
     source.array = first.find(layout.array.empty() ? layout.channel : layout.array);
   const FileArray& array = first.arrays()[source.array];
+  source.like = array;
+  check_layout(first, array, layout);
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
   if (array.reversed) std::ranges::reverse(axes);  // now as in memory
   source.axes = axes;
@@ -178,9 +202,10 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
 
 void ForeignFrames::count_frames() {
   const bool in_file = std::ranges::any_of(sources_, [](const Source& s) { return s.frame_axis != npos; });
-  for (std::size_t f = 0; f < files_.size(); ++f) {
+  for (std::size_t f = 0; f < request_.files.size(); ++f) {
     first_frame_.push_back(frames_);
     std::uint64_t count = 1;
+    file(f);  // every file is looked at before the first frame
     for (std::size_t s = 0; s < sources_.size() && in_file; ++s) {
       const Source& source = sources_[s];
       const FileArray& array = file(f).arrays()[source.array];
@@ -193,17 +218,14 @@ void ForeignFrames::count_frames() {
     frames_ += count;
   }
   if (frames_ == 0) throw ForeignError(fmt::format("{}: there are no frames", request_.files[0].string()));
-  if (files_.size() < 2 || in_file) return;
-  for (const std::filesystem::path& path : request_.files) {
-    const auto number = number_of(path);
-    if (!number || (!numbers_.empty() && *number <= numbers_.back())) return numbers_.clear();
-    numbers_.push_back(*number);
-  }
+  if (request_.files.size() < 2 || in_file) return;
+  numbers_ = file_numbers(request_.files);
+  if (numbers_.empty()) return;
   const std::uint64_t missing = numbers_.back() - numbers_.front() + 1 - numbers_.size();
   const std::uint64_t step = numbers_[1] - numbers_[0];
   bool regular = true;  // every tenth frame, as some recorders write
   for (std::size_t i = 1; i < numbers_.size(); ++i) regular = regular && numbers_[i] - numbers_[i - 1] == step;
-  if (regular && step > 1) {
+  if (regular && step > 1 && numbers_.size() > 2) {
     numbers_.clear();
   } else if (missing > 0) {
     warnings_.push_back(fmt::format("the numbers of the files have gaps: {} between {} and {} missing",
@@ -215,10 +237,13 @@ std::vector<double> ForeignFrames::values_of(const PerFrame& what, std::string_v
   if (what.array.empty()) return std::isnan(what.value) ? std::vector<double>{} : std::vector<double>{what.value};
   const double scale = scale_of(what.unit, std::string(unit), request_.files[0].string());
   std::vector<double> values;
-  for (std::size_t f = 0; f < files_.size(); ++f) {
+  for (std::size_t f = 0; f < request_.files.size(); ++f) {
     const ForeignFile& one = file(f);
     const std::size_t index = one.find(what.array);
     const FileArray& array = one.arrays()[index];
+    if (array.elements() == 0 || array.elements() > frames_)
+      throw ForeignError(fmt::format("{}: '{}' is {}, expected one value for each of {}", one.path().string(),
+                                     what.array, shape_text(array), config::counted(frames_, "frame")));
     std::vector<std::uint8_t> bytes(array.elements() * array.bytes);
     one.read(index, 0, array.extent[0], bytes.data());
     for (const double value : numbers_of(array, bytes)) values.push_back(value * scale);
@@ -272,7 +297,7 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
     one.read(source.array, slices ? frame : 0, slices ? 1 : array.extent[0], buffer_.data());
     return buffer_.data();
   }
-  std::vector<std::uint8_t>& whole = whole_[{f, source.array}];  // a frame's elements are spread over the array
+  std::vector<std::uint8_t>& whole = whole_[source.array];  // a frame's elements are spread over the array
   if (whole.empty()) {
     const std::uint64_t all = array.elements() * array.bytes;
     if (all > max_whole_bytes)
@@ -300,7 +325,7 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
   const auto after = std::ranges::upper_bound(first_frame_, frame);
   const auto f = static_cast<std::size_t>(after - first_frame_.begin()) - 1;
   const std::uint8_t* in = elements(source, f, frame - first_frame_[f]);
-  const FileArray& array = files_[f]->arrays()[source.array];
+  const FileArray& array = opened_->arrays()[source.array];
   const ForeignChannel& made = channels_[channel];
   const std::string_view name = made.name;
   const std::uint64_t pixels = std::uint64_t{camera().width} * camera().height;
@@ -315,7 +340,6 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);
   if (name == "points") mark_invalid_points(static_cast<float*>(out), flags, pixels);
-  if (files_.size() > 1 && source.frame_axis == npos && f > 0) files_[f].reset();  // a series has thousands
 }
 
 }  // namespace tofgraph::foreign

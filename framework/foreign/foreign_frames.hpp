@@ -21,7 +21,7 @@ struct ForeignRequest {
 
 /// A channel of the frames.
 struct ForeignChannel {
-  std::string name, unit;
+  std::string name, unit, of;  ///< of: for sigma, the length
   std::uint32_t type = TOFGRAPH_TYPE_F32;
   std::vector<std::uint64_t> extent;
 };
@@ -34,7 +34,7 @@ class ForeignFrames {
 
   const tofgraph_camera& camera() const { return camera_->view(); }
   const io::CameraPtr& camera_profile() const { return camera_; }
-  /// With `flags` as the last one.
+  /// Channels of every frame; `flags` is the last one.
   const std::vector<ForeignChannel>& channels() const { return channels_; }
   std::uint64_t frames() const { return frames_; }
   /// TOFGRAPH_KNOWS_.. of all frames.
@@ -49,6 +49,7 @@ class ForeignFrames {
   struct Source {
     ChannelLayout layout;
     std::size_t array = 0;
+    FileArray like;               // that of the first file
     std::vector<Axis> axes;       // in memory, the slowest first
     std::vector<AxisStep> steps;  // without the frame axis
     std::size_t frame_axis = npos;
@@ -60,6 +61,7 @@ class ForeignFrames {
   const ForeignFile& file(std::size_t index);
   std::shared_ptr<const ForeignFile> opened(const std::filesystem::path& path);
   void set_channels();
+  void set_length_of_sigma();
   Source source_of(const ChannelLayout& layout);
   void count_frames();
   void read_per_frame();
@@ -67,17 +69,18 @@ class ForeignFrames {
   /// The elements of a frame in the array's order.
   const std::uint8_t* elements(const Source& source, std::size_t file, std::uint64_t frame);
 
-  const graph::PluginRegistry& registry_;
+  Formats formats_;
   ForeignRequest request_;
   io::CameraPtr camera_;
-  std::vector<std::shared_ptr<const ForeignFile>> files_;  // null: not opened yet
-  std::vector<std::uint64_t> first_frame_;                 // of each file
+  std::size_t current_ = 0;  // the file that is open
+  std::shared_ptr<const ForeignFile> opened_;
+  std::vector<std::uint64_t> first_frame_;  // of each file
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
   std::vector<double> integration_time_, modulation_frequency_, timestamp_;  // one, one a frame, or none
   std::vector<std::uint64_t> numbers_;                                       // in the names of a series; empty: none
   std::vector<std::uint8_t> buffer_;
-  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::uint8_t>> whole_;  // arrays whose frames are no slices
+  std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays of the open file whose frames are spread
   std::uint64_t frames_ = 0;
   std::vector<std::string> warnings_;
 };

@@ -95,12 +95,12 @@ PerFrame read_per_frame(config::Reader& reader, std::string_view key, std::strin
   if (entry->value.is_map()) {
     config::Reader inner(entry->value, diagnostics, fmt::format("'{}'", key));
     if (const config::Entry* array = inner.need("array", "time")) result.array = array->value.text;
-    result.unit = inner.word("unit", std::string(unit));
+    if (const config::Entry* of = inner.need("unit", "ms")) result.unit = of->value.text;
     inner.finish();
     return result;
   }
   const config::Quantity quantity = config::parse_quantity(entry->value.text, unit);
-  if (quantity.ok())
+  if (quantity.ok() && key != "timestamp")
     result.value = quantity.value;
   else
     diagnostics.error(
@@ -138,6 +138,9 @@ HeaderlessArray read_headerless(const config::Entry& entry, config::Diagnostics&
         diagnostics.error(shape->value.at, "'shape' must be whole numbers from 1 on",
                           "example: shape: [4, 204, 204, 2]");
     }
+    double bytes = array.bytes;
+    for (const std::uint64_t size : array.shape) bytes *= static_cast<double>(size);
+    if (bytes > 1e12) diagnostics.error(shape->value.at, fmt::format("'shape' is {:.3g} TB a frame", bytes / 1e12));
     if (array.shape.empty() || array.shape.size() > 5)
       diagnostics.error(shape->value.at, "'shape' needs one to five numbers", "example: shape: [4, 204, 204, 2]");
   }
@@ -192,10 +195,13 @@ Layout read_layout(const std::filesystem::path& file) {
   layout.integration_time = read_per_frame(reader, "integration_time", "s", "1 ms", diagnostics);
   layout.modulation_frequency = read_per_frame(reader, "modulation_frequency", "Hz", "20 MHz", diagnostics);
   layout.timestamp = read_per_frame(reader, "timestamp", "s", "0 s", diagnostics);
-  layout.frame_rate = reader.number("frame_rate", "Hz", "30 Hz", io::unknown);
+  layout.frame_rate = reader.number_within("frame_rate", "Hz", "30 Hz", io::unknown, 1e-6, 1e9);
   layout.file_header = static_cast<std::uint64_t>(reader.whole_number("file_header", "64", 0, 0, 1 << 30));
   layout.frame_header = static_cast<std::uint64_t>(reader.whole_number("frame_header", "16", 0, 0, 1 << 30));
   if (const config::Entry* arrays = reader.take("arrays")) {
+    if (!arrays->value.is_map())
+      diagnostics.error(arrays->value.at, fmt::format("'arrays' must name arrays, found {}", arrays->value.described()),
+                        "example: arrays: {raw: {type: uint16, shape: [4, 204, 204, 2]}}");
     for (const config::Entry& entry : arrays->value.entries)
       layout.headerless.push_back(read_headerless(entry, diagnostics));
   }

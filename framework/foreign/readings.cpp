@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 
 #include <tofgraph/array.hpp>
+#include <tofgraph/channels.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
 #include <fmt/format.h>
@@ -95,6 +96,8 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
   ValueRange range{.low = std::numeric_limits<double>::infinity()};
   if (array.elements() == 0) return range;
   count = std::min(count, array.extent[0]);
+  constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // what is looked at for a message
+  if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
   double zeros = 0;
@@ -130,6 +133,22 @@ std::string readings_text(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += "\n           " + line;
   return text;
+}
+
+std::string unit_of(std::string_view channel) {
+  if (is_length_channel(channel) || channel == "sigma") return "m";
+  return channel == "flags" ? "" : "counts";
+}
+
+void check_layout(const ForeignFile& file, const FileArray& array, const ChannelLayout& layout) {
+  const auto refuse = [&](const std::string& what) {
+    throw ForeignError(fmt::format("{}: '{}': {}", file.path().string(), layout.channel, what));
+  };
+  if (array.elements() == 0) refuse("the array is empty");
+  if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    refuse("has a mask, but floating-point values have no bits to choose from");
+  if (!layout.unit.empty() && unit_of(layout.channel) != "m")
+    refuse(fmt::format("has the unit '{}', but is not a length: values stay as they are", layout.unit));
 }
 
 std::vector<Axis> axes_of(const ForeignFile& file, std::size_t index, const ChannelLayout& layout,

@@ -14,7 +14,7 @@ namespace tofgraph::foreign {
 /// @param camera null: of any size
 std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
                                              const tofgraph_camera* camera);
-/// Axes that a channel of this name has beside `frame`. `exposure` may be absent where a frame has one.
+/// Axes that a channel of this name has beside `frame`.
 std::vector<Axis> axes_of_channel(std::string_view channel);
 
 /// Smallest and largest value of the first elements of an array that are finite, positive and not the type's largest.
@@ -27,6 +27,11 @@ struct ValueRange {
 ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);
 /// Elements of an array as double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
+
+/// Unit of a channel in captures: m, counts or none.
+std::string unit_of(std::string_view channel);
+/// Checks the settings of a channel. @throws ForeignError those that its array cannot have
+void check_layout(const ForeignFile& file, const FileArray& array, const ChannelLayout& layout);
 
 /// The stated axes of a channel's array, those of its format, or the only ones that are possible; in the order of its
 /// shape. @throws ForeignError with the orders that are possible

@@ -5,16 +5,16 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace tofgraph::foreign {
 
-/// The number at the end of a file's name, 42 of "depth_0042.png"; nothing where there is none.
-std::optional<std::uint64_t> number_of(const std::filesystem::path& file);
+/// Numbers at the end of the files' names, 42 of "depth_0042.png"; empty where names differ in more than this number or
+/// the numbers do not rise.
+std::vector<std::uint64_t> file_numbers(const std::vector<std::filesystem::path>& files);
 
-/// Files of a series in the natural order of the numbers at the end of their names.
+/// Files of a series in the natural order of their names: runs of digits are numbers.
 /// @param patterns one a line: a file, or a name with * and ?
 /// @throws ForeignError where none matches
 std::vector<std::filesystem::path> files_of(const std::string& patterns);

@@ -16,7 +16,8 @@ const Plugin* find_stage(const NodeSpec& node, const PluginRegistry& registry, c
   const PluginFile* file = registry.find(node.stage);
   if (file == nullptr || !file->is_stage()) {
     const std::string what = file != nullptr
-                                 ? fmt::format("'{}' is an effect of the simulator, not a stage", node.stage)
+                                 ? fmt::format("'{}' is {}, not a stage", node.stage,
+                                               file->kind == "effect" ? "an effect of the simulator" : "a file format")
                                  : fmt::format("there is no stage '{}'", node.stage);
     diagnostics.error(node.stage_at, what, config::suggestion(node.stage, registry.names(), "stages"));
     return nullptr;

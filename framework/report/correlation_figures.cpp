@@ -32,11 +32,11 @@ std::string signals(const std::string& title, const std::string& y, std::vector<
   return chart({.title = title, .x_label = x, .y_label = y, .series = std::move(series), .with_zero = true}, 560, 240);
 }
 
-/// Amplitude of the sources' sum relative to the sum of their amplitudes, of a perpendicular board.
+/// Amplitude that interference takes from the sum of the sources' amplitudes, of a perpendicular board.
 std::string interference(const tofgraph_camera& camera, double depth) {
   const physics::Geometry geometry = physics::geometry_of(camera);
   HeatMap map{.title = fmt::format("interference of the sources, board at {}", config::format_quantity(depth, "m")),
-              .unit = "",
+              .unit = "ppm",
               .rows = camera.height,
               .columns = camera.width,
               .values = {},
@@ -48,7 +48,7 @@ std::string interference(const tofgraph_camera& camera, double depth) {
     const physics::Vector3 ray = physics::unit_ray(camera.rays + 3 * i);
     const physics::Light light =
         physics::reference_light(geometry, ray, physics::reflected_path(geometry, ray, depth), 1, exposure);
-    map.values.push_back(std::abs(light.phasor) / (2 * light.intensity));
+    map.values.push_back(1e6 * (1 - std::abs(light.phasor) / (2 * light.intensity)));
   }
   return heat_map(map, 420, 330);
 }
@@ -87,7 +87,7 @@ void add_correlation_figures(Page& page, const tofgraph_camera& camera) {
       "windows into the simulation; at the on-times of real cameras, 10 us and more, the envelope changes by less than "
       "1 % over the unambiguous range. The matched filter's signal-to-noise ratio (5.43) is proportional to T.");
   page.figures(std::vector<std::string>{interference(camera, 0.5)},
-               "Amplitude of the sources' sum, 1 where their paths are equal: figure 5.10.");
+               "Loss of amplitude where the sources' paths differ: 1 less the normalised amplitude of figure 5.10.");
 }
 
 }  // namespace tofgraph::report

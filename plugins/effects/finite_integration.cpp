@@ -26,18 +26,18 @@ struct FiniteIntegration final : Effect {
                               "on_time_shift",
                               {.unit = "s",
                                .default_value = "0 s",
-                               .min = -1,
+                               .min = 0,
                                .max = 1,
                                .text = "between the windows of the sources, tau of (5.2)"}};
 
   void prepare(Setup&) const {
-    if (*on_time_shift != 0 && !(std::abs(*on_time_shift) < *window))
+    if (*on_time_shift != 0 && !(*on_time_shift < *window))
       throw ConfigError("on_time_shift", "must be shorter than the window, e.g. window: 10 us, on_time_shift: 100 ns");
   }
 
   void apply(SamplesLevel& light) const {
     if (*window == 0) return;
-    const double both = *window - std::abs(*on_time_shift);
+    const double both = *window - *on_time_shift;
     for (std::size_t k = 0; k < light.exposures(); ++k) {
       const double frequency = light.exposure(k).frequency, angular = physics::two_pi * frequency;
       for (std::size_t i = 0; i < light.points(); ++i) {

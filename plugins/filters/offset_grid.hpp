@@ -11,8 +11,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -99,7 +99,7 @@ class OffsetGrid {
   /// Nodes of the times that frames had, the last few.
   struct Computed {
     std::mutex turn;
-    std::map<double, std::shared_ptr<const Nodes>> at;  // s
+    std::deque<std::pair<double, std::shared_ptr<const Nodes>>> at;  // s; the oldest first
   };
   static constexpr std::size_t max_computed = 32;  ///< times of a bracketed exposure; 1.5 MB each at most
 
@@ -117,17 +117,21 @@ class OffsetGrid {
 
   OffsetPlane computed_at(double time) const {
     thread_local std::shared_ptr<const Nodes> kept;
-    {
+    const auto known = [&] {
       const std::scoped_lock lock(computed_->turn);
-      std::shared_ptr<const Nodes>& nodes = computed_->at[time];
-      if (!nodes) {
-        auto made = std::make_shared<Nodes>();
-        fill(*scattered_, time, true, *made);
-        made->errors.push_back(0);
-        nodes = made;
-      }
-      kept = nodes;
-      if (computed_->at.size() > max_computed) computed_->at.erase(computed_->at.begin());
+      const auto found =
+          std::ranges::find(computed_->at, time, &std::pair<double, std::shared_ptr<const Nodes>>::first);
+      return found != computed_->at.end() ? found->second : nullptr;
+    };
+    kept = known();
+    if (!kept) {
+      auto made = std::make_shared<Nodes>();
+      fill(*scattered_, time, true, *made);
+      made->errors.push_back(0);
+      kept = std::move(made);
+      const std::scoped_lock lock(computed_->turn);
+      computed_->at.emplace_back(time, kept);
+      if (computed_->at.size() > max_computed) computed_->at.pop_front();
     }
     OffsetPlane plane = frame();
     plane.errors = kept->errors.data();

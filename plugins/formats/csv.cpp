@@ -17,6 +17,8 @@ namespace tofgraph {
 struct Csv final : FileFormat {
   static constexpr const char* endings = "csv txt";
   static bool recognises(std::span<const std::uint8_t> head) {
+    if (head.size() > 3 && head[0] == 0xef && head[1] == 0xbb && head[2] == 0xbf)
+      head = head.subspan(3);  // Excel's mark
     bool digit = false, comment = false, line_begins = true;
     for (const std::uint8_t byte : head) {
       const char c = static_cast<char>(byte);
@@ -37,6 +39,7 @@ struct Csv final : FileFormat {
     while (std::getline(in, line)) {
       ++number;
       if (!line.empty() && line.back() == '\r') line.pop_back();
+      if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
       if (line.empty() || line[0] == '#') continue;
       const std::size_t before = values_.size();
       add_line(line, number);

@@ -70,6 +70,9 @@ struct MatFile final : FileFormat {
       default:
         return;
     }
+    for (int axis = 0; axis < variable.rank; ++axis) {
+      if (variable.dims[axis] > std::size_t{1} << 30U) return;
+    }
     if (variable.isComplex != 0 || variable.rank < 1 || variable.rank > 6 || variable.name == nullptr) return;
     if (array.kind != TOFGRAPH_ELEMENT_FLOAT) array.bytes = bytes_of(variable.class_type);
     for (int axis = variable.rank; axis-- > 0;) array.extent.push_back(variable.dims[axis]);

@@ -43,6 +43,7 @@ struct Npz final : FileFormat {
     std::vector<std::uint8_t> skipped(std::min<std::uint64_t>(begin - member.at, std::uint64_t{1} << 20U));
     while (member.at < begin) next(member, skipped.data(), std::min<std::uint64_t>(begin - member.at, skipped.size()));
     next(member, out, count * slice);
+    if (first + count == about.extent[0]) check_end(member);
     to_native(member.header, out, count * slice);
   }
 
@@ -72,6 +73,14 @@ struct Npz final : FileFormat {
       throw std::runtime_error(std::string("is a damaged archive: ") +
                                (got < 0 ? zip_file_strerror(member.file.get()) : "a member ends before its values do"));
     member.at += bytes;
+  }
+
+  /// The checksum of a member is compared when its end is read.
+  static void check_end(Member& member) {
+    char more = 0;
+    if (zip_fread(member.file.get(), &more, 1) != 0)
+      throw std::runtime_error(std::string("is a damaged archive: ") + zip_file_strerror(member.file.get()));
+    member.file.reset();
   }
 
   void add_member(zip_uint64_t index) {

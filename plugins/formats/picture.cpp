@@ -5,7 +5,10 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <array>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include "io/picture_file.hpp"
 
@@ -22,10 +25,11 @@ struct Picture final : FileFormat {
       return true;
     };
     return begins({0x89, 'P', 'N', 'G'}) || begins({'I', 'I', 42, 0}) || begins({'M', 'M', 0, 42}) ||
-           begins({'P', '5'}) || begins({'P', '2'});
+           begins({'P', '5'});
   }
 
   explicit Picture(const std::string& path) {
+    const std::uint64_t pages = check_whole(path);
     try {
       io::check_picture(path);
     } catch (const std::runtime_error& error) {  // names the file itself
@@ -36,6 +40,9 @@ struct Picture final : FileFormat {
       pages_ = {cv::imread(path, cv::IMREAD_UNCHANGED)};
       if (pages_[0].empty()) throw std::runtime_error("cannot be read as a picture");
     }
+    if (pages > 0 && pages_.size() != pages)
+      throw std::runtime_error("announces " + std::to_string(pages) + " pages, but " + std::to_string(pages_.size()) +
+                               " can be read: it was cut off or is damaged");
     const cv::Mat& first = pages_.front();
     for (const cv::Mat& page : pages_) {
       if (page.channels() != 1)
@@ -65,6 +72,53 @@ struct Picture final : FileFormat {
   }
 
  private:
+  /// Checks what decoders pass over in silence: pages of a TIFF that are cut off, a PGM that is shorter than it says,
+  /// pictures of fewer than 8 bits, whose values they stretch. @returns the pages of a TIFF; 0: another format
+  static std::uint64_t check_whole(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    const std::uint64_t size = std::filesystem::file_size(path);
+    std::array<std::uint8_t, 32> head{};
+    in.read(reinterpret_cast<char*>(head.data()), head.size());
+    in.clear();
+    if (head[0] == 0x89 && head[24] < 8)
+      throw std::runtime_error("has " + std::to_string(head[24]) + " bits per pixel, expected 8 or 16");
+    if (head[0] == 'P') check_pgm(in, size);
+    return head[0] == 'I' || head[0] == 'M' ? pages_of(in, size, head[0] == 'M') : 0;
+  }
+
+  static void check_pgm(std::ifstream& in, std::uint64_t size) {
+    in.seekg(2);
+    std::array<std::uint64_t, 3> numbers{};  // width, height, largest value
+    for (std::uint64_t& number : numbers) {
+      while ((in >> std::ws).peek() == '#') in.ignore(1 << 20, '\n');
+      in >> number;
+    }
+    const std::uint64_t bytes = numbers[2] > 255 ? 2 : 1;
+    if (!in || numbers[0] > 1U << 20U || numbers[1] > 1U << 20U || numbers[0] * numbers[1] * bytes > size)
+      throw std::runtime_error("announces " + std::to_string(numbers[0]) + " x " + std::to_string(numbers[1]) +
+                               " pixels, but has " + std::to_string(size) + " bytes");
+    if (numbers[2] != 255 && numbers[2] != 65535)
+      throw std::runtime_error("has the largest value " + std::to_string(numbers[2]) + ", expected 255 or 65535");
+  }
+
+  static std::uint64_t pages_of(std::ifstream& in, std::uint64_t size, bool big_endian) {
+    const auto number = [&](std::uint64_t at, std::size_t bytes) {
+      std::array<std::uint8_t, 4> raw{};
+      in.seekg(static_cast<std::streamoff>(at));
+      if (at + bytes > size || !in.read(reinterpret_cast<char*>(raw.data()), static_cast<std::streamsize>(bytes)))
+        throw std::runtime_error("ends within a page: it was cut off");
+      std::uint64_t value = 0;
+      for (std::size_t i = 0; i < bytes; ++i) value = value << 8U | raw[big_endian ? i : bytes - 1 - i];
+      return value;
+    };
+    constexpr std::uint64_t max_pages = 100000;
+    std::uint64_t pages = 0;
+    for (std::uint64_t at = number(4, 4); at != 0; at = number(at + 2 + 12 * number(at, 2), 4)) {
+      if (++pages > max_pages) throw std::runtime_error("has pages that follow each other in a circle");
+    }
+    return pages;
+  }
+
   static std::uint32_t kind_of(int depth) {
     if (depth == CV_32F || depth == CV_64F) return TOFGRAPH_ELEMENT_FLOAT;
     return depth == CV_8S || depth == CV_16S || depth == CV_32S ? TOFGRAPH_ELEMENT_SIGNED : TOFGRAPH_ELEMENT_UNSIGNED;

@@ -17,12 +17,16 @@
 
 namespace tofgraph {
 
-/// Reads one file, or a series by a pattern (depth_*.png). What the file does not state is stated by the parameters, or
+/// Reads one file, or a series. What the file does not state is stated by the parameters, or
 /// by a layout file for more than one array; what is ambiguous is an error that lists the readings. Values become SI;
 /// "no measurement" becomes NaN with the flag `invalid`.
 struct FileReader final : Source {
-  Param<std::string> file{
-      this, "file", {.required = true, .text = "the file, or a pattern with * and ?: one file a frame"}};
+  Param<InputFile> file{this, "file", {.text = "the file"}};
+  Param<std::string> files{
+      this,
+      "files",
+      {.text =
+           "instead of file, a series: a pattern with * and ?, relative to the working folder, or one name a line"}};
   Param<InputFile> layout{this, "layout", {.text = "a layout file: what the arrays are"}};
   Param<std::string> as{
       this,
@@ -42,20 +46,23 @@ struct FileReader final : Source {
     if (const tofgraph_camera* given = setup.stream().camera; given != nullptr)
       request.camera = std::make_shared<const io::Camera>(*given);
     try {
-      request.files = foreign::files_of(std::string(*file));
+      if (file.given() == files.given()) throw ConfigError("file", "give a file, or files: 'depth_*.png' for a series");
+      request.files = foreign::files_of(file.given() ? std::string(*file) : std::string(*files));
       if (!request.camera && !request.layout.camera.empty())
         request.camera = io::load_profile(io::find_profile(request.layout.camera, "."));
       for (const auto& path : request.files) setup.uses_file(path.string());
       frames_ = std::make_unique<foreign::ForeignFrames>(*registry_, std::move(request));
     } catch (const foreign::ForeignError& error) {
-      throw ConfigError("file", error.what());
+      throw ConfigError(file.given() ? "file" : "files", error.what());
     } catch (const config::ConfigurationError& error) {
-      throw ConfigError("file", error.what());
+      throw ConfigError(file.given() ? "file" : "files", error.what());
     }
     for (const std::string& warning : frames_->warnings()) warn(warning);
     if (setup.stream().camera == nullptr) setup.use_profile(frames_->camera().name, frames_->camera().profile);
-    const tofgraph_metadata first = frames_->metadata(0);
-    for (const std::string& doubt : io::metadata_doubts({&first, 1}, &frames_->camera())) warn(doubt);
+    std::vector<tofgraph_metadata> known;
+    for (std::uint64_t i = 0; i < std::min<std::uint64_t>(frames_->frames(), 100000); ++i)
+      known.push_back(frames_->metadata(i));
+    for (const std::string& doubt : io::metadata_doubts(known, &frames_->camera())) warn(doubt);
     for (const foreign::ForeignChannel& channel : frames_->channels()) setup.provide(described(channel));
     setup.set_frames(frames_->frames(), frames_->known());
   }
@@ -93,7 +100,8 @@ struct FileReader final : Source {
     made.rank = static_cast<std::uint32_t>(channel.extent.size());
     std::ranges::copy(channel.extent, made.extent);
     made.unit = channel.unit.c_str();
-    made.of = made.applied = made.from = "";
+    made.of = channel.of.c_str();
+    made.applied = made.from = "";
     return made;
   }
 
@@ -119,8 +127,8 @@ struct FileReader final : Source {
     if (result.channels.empty() && (unit.given() || axes.given() || invalid.given()))
       throw ConfigError("as", "must say which channel the array is, e.g. as: depth");
     for (foreign::ChannelLayout& channel : result.channels) {
-      if (unit.given() && (is_length_channel(channel.channel) || channel.channel == "sigma"))
-        channel.unit = std::string(*unit);
+      const bool length = is_length_channel(channel.channel) || channel.channel == "sigma";
+      if (unit.given() && (length || result.channels.size() == 1)) channel.unit = std::string(*unit);
       if (invalid.given()) channel.invalid = *invalid;
       if (!axes.given()) continue;
       const auto parsed = foreign::parse_axes(std::string(*axes));

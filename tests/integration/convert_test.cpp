@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Convert.NumPys*:Convert.Damaged*:Convert.Matlabs*
+// Rooms: foreign plugins
 // Files that NumPy, SciPy and OpenCV wrote, as captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
@@ -152,7 +154,52 @@ TEST_F(Convert, ASeriesOfPicturesIsInTheOrderOfItsNumbersAndItsGapsAreLostFrames
     EXPECT_FLOAT_EQ(depth[f * small_pixels + 1], static_cast<float>(expected[f]));
   }
   EXPECT_EQ(frames<std::int64_t>("timestamp_ns")[3], 400'000'000);
-  EXPECT_THAT(tofgraph("info out.h5").out, HasSubstr("1 "));
+  EXPECT_THAT(frames<std::uint64_t>("frame_number"), testing::ElementsAre(0, 1, 2, 4)) << "the gap is a lost frame";
+}
+
+TEST_F(Convert, NamesAreSortedNaturally) {
+  const std::vector<std::string> names = {"9.5.png",     "9.25.png",     "10.1.png",
+                                          "take2_1.png", "take10_1.png", "take10_2.png"};
+  int number = 0;
+  for (const std::string& name : names)
+    cv::imwrite(path(name).string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1000 + number++)));
+  ASSERT_EQ(convert("take10_2.png take2_1.png take10_1.png 10.1.png 9.25.png 9.5.png --as depth --unit mm").exit_code,
+            0);
+  const std::vector<float> depth = frames<float>("depth");
+  const double expected[] = {1.000, 1.001, 1.002, 1.003, 1.004, 1.005};
+  for (std::size_t f = 0; f < 6; ++f) EXPECT_FLOAT_EQ(depth[f * small_pixels], static_cast<float>(expected[f])) << f;
+}
+
+TEST_F(Convert, AFileOfAnotherSizeOrOrderInASeriesIsToldBeforeAnythingIsWritten) {
+  cv::imwrite(path("a_1.png").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1000)));
+  cv::imwrite(path("a_2.png").string(), cv::Mat(8, 6, CV_16U, cv::Scalar(1000)));
+  const Outcome size = convert("a_1.png a_2.png --as depth --unit mm");
+  EXPECT_EQ(size.exit_code, 2);
+  EXPECT_THAT(size.err, HasSubstr("a_2.png: differs from the first file of the series"));
+  if (!python("np.save('b_1.npy', np.ones((6, 8)))\nnp.save('b_2.npy', np.asfortranarray(np.ones((6, 8))))\n"))
+    GTEST_SKIP() << "NumPy is not installed";
+  EXPECT_THAT(convert("b_1.npy b_2.npy --as amplitude").err, HasSubstr("(Fortran order)"));
+}
+
+TEST_F(Convert, FlagsOfTheFileAndThoseOfItsValuesAreJoinedAndSigmaBelongsToItsLength) {
+  if (!python(R"(
+z = np.full((6, 8), 1.5, "f4"); z[2, 3] = np.nan
+f = np.zeros((6, 8), "u2"); f[1, 1] = 2
+np.savez("m.npz", z=z, f=f, s=np.full((6, 8), 0.004, "f4"))
+np.save("t.npy", np.where(np.arange(8 * 48).reshape(4, 2, 6, 8) == 5, np.nan, 100.0))
+)"))
+    GTEST_SKIP() << "NumPy is not installed";
+  const Outcome outcome = convert("m.npz --as flags=f,depth=z,sigma=s --unit m");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+  EXPECT_EQ(flags[2 * 8 + 3], 1);
+  EXPECT_EQ(flags[8 + 1], 2);
+  EXPECT_EQ(flags[0], 0);
+  EXPECT_THAT(tofgraph("run \"capture_reader file=out.h5 ! median ! null\"").err,
+              testing::Not(HasSubstr("sigma is that of")));
+  ASSERT_EQ(convert("t.npy --as taps").exit_code, 0);
+  EXPECT_EQ(frames<std::uint16_t>("flags")[5], 1) << "no number is no tap of 0 counts";
+  EXPECT_THAT(convert("m.npz --as sigma=s --unit m").err, HasSubstr("the deviation of a length"));
 }
 
 TEST_F(Convert, PagesOfATiffAndAPgmAreFrames) {
@@ -258,6 +305,27 @@ TEST_F(Convert, DamagedFilesEndInOneClearError) {
       EXPECT_THAT(outcome.err, HasSubstr("error: "));
     }
   }
+  // A flipped byte of an archive that is not compressed: only its checksum knows.
+  ASSERT_TRUE(python("np.savez('s.npz', a=np.ones((5, 6, 8), 'f4'))\n"));
+  std::string stored_archive = read_text(path("s.npz"));
+  stored_archive[stored_archive.size() / 2] ^= 4;
+  write_text(path("s.npz"), stored_archive);
+  EXPECT_THAT(convert("s.npz --as amplitude=a").err, HasSubstr("damaged archive"));
+  // A member outside of the archive's folder is an array like any other: nothing is unpacked.
+  ASSERT_TRUE(
+      python("import zipfile\nnp.save('b.npy', np.ones((6, 8)))\nz = zipfile.ZipFile('p.npz', 'w')\n"
+             "z.write('b.npy', '../../b.npy')\nz.close()\n"));
+  EXPECT_EQ(convert("p.npz --as amplitude").exit_code, 0);
+  // Pictures that their decoder would accept.
+  std::vector<cv::Mat> pages(3, cv::Mat(6, 8, CV_32F, cv::Scalar(1)));
+  cv::imwritemulti(path("p.tiff").string(), pages);
+  const std::string tiff = read_text(path("p.tiff"));
+  write_text(path("p.tiff"), tiff.substr(0, tiff.size() - 20));
+  EXPECT_NE(convert("p.tiff --as range --unit m").exit_code, 0);
+  write_text(path("p.pgm"), "P5 30000 30000 65535\nxx");
+  EXPECT_THAT(convert("p.pgm --as amplitude").err, HasSubstr("announces 30000 x 30000 pixels"));
+  write_text(path("text.csv"), "1,2\n3,x\n");
+  EXPECT_NE(convert("text.csv --as amplitude").exit_code, 0);
   write_text(path("empty.npy"), "");
   EXPECT_THAT(convert("empty.npy --as amplitude").err, HasSubstr("the file is empty"));
   write_text(path("text.xyz"), "no numbers here");
@@ -267,7 +335,7 @@ TEST_F(Convert, DamagedFilesEndInOneClearError) {
 TEST_F(Convert, AFileReaderIsAStageLikeAnyOther) {
   cv::imwrite(path("depth_1.png").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1500)));
   const Outcome outcome = tofgraph(
-      "run \"file_reader file='depth_*.png' as=depth unit=mm ! point_cloud ! pcd_writer path=c.pcd encoding=ascii\" "
+      "run \"file_reader files='depth_*.png' as=depth unit=mm ! point_cloud ! pcd_writer path=c.pcd encoding=ascii\" "
       "--camera ./tiny.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(read_text(path("c.pcd")), HasSubstr("1.498"));

@@ -55,8 +55,8 @@ std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& 
     set_entry(document, "focal_length", fmt::format("[{} px, {} px]", view.focal_px[0], view.focal_px[1]));
     set_entry(document, "principal_point", fmt::format("[{}, {}]", view.principal_point[0], view.principal_point[1]));
     set_entry(document, "distortion", fmt::format("[{}]", fmt::join(io::distortion_of(view), ", ")));
-    if (view.skew != 0) set_entry(document, "skew", fmt::format("{}", view.skew));
-    measured.insert(measured.end(), {"focal_length", "principal_point", "distortion"});
+    set_entry(document, "skew", fmt::format("{}", view.skew));
+    measured.insert(measured.end(), {"focal_length", "principal_point", "distortion", "skew"});
   }
   if (const fs::path noise = folder.file_of("noise"); !noise.empty()) {
     const physics::TapNoise tap = io::read_noise_calibration(noise, base.view().name).noise;

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: HdrFusion.ABracket*
+// Rooms: plugins
+// Bracketed exposures against weighted means by hand, and the simulator's 1:8:64 against the noise that is possible.
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <tofgraph/harness.hpp>
+
+#include "tests/program.hpp"
+#include "tests/unit/message_of.hpp"
+#include "tests/unit/raw_capture.hpp"
+
+#include <cmath>
+
+using namespace tofgraph;
+
+namespace {
+
+constexpr std::uint16_t invalid = 1, saturated = 2, low_signal = 8;
+
+TEST(HdrFusion, IsTheMeanByVarianceOfWhatIsValidAndNotSaturated) {
+  Harness stage("hdr_fusion frames=2");
+  stage.camera("camcube2");
+  const std::vector<std::uint64_t> shape = {1, 4};
+  const auto put = [&](const std::vector<float>& depth, const std::vector<float>& sigma,
+                       const std::vector<float>& light, const std::vector<std::uint16_t>& flags, double time) {
+    stage.put<float>("depth", shape, depth);
+    stage.put<float>("sigma", shape, sigma, {.of = "depth"});
+    stage.put<float>("amplitude", shape, light, {.unit = "counts"});
+    stage.put<std::uint16_t>("flags", shape, flags);
+    stage.metadata().integration_time = time;
+    stage.run();
+  };
+  put({1.00F, 2.0F, 3.0F, NAN}, {0.01F, 0.01F, 0.01F, NAN}, {100, 100, 100, 0}, {low_signal, 0, 0, invalid}, 1e-3);
+  put({1.03F, 2.5F, 3.3F, NAN}, {0.02F, 0.01F, 0.01F, NAN}, {400, 0, 400, 0}, {0, saturated, 0, saturated | invalid},
+      4e-3);
+  const auto depth = stage.get<float>("depth"), sigma = stage.get<float>("sigma"),
+             light = stage.get<float>("amplitude");
+  const auto flags = stage.get<std::uint16_t>("flags");
+  const double weights = 1 / 1e-4 + 1 / 4e-4;
+  EXPECT_NEAR(depth[0], (1.00 / 1e-4 + 1.03 / 4e-4) / weights, 1e-6);
+  EXPECT_NEAR(sigma[0], 1 / std::sqrt(weights), 1e-7);
+  EXPECT_NEAR(light[0], 400, 1e-3) << "100 counts in a fourth of the time";
+  EXPECT_EQ(flags[0], low_signal);
+  EXPECT_FLOAT_EQ(depth[1], 2) << "the other is saturated";
+  EXPECT_FLOAT_EQ(sigma[1], 0.01F);
+  EXPECT_EQ(flags[1], 0);
+  EXPECT_NEAR(depth[2], 3.15, 1e-6);
+  EXPECT_TRUE(std::isnan(depth[3]));
+  EXPECT_EQ(flags[3], invalid | saturated);
+}
+
+TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
+  Harness stage("hdr_fusion");
+  stage.camera("camcube2");
+  for (const auto& [distance, time] : {std::pair{7.490F, 1e-3}, {0.004F, 2e-3}}) {
+    stage.put<float>("distance", {1, 1}, {distance});
+    stage.put<float>("sigma", {1, 1}, {0.01F}, {.of = "distance"});
+    stage.metadata().integration_time = time;
+    stage.run();
+  }
+  EXPECT_NEAR(stage.get<float>("distance")[0], (7.490 + 7.49481145 + 0.004) / 2, 1e-5);
+}
+
+TEST(HdrFusion, RefusesWhatIsNoBracket) {
+  Harness stage("hdr_fusion");
+  stage.camera("camcube2");
+  const auto put = [&] {
+    stage.put<float>("depth", {1, 1}, {1.0F});
+    stage.put<float>("sigma", {1, 1}, {0.01F}, {.of = "depth"});
+    stage.metadata().integration_time = 1e-3;
+    stage.run();
+  };
+  put();
+  EXPECT_NE(message_of(put).find("came twice in a bracket of 2"), std::string::npos);
+}
+
+/// Where one exposure is good no pixel is lost, and the noise is that of all good exposures together.
+TEST(HdrFusion, ABracketOf1To8To64LosesNoPixelThatOneExposureShows) {
+  const tests::TemporaryFolder folder;
+  const auto run = [&](const std::string& command) {
+    const tests::Outcome outcome = tests::shell("$TOFGRAPH " + command, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  };
+  std::string scene =
+      "scene: 1\ncamera: camcube2\noutput: taps\nobjects: [{type: board, distance: 900 mm, reflectivity: 0.8}]\n"
+      "sequence:\n  - {key: temperature, values: [";
+  for (int frame = 0; frame < 30; ++frame) scene += (frame > 0 ? ", " : "") + std::to_string(20 + frame) + " degC";
+  scene += "]}\n  - {key: integration_time, values: [0.5 ms, 4 ms, 32 ms]}\n";
+  tests::write_text(folder.path() / "s.yaml", scene);
+  run("run \"simulator scene=s.yaml ! four_phase_decoder ! capture_writer path=single.h5\"");
+  run("run \"capture_reader file=single.h5 ! hdr_fusion frames=3 ! capture_writer path=hdr.h5\"");
+  const auto single = tests::raw_values<float>(folder.path() / "single.h5", "/frames/sigma"),
+             sigma = tests::raw_values<float>(folder.path() / "hdr.h5", "/frames/sigma"),
+             distance = tests::raw_values<float>(folder.path() / "hdr.h5", "/frames/distance");
+  const auto flags = tests::raw_values<std::uint16_t>(folder.path() / "single.h5", "/frames/flags"),
+             joined = tests::raw_values<std::uint16_t>(folder.path() / "hdr.h5", "/frames/flags");
+  constexpr std::size_t pixels = 204 * 204, count = 30;
+  ASSERT_EQ(distance.size(), count * pixels);
+  double ratio = 0, used = 0;
+  std::size_t saturated_pixels = 0;
+  for (std::size_t p = 0; p < pixels; p += 97) {
+    double sum = 0, squares = 0, predicted = 0;
+    for (std::size_t f = 0; f < count; ++f) {
+      double weight = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t at = (3 * f + k) * pixels + p;
+        saturated_pixels += (flags[at] & saturated) != 0 ? 1 : 0;
+        if ((flags[at] & (invalid | saturated)) == 0) weight += 1 / (double{single[at]} * single[at]);
+      }
+      const std::size_t at = f * pixels + p;
+      ASSERT_EQ((joined[at] & invalid) != 0, weight == 0) << p;
+      if (weight == 0) continue;
+      EXPECT_NEAR(sigma[at], 1 / std::sqrt(weight), 1e-4 / std::sqrt(weight));
+      sum += double{distance[at]};
+      squares += double{distance[at]} * distance[at];
+      predicted += 1 / weight;
+    }
+    ratio += (squares - sum * sum / count) / (count - 1) / (predicted / count);
+    used += 1;
+  }
+  EXPECT_GT(saturated_pixels, 0U) << "the longest time is too long for this board";
+  EXPECT_NEAR(std::sqrt(ratio / used), 1, 0.05) << "spread over the frames against the best that is possible";
+}
+
+}  // namespace
