@@ -11,6 +11,7 @@
 #include "diagnosis/inputs.hpp"
 #include "diagnosis/next_condition.hpp"
 #include "diagnosis/pixel_maps.hpp"
+#include "diagnosis/pixel_spread.hpp"
 #include "diagnosis/search.hpp"
 #include "diagnosis/stability.hpp"
 #include "diagnosis/standing.hpp"
@@ -98,6 +99,7 @@ struct Diagnosis {
   std::vector<Stability> stability;          ///< where it was asked for
   std::vector<PixelMap> maps;                ///< that were found
   std::optional<MeasuredContrast> contrast;  ///< where intensities are known
+  std::optional<PixelSpread> spread;         ///< where a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
   Measurements measurements;
   std::string campaign_name;

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t fewest_levels = 4, interleaved = 3;
 constexpr std::size_t fewest_clusters = 5;  ///< of which draws tell an interval
 constexpr double end_share = 0.1;           ///< of the levels, at either end
+constexpr double least_left = 0.25;         ///< of the conditions, where a session is put aside
 
 /// Conditions by level, in the order of the levels.
 using Levels = std::vector<std::pair<std::string, std::vector<std::size_t>>>;
@@ -105,7 +106,10 @@ class Folds {
     }
     std::ranges::sort(fold.held);
     fold.levels = fmt::format("{}", fmt::join(names, ", "));
-    if (design_.boards() - fold.held.size() >= fewest_conditions) folds_.push_back(std::move(fold));
+    const std::size_t left = design_.boards() - fold.held.size();
+    // A few conditions of other sessions cannot predict a campaign that was joined with them.
+    const double needed = setting == "session" ? least_left * static_cast<double>(design_.boards()) : 0;
+    if (left >= fewest_conditions && static_cast<double>(left) >= needed) folds_.push_back(std::move(fold));
   }
 
   void ordered(const std::string& setting, const Levels& levels) {
