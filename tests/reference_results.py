@@ -23,6 +23,7 @@ import textwrap
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+import reference_figures as figures  # noqa: E402
 import reference_results_text as text  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -159,7 +160,7 @@ def offset_tables(runs):
 
 
 def chapter_6(runs):
-    for key in ("offset", "wrapped", "times"):
+    for key in ("offset", "wrapped", "times", "tables", "matrix", "centre"):
         runs.run(key)
     found = runs.calibration("out/offset_printed.yaml")
     first = {key: found[key][0] for key in COLUMNS if key in found}
@@ -170,12 +171,49 @@ def chapter_6(runs):
               "final": f"{first['final_mean']:.2f} / {first['final_sd']:.2f}",
               "wrapped": of(wrapped)}
     printed = published("campaigns/thesis_offset_tables.csv")
+    matrix = runs.statistics("pipelines/chapter6/out/offset_matrix.csv")
+    values |= {"twin_" + name: of(node) for name, node in matrix.items()}
     values["restored"] = str(sum(1 for p in printed if p["restored"]))
     apart = [abs(float(p["measured_mean_mm"]) + float(p["offset_mean_mm"]) - float(p["offset_corrected_mean_mm"]))
              for p in printed]
     values |= {"apart": str(sum(1 for a in apart if a > 0.1)), "all": str(len(printed)),
                "farthest": f"{max(apart):.2f}"}
-    return rows_of(text.CHAPTER_6, values) + "\n" + text.OFFSET_TABLES.format(**values) + "\n" + offset_tables(runs)
+    parts = [rows_of(text.CHAPTER_6, values), text.OFFSET_TABLES.format(**values), offset_tables(runs),
+             twin_tables(runs)]
+    return "\n".join(parts)
+
+
+TWIN = {"corrected": ("corrected_mean_mm", "corrected_std_mm"), "measured": ("measured_mean_mm", "measured_std_mm"),
+        "offset": ("offset_mean_mm", "offset_std_mm")}
+NEAR = 0.25  # of a standard deviation: what counts as matched
+
+
+def twin_tables(runs):
+    """Tables 6.2 to 6.13 row by row: printed, and simulated by the profile camcube2_measured."""
+    found = runs.calibration("out/tables.yaml")
+    places = {(int(t), round(d)): i for i, (t, d) in enumerate(zip(found["target"], found["distance"]))}
+    found["corrected_mean"], found["corrected_sd"] = found["depth"], found["final_sd"]
+    rows, count, errors, measured = [], {True: [], False: []}, {True: [], False: []}, 0
+    for p in published("campaigns/thesis_offset_tables.csv"):
+        depth, level = float(p["true_depth_mm"]), LEVELS.index(p["black_percent"])
+        i = places[level, round(depth)]
+        pairs = [(float(p[column]), found[f"{key}_{what}"][i]) for key, columns in TWIN.items()
+                 for what, column in zip(("mean", "sd"), columns)]
+        fitted = round(depth / 500) % 2 == 1
+        near, measured_near = (abs(pairs[k][1] / pairs[k][0] - 1) < NEAR for k in (1, 3))
+        measured += measured_near
+        count[fitted].append(near)
+        errors[fitted].append(pairs[0][1] - pairs[0][0])
+        rows.append([NAMES[level], f"{depth:g}", f"{float(p['integration_time_ms']):g}",
+                     *(f"{a:.2f} / {b:.2f}" for a, b in pairs), ("fitted" if fitted else "held out") +
+                     ("" if near else ", **not**")])
+    head = ["target", "mm", "ms", "N.L.C.D µ", "σ", "Ms.D µ", "σ", "O.M µ", "σ", "σ of N.L.C.D within 25 %"]
+    rms = lambda values: math.sqrt(sum(v * v for v in values) / len(values))
+    values = {"all": f"{sum(count[True] + count[False])} of {len(rows)}",
+              "fitted": f"{sum(count[True])} of {len(count[True])}",
+              "judged": f"{sum(count[False])} of {len(count[False])}",
+              "measured": f"{measured} of {len(rows)}", "fitted_mean": f"{rms(errors[True]):.0f}", "judged_mean": f"{rms(errors[False]):.0f}"}
+    return text.TWIN.format(**values) + "\n" + table(head, rows)
 
 
 def optima(found):
@@ -186,16 +224,19 @@ def optima(found):
 
 def integration_times(runs):
     real, twin = (optima(runs.calibration(f"out/{name}.yaml")) for name in ("published_times", "simulated_times"))
-    rows, same, deviations = [], 0, []
+    rows, same, deviations, near = [], 0, [], 0
     for p in published("chapter6/thesis_optimal_integration_time.csv"):
         key = (p["black_percent"], int(p["true_depth_mm"]))
         same += real[key][0] == float(p["optimal_integration_time_ms"])
         deviations.append(real[key][1] - float(p["rmse_min_mm"]))
+        near += abs(twin[key][1] / float(p["rmse_min_mm"]) - 1) < NEAR
         rows.append([f"{key[1]}", NAMES[LEVELS.index(key[0])],
                      f"{float(p['optimal_integration_time_ms']):g} / {float(p['rmse_min_mm']):.2f}",
                      *(f"{found[key][0]:g} / {found[key][1]:.2f}" for found in (real, twin))])
     head = ["mm", "target", "printed: ms / RMSE, mm", "from the published boards", "simulated"]
-    summary = text.TIMES.format(rows=len(rows), same=same, worst=f"{max(deviations, key=abs):+.2f}",
+    within = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin)
+    white = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin if k[0] == "0")
+    summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, white=white, worst=f"{max(deviations, key=abs):+.2f}",
                                 typical=f"{sorted(map(abs, deviations))[len(rows) // 2]:.2f}")
     return summary + "\n" + table(head, rows), drawing(real, twin)
 
@@ -256,9 +297,12 @@ def wrapped(page):
 def make(runs):
     first, third, (fifth, values) = chapter_1(runs), chapter_3(runs), chapter_5(runs)
     sixth, (times, picture), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
+    drawn = {"reference_integration_times": picture,
+             "reference_centre_pixels": figures.surfaces(runs.calibration("out/centre.yaml")),
+             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES)}
     page = text.PAGE.format(first=first, third=third, fifth=fifth, sixth=sixth, times=times, seventh=seventh,
                             commands=commands(), **values)
-    return {ROOT / "docs/reference_results.md": wrapped(page), ROOT / "docs/reference_integration_times.svg": picture}
+    return {ROOT / "docs/reference_results.md": wrapped(page)} | {ROOT / f"docs/{k}.svg": v for k, v in drawn.items()}
 
 
 def same(old, made):

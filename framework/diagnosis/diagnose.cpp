@@ -119,6 +119,8 @@ class Run {
     progress(found_by, "putting numbers on it");
     validate();
     describe();
+    d_->spread = pixel_spread(campaign, d_->model.physical, *problem_, d_->search.after.state);
+    if (d_->spread) note(notes_on_spread(*d_->spread));
     if (!d_->search.time_expired)
       d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
                                                            d_->search.dropped, d_->audit));

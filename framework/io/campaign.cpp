@@ -190,6 +190,61 @@ std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnost
 
 }  // namespace
 
+namespace {
+
+/// Reason why a campaign cannot be joined to others, or an empty text.
+std::string joining_problem(const Campaign& all, const Campaign& member) {
+  if (!member.camera || !all.camera) return {};  // reported where it is read
+  if (std::string_view(member.camera->view().name) != all.camera->view().name)
+    return fmt::format("was made with the camera '{}', this one with '{}'", member.camera->view().name,
+                       all.camera->view().name);
+  if (member.pattern) return "is for the calibration of a lens";
+  if (!all.conditions.empty() && member.from_table != all.from_table)
+    return "has captures where the others have tables, or the reverse";
+  return {};
+}
+
+/// Reads the conditions of other campaigns, one after the other. Their ids begin with the name of the file, which is
+/// also the session of those that state none, as the set-up may have moved between campaigns.
+void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
+  if (!list.is_list() || list.items.empty())
+    return diagnostics.error(
+        list.at,
+        fmt::format("'campaigns' is {}, expected a list of files", list.is_list() ? "an empty list" : list.described()),
+        "example: campaigns: [rail.yaml, warm_up.yaml]");
+  for (const config::Value& item : list.items) {
+    const std::filesystem::path file = config::path_at(item.text, item.at);
+    try {
+      const config::Value document = config::load_document(file);
+      if (document.find("campaigns") != nullptr) {
+        diagnostics.error(item.at, fmt::format("'{}' joins campaigns itself", item.text), "name its members instead");
+        continue;
+      }
+      Campaign member = read_campaign(document, diagnostics, captures);
+      if (const std::string problem = joining_problem(campaign, member); !problem.empty())
+        diagnostics.error(item.at, fmt::format("the campaign {} {}", item.text, problem));
+      const std::string name = file.stem();
+      for (Condition& condition : member.conditions) {
+        condition.id = fmt::format("{} {}", name, condition.id);
+        if (condition.session.empty()) condition.session = name;
+        condition.campaign = file;
+        condition.order.reset();  // counts within its campaign
+        const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
+        if (same != campaign.conditions.end())
+          return diagnostics.error(item.at, fmt::format("two conditions have the id '{}'", condition.id),
+                                   "campaigns that are joined need files with different names");
+        campaign.conditions.push_back(std::move(condition));
+      }
+      campaign.from_table = member.from_table;
+      for (const std::string& note : member.notes) campaign.notes.push_back(fmt::format("{}: {}", name, note));
+    } catch (const config::ConfigurationError& failure) {
+      diagnostics.add(failure, item.at);
+    }
+  }
+}
+
+}  // namespace
+
 Campaign read_campaign(const config::Value& document, config::Diagnostics& diagnostics, Captures captures) {
   Campaign campaign;
   config::check_version(document, "campaign", 1, diagnostics);
@@ -208,15 +263,20 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
     campaign.pattern = read_pattern(pattern->value, diagnostics);
   const config::Entry* conditions = reader.take("conditions");
   const config::Entry* table = reader.take("table");
+  const config::Entry* members = reader.take("campaigns");
   reader.finish();
   if (conditions != nullptr && table != nullptr)
     diagnostics.error(table->at, "a campaign has either 'conditions' or a 'table'");
+  else if (members != nullptr && (conditions != nullptr || table != nullptr))
+    diagnostics.error(members->at, "a campaign has either 'campaigns' or data of its own");
+  else if (members != nullptr)
+    read_members(members->value, campaign, captures, diagnostics);
   else if (conditions != nullptr)
     read_conditions(conditions->value, campaign, captures, diagnostics);
   else if (table != nullptr)
     detail::read_table(table->value, campaign, diagnostics);
   else if (document.is_map())
-    diagnostics.error(document.at, "the campaign has neither 'conditions' nor a 'table'",
+    diagnostics.error(document.at, "the campaign has neither 'conditions' nor a 'table' nor 'campaigns'",
                       "example: conditions: [{id: white-0500, capture: white_0500.h5, board: {distance: 500 mm}}]");
   return campaign;
 }

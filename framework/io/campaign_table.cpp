@@ -29,6 +29,7 @@ struct Column {
   std::string unit;          ///< SI
   bool required = false;     ///< in every row
   std::function<void(Condition&, double)> store;
+  std::optional<double> constant = {};  ///< one value for all rows, in place of a column
 };
 
 class TableReader {
@@ -58,30 +59,37 @@ class TableReader {
         [](C& c, double v) { c.measured.distance = v; });
     add("amplitude", "counts", "{column: amplitude, unit: counts}", false,
         [](C& c, double v) { c.measured.amplitude = v; });
-    const bool measured = columns_.size() > before;
     add("measured_depth_sd", "m", "{column: corrected_std_mm, unit: mm}", false,
         [](C& c, double v) { c.measured.depth_sd = v; });
+    const bool measured = columns_.size() > before;
     add("reflectivity", "", "{column: reflectivity}", false, [](C& c, double v) { c.reflectivity = v; });
     add("count", "", "{column: pixels}", false, [](C& c, double v) { c.measured.count = v; });
+    add("frames", "", "{column: frames}", false, [](C& c, double v) { c.measured.frames = v; });
+    add("time_since_power_on", "s", "{column: minutes, unit: min}", false,
+        [](C& c, double v) { c.time_since_power_on = v; });
     add("roi_half_width", "", "{column: roi_half_width_px}", false, [this](C& c, double v) { narrow(c, v, true); });
     add("roi_half_height", "", "{column: roi_half_height_px}", false, [this](C& c, double v) { narrow(c, v, false); });
-    read_target();
+    target_ = word_column("target", "{column: black_percent}");
+    sources_ = word_column("sources", "{column: sources}");
     campaign_.corrected_with = reader_.word("corrected_with", "");
+    reach_ = reader_.number_within("reach", "m", "20 mm", unknown, 1e-6, std::numeric_limits<double>::infinity());
     campaign_.from_table = true;
     reader_.finish();
     if (!measured && diagnostics_.ok())
-      diagnostics_.error(rows_.front().front().at,
-                         "the table has no measured column: measured_depth, measured_distance or amplitude",
-                         "example: measured_depth: {column: corrected_mean_mm, unit: mm}");
+      diagnostics_.error(
+          rows_.front().front().at,
+          "the table has no measured column: measured_depth, measured_distance, amplitude or measured_depth_sd",
+          "example: measured_depth: {column: corrected_mean_mm, unit: mm}");
     if (diagnostics_.ok()) read_conditions();
   }
 
  private:
-  /// Reads {column: NAME, unit: UNIT} of a key.
+  /// Reads {column: NAME, unit: UNIT} of a key, or a value of all rows.
   void add(const std::string& key, const std::string& unit, std::string_view example, bool required,
            std::function<void(Condition&, double)> store) {
     const config::Entry* entry = required ? reader_.need(key, example) : reader_.take(key);
     if (entry == nullptr) return;
+    if (entry->value.kind == config::Value::Kind::scalar) return add_constant(*entry, unit, std::move(store));
     config::Reader reader(entry->value, diagnostics_, fmt::format("'{}'", key));
     const auto index = column_of(reader, example);
     std::string written;
@@ -95,6 +103,16 @@ class TableReader {
     }
     reader.finish();
     if (index) columns_.push_back({*index, key, written, unit, required, std::move(store)});
+  }
+
+  void add_constant(const config::Entry& entry, const std::string& unit,
+                    std::function<void(Condition&, double)> store) {
+    const auto value = config::parse_quantity(entry.value.text, unit);
+    const std::string problem = value.ok() ? range_problem(entry.key, value.value) : value.problem;
+    if (!problem.empty())
+      diagnostics_.error(entry.value.at, fmt::format("'{}' is {}: {}", entry.key, entry.value.described(), problem));
+    else
+      columns_.push_back({0, entry.key, "", unit, false, std::move(store), value.value});
   }
 
   std::optional<std::size_t> column_of(config::Reader& reader, std::string_view example) {
@@ -123,12 +141,14 @@ class TableReader {
                        fmt::format("the first is in line {}, column {}: rename one of them", first.line, first.column));
   }
 
-  void read_target() {
-    const config::Entry* entry = reader_.take("target");
-    if (entry == nullptr) return;
-    config::Reader reader(entry->value, diagnostics_, "'target'");
-    target_ = column_of(reader, "{column: black_percent}");
+  /// A column of words, or nothing.
+  std::optional<std::size_t> word_column(const std::string& key, std::string_view example) {
+    const config::Entry* entry = reader_.take(key);
+    if (entry == nullptr) return std::nullopt;
+    config::Reader reader(entry->value, diagnostics_, fmt::format("'{}'", key));
+    const auto column = column_of(reader, example);
     reader.finish();
+    return column;
   }
 
   /// A centred window of 2 v pixels, as the published tables have them: columns w/2 - v .. w/2 + v - 1.
@@ -149,7 +169,9 @@ class TableReader {
       return "is not a length: it must be positive; an empty cell means unknown";
     if (key == "integration_time" && !(value > 0)) return "must be positive";
     if (key == "reflectivity" && !(value > 0 && value <= 1)) return "must be above 0 and at most 1";
-    if ((key == "measured_depth_sd" || key == "count") && value < 0) return "must not be negative";
+    if ((key == "measured_depth_sd" || key == "count" || key == "time_since_power_on") && value < 0)
+      return "must not be negative";
+    if (key == "frames" && !(value >= 1 && value == std::floor(value))) return "must be a whole number from 1 on";
     if (key.starts_with("roi_half")) {
       const std::uint32_t most = (key == "roi_half_width" ? camera.width : camera.height) / 2;
       if (!(value >= 1 && value <= most && value == std::floor(value)))
@@ -178,6 +200,10 @@ class TableReader {
     condition.at.column = 0;
     condition.id = fmt::format("line {}", condition.at.line);
     for (const Column& column : columns_) {
+      if (column.constant) {
+        column.store(condition, *column.constant);
+        continue;
+      }
       const TableCell& cell = row[column.index];
       if (cell.text.empty() && !column.required) continue;
       const auto value = config::parse_quantity(fmt::format("{} {}", cell.text, column.written_unit), column.unit);
@@ -193,6 +219,12 @@ class TableReader {
       condition.target = row[*target_].text;
       condition.places["target"] = row[*target_].at;
     }
+    if (sources_ && !row[*sources_].text.empty()) {
+      read_source_words(row[*sources_].text, row[*sources_].at, campaign_.camera.get(), condition.sources,
+                        diagnostics_);
+      condition.places["sources"] = row[*sources_].at;
+    }
+    condition.measured.reach = reach_;
     return condition;
   }
 
@@ -202,7 +234,8 @@ class TableReader {
   std::vector<TableRow> rows_;
   std::vector<std::string> names_;
   std::vector<Column> columns_;
-  std::optional<std::size_t> target_;
+  std::optional<std::size_t> target_, sources_;
+  double reach_ = unknown;  ///< m
 };
 
 }  // namespace

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 namespace tofgraph::io {
 namespace {
@@ -89,6 +91,16 @@ std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry
       value.at, fmt::format("'{}' must be two whole numbers, the first and the last, from 0 on{}", entry.key, limit),
       fmt::format("example: {}: {}", entry.key, example));
   return std::nullopt;
+}
+
+void read_source_words(const std::string& words, const config::Position& at, const io::Camera* camera,
+                       std::vector<std::string>& sources, config::Diagnostics& diagnostics) {
+  std::istringstream in(words);
+  std::vector<std::string> names{std::istream_iterator<std::string>(in), {}};
+  config::Value value{.kind = config::Value::Kind::list, .at = at};
+  for (const std::string& name : names)
+    value.items.push_back({.kind = config::Value::Kind::scalar, .text = name, .at = at});
+  read_sources(names.size() == 1 ? value.items.front() : value, camera, sources, diagnostics);
 }
 
 const std::vector<std::string>& setting_keys() {

@@ -30,6 +30,8 @@ struct Measured {
   double distance = unknown;                   ///< m, mean of the raw half paths
   double amplitude = unknown;                  ///< counts
   double count = unknown;                      ///< number of values in the mean
+  double frames = unknown;                     ///< number of frames that each pixel is the mean of
+  double reach = unknown;                      ///< m: pixels farther from the middle are not in depth_sd; NaN: all are
 };
 
 /// Settings of a condition. SI; angles in rad, temperatures in K; NaN: not known.
@@ -62,6 +64,7 @@ struct Condition {
 
   // What came out.
   std::filesystem::path capture;                       ///< empty: none
+  std::filesystem::path campaign;                      ///< of campaigns that were joined: its own; empty: not joined
   std::optional<std::array<std::uint64_t, 2>> frames;  ///< first and last; none: all
   std::optional<Roi> roi;                              ///< none: the whole image
   std::optional<std::uint64_t> order;                  ///< place in the order measured; none: as written
@@ -80,6 +83,11 @@ struct Condition {
 /// First and last of a list of two whole numbers, e.g. `[0, 19]`; a mistake otherwise. @param max largest last
 std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry, std::uint64_t max,
                                                       std::string_view example, config::Diagnostics& diagnostics);
+
+/// Reads names of the sources that are on, separated by blanks, or `both`: all of them. Names that the camera does not
+/// have are mistakes. @param camera null: not checked
+void read_source_words(const std::string& words, const config::Position& at, const io::Camera* camera,
+                       std::vector<std::string>& sources, config::Diagnostics& diagnostics);
 
 /// The keys that read_settings knows.
 const std::vector<std::string>& setting_keys();

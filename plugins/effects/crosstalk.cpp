@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light or current that gets into the pixels inside the camera, the same for all of them.
-#include <tofgraph/effect.hpp>
+// Light or current that gets into the pixels inside the camera, the same for all of them or spread over them.
+#include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {
 
-/// P += X t_int; |X| t_int counts in the intensity.
+/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int counts in the
+/// intensity.
 struct Crosstalk final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
@@ -30,14 +31,28 @@ struct Crosstalk final : Effect {
                            .off = 0,
                            .typical = 1500}};
 
+  Param<double> spread{this,
+                       "spread",
+                       {.unit = "counts/s",
+                        .default_value = "0 counts/s",
+                        .min = 0,
+                        .max = 1e8,
+                        .text = "standard deviation of each part from pixel to pixel: drawn, normal and independent"}};
+  Param<std::int64_t> seed{this, "seed", {.default_value = "2", .min = 0, .text = "of what is drawn"}};
+
   void apply(PhasorLevel& light) const {
-    if (*real == 0 && *imaginary == 0) return;
-    const std::complex<double> added = std::complex<double>(*real, *imaginary) * light.condition().integration_time;
-    const double strength = std::abs(added);
+    if (*real == 0 && *imaginary == 0 && *spread == 0) return;
+    const double time = light.condition().integration_time;
+    const std::complex<double> common = std::complex<double>(*real, *imaginary) * time;
     const SourceLight inside = light[light.size() - 1];
     for (std::size_t i = 0; i < light.points(); ++i) {
+      std::complex<double> added = common;
+      if (*spread > 0) {
+        const auto [across, along] = drawn_pattern(light, i, *seed);
+        added += *spread * time * std::complex<double>(across, along);
+      }
       inside.phasor[i] += added;
-      inside.strength[i] += strength;
+      inside.strength[i] += std::abs(added);
     }
   }
 };

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Every pixel has an offset of its own.
-#include <tofgraph/effect.hpp>
+#include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {
 
-/// D += scale (map + slope_map (D - 2 m)), D not wrapped. Between pixels the maps are interpolated.
+/// D += scale (map + spread z + slope_map (D - 2 m)), D not wrapped, z drawn for each pixel. Between pixels the maps
+/// are interpolated.
 struct FixedPattern final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",
@@ -15,18 +16,29 @@ struct FixedPattern final : Effect {
       this, "scale", {.default_value = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
   Param<Image> map{this, "map", {.unit = "m", .text = "offsets: {file, dataset, unit}, height x width"}};
   Param<Image> slope_map{this, "slope_map", {.text = "m per m: {file, dataset}, height x width"}};
+  Param<double> spread{
+      this,
+      "spread",
+      {.unit = "m",
+       .default_value = "0 mm",
+       .min = 0,
+       .max = 1,
+       .text = "standard deviation of offsets that are drawn, normal and independent: where no map is known"}};
+  Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "of the drawn offsets"}};
 
   void prepare(Setup&) const {
-    if (*scale != 0 && map->empty() && slope_map->empty())
+    if (*scale != 0 && map->empty() && slope_map->empty() && *spread == 0)
       throw ConfigError("map",
-                        "is missing: without a map there is no pattern, e.g. map: {file: pattern.h5, dataset: map}");
+                        "is missing: without a map there is no pattern, e.g. map: {file: pattern.h5, dataset: map}, or "
+                        "spread: 4 mm to draw one");
   }
 
   void apply(PhaseLevel& light) const {
     if (*scale == 0) return;
     for (std::size_t i = 0; i < light.points(); ++i) {
       const double u = light.state.pixel[2 * i], v = light.state.pixel[2 * i + 1];
-      const double error = at(*map, u, v) + at(*slope_map, u, v) * (light.distance(i) - 2);
+      double error = at(*map, u, v) + at(*slope_map, u, v) * (light.distance(i) - 2);
+      if (*spread > 0) error += *spread * drawn_pattern(light, i, *seed)[0];
       light.phase_offset(i) += *scale * error * light.radians_per_metre();
     }
   }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,6 +72,14 @@ struct OffsetCorrection final : Filter {
                                .choices = "flag refuse hold",
                                .text = "beyond what was calibrated; flag: the nearest offset, flagged as "
                                        "extrapolated; refuse: the pixel becomes invalid; hold: not flagged"}};
+  Out<float> offset{this,
+                    "offset",
+                    {.shape = "H W",
+                     .unit = "m",
+                     .optional = true,
+                     .text = "what was added to the distance; made with `keep_offset`"}};
+  Param<bool> keep_offset{
+      this, "keep_offset", {.default_value = "false", .text = "the image `offset` of what was added, (6.5)"}};
   Param<std::string> serial{
       this,
       "serial",
@@ -103,6 +112,7 @@ struct OffsetCorrection final : Filter {
     only_ = only;
     prepare_pixels(setup);
     flags.provide(setup);
+    if (*keep_offset) offset.provide(setup);
     lengths_.prepare(setup, {"distance"});
   }
 
@@ -116,12 +126,15 @@ struct OffsetCorrection final : Filter {
                                ", the camera has " + std::to_string(rows_) + " x " + std::to_string(columns_));
     const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
     mark_invalid(image, Array<float>(), bits);
+    const std::vector<float> before =
+        *keep_offset ? std::vector<float>(image.begin(), image.end()) : std::vector<float>{};
     thread_local Surface seen;
     look(image, only_ ? nullptr : amplitude(frame).data(), time, seen);
     if (*method == "board")
       correct_board(image, bits, seen, time);
     else
       correct_pixels(image, bits, seen, time);
+    if (*keep_offset) std::ranges::transform(image, before, offset(frame, rows_, columns_).begin(), std::minus<>());
     lengths_.invalidate(frame, bits);
   }
 

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: DiagnoseTable.AnEffect*:DiagnoseTable.PixelsOutside*
+// Slow: DiagnoseTable.AnEffect*:DiagnoseTable.PixelsOutside*:DiagnoseTable.AllThatWasPublished*
 // Rooms: diagnosis
 // `tofgraph diagnose` on tables of means: one number a condition, in which all that no effect explains looks like
 // scatter.
 #include "tests/program.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -13,10 +14,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <random>
 
 namespace tofgraph::tests {
 namespace {
+
+namespace fs = std::filesystem;
 
 class DiagnoseTable : public testing::Test {
  protected:
@@ -80,6 +85,42 @@ TEST_F(DiagnoseTable, PixelsOutsideTheLensAreLeftOutOfTheMeans) {
   ASSERT_TRUE(said["gap"]["before"].is_number()) << said["gap"];
   EXPECT_GT(said["gap"]["before"].get<double>(), 20e-3);
   EXPECT_NE(said["verdict"], "nothing_found");
+}
+
+/// Tables 3.1, 5.1 to 5.3, 6.2 to 6.13 and 6.14 of the reference in one search. What the spread of the pixels is
+/// compared with is fitted by tests/published_spread.py, another program with the reflectivities of its own fit.
+TEST_F(DiagnoseTable, AllThatWasPublishedOfACamera) {
+  const std::string campaigns = TOFGRAPH_SOURCE_DIR "/pipelines/campaigns/";
+  const Outcome outcome = shell("$TOFGRAPH diagnose --quiet --model " + campaigns + "thesis_model.yaml --data " +
+                                    campaigns + "published_evidence.yaml --out found",
+                                folder_.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json said = nlohmann::json::parse(read_text(folder_.path() / "found/report.json"));
+  std::vector<std::string> names, inputs, sessions;
+  for (const auto& effect : said["effects"]) names.push_back(effect["name"]);
+  for (const auto& input : said["inputs"]) inputs.push_back(fs::path(input["file"].get<std::string>()).filename());
+  for (const auto& fold : said["folds"])
+    if (fold["setting"] == "session") sessions.push_back(fold["levels"]);
+  EXPECT_THAT(names,
+              testing::UnorderedElementsAre("crosstalk", "integration_time_offset", "wiggling", "phase_step_error"))
+      << "15 mm between single lamps are within what boards scatter by: neither source_phase nor source_position";
+  for (const char* file : {"published_rmse.yaml", "published_single_sources.yaml", "published_single_sources.csv",
+                           "published_warm_up.yaml", "thesis_offset_tables.csv"})
+    EXPECT_THAT(inputs, testing::Contains(file));
+  EXPECT_THAT(sessions, testing::UnorderedElementsAre("published_single_sources", "published_warm_up"))
+      << "84 of 90 boards are not put aside";
+  EXPECT_LT(said["gap"]["held_out_after"].get<double>(), 0.5 * said["gap"]["held_out_before"].get<double>());
+
+  const auto& spread = said["pixel_spread"];
+  EXPECT_EQ(spread["rows"], 84 + 30 + 3);
+  std::map<std::string, double> laws;
+  for (const auto& law : spread["laws"]) laws[law["name"]] = law["value"];
+  ASSERT_EQ(laws.size(), 2U) << spread;
+  EXPECT_NEAR(laws["pattern"], 4.04e-3, 0.6e-3);
+  EXPECT_NEAR(laws["inside"] * 0.85 / 0.5, 110, 35) << "white is taken as 0.5 here, as 0.85 there";
+  EXPECT_GT(spread["within_25_percent"].get<double>(), 0.8);
+  EXPECT_GT(spread["held_out_within_25_percent"].get<double>(), 0.7);
+  EXPECT_EQ(spread["residual"]["level"], "5 m");
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ TEST(PluginPath, FilesThatAreNoPluginsAreToldOnceByList) {
     EXPECT_EQ(outcome.err,
               "warning: " + folder.path().string() +
                   ": ignored, because a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, "
-                  "effect): mine.so, notes.txt, tofgraph_filtre_mine.so\n")
+                  "effect, format): mine.so, notes.txt, tofgraph_filtre_mine.so\n")
         << what;
   }
   EXPECT_EQ(shell(program + " list --quiet", folder.path()).err, "");

@@ -4,6 +4,8 @@
 // the end of a struct, and its size.
 #include "io/border.hpp"
 
+#include <tofgraph/format.h>
+
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -60,7 +62,7 @@ TEST(BorderLayout, Exposure) {
 
 TEST(BorderLayout, Camera) {
   using S = tofgraph_camera;
-  pinned<S>(256,
+  pinned<S>(320,
             {PIN(size, 0, 4),
              PIN(light_size, 4, 4),
              PIN(exposure_size, 8, 4),
@@ -87,8 +89,29 @@ TEST(BorderLayout, Camera) {
              PIN(profile, 224, 8),
              PIN(exposures, 232, 8),
              PIN(exposure_count, 240, 8),
-             PIN(model, 248, 8)},
+             PIN(model, 248, 8),
+             PIN(skew, 256, 8),
+             PIN(further_distortion, 264, 56)},
             248);
+}
+
+TEST(BorderLayout, FileArray) {
+  using S = tofgraph_file_array;
+  pinned<S>(104,
+            {PIN(size, 0, 4), PIN(flags, 4, 4), PIN(kind, 8, 4), PIN(bytes, 12, 4), PIN(rank, 16, 4), PIN(zero, 20, 4),
+             PIN(extent, 24, 48), PIN(name, 72, 8), PIN(unit, 80, 8), PIN(text, 88, 8), PIN(axes, 96, 8)});
+}
+
+TEST(BorderLayout, FormatHost) {
+  using S = tofgraph_format_host;
+  pinned<S>(40, {PIN(size, 0, 4), PIN(zero, 4, 4), PIN(context, 8, 8), PIN(fail, 16, 8), PIN(add, 24, 8),
+                 PIN(profile, 32, 8)});
+}
+
+TEST(BorderLayout, Format) {
+  using S = tofgraph_format;
+  pinned<S>(48, {PIN(size, 0, 4), PIN(zero, 4, 4), PIN(endings, 8, 8), PIN(recognises, 16, 8), PIN(open, 24, 8),
+                 PIN(read, 32, 8), PIN(close, 40, 8)});
 }
 
 TEST(BorderLayout, Stream) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Campaigns: as the format describes them, written and read again, from a table. Wording: tests/fixtures/errors.
+// Campaigns: as the format describes them, written and read again. Wording: tests/fixtures/errors.
 #include "io/campaign.hpp"
 #include "tests/program.hpp"
 
@@ -239,70 +239,6 @@ TEST(Campaign, ComesBackAsWritten) {
   EXPECT_THAT(tests::read_text(file), testing::HasSubstr("board: {distance: 7.5 m, tilt_x: 0 "));
   EXPECT_THAT(tests::read_text(file), testing::HasSubstr("temperature: 21.3 degC"));
   EXPECT_THAT(tests::read_text(file), testing::HasSubstr("../data/one two.h5"));
-}
-
-const std::string table_text = R"(campaign: 1
-camera: camcube2
-table:
-  file: thesis_offset_tables.csv
-  distance: {column: true_depth_mm, unit: mm}
-  integration_time: {column: integration_time_ms, unit: ms}
-  target: {column: black_percent}
-  measured_depth: {column: corrected_mean_mm, unit: mm}
-  measured_depth_sd: {column: corrected_std_mm, unit: mm}
-  roi_half_width: {column: roi_half_width_px}
-  roi_half_height: {column: roi_half_height_px}
-  corrected_with: optimized_bistatic
-)";
-
-TEST(Campaign, ReadsThePublishedTable) {
-  const TemporaryFolder folder;
-  std::filesystem::copy(TOFGRAPH_SOURCE_DIR "/tests/fixtures/thesis_offset_tables.csv", folder.path());
-  write_text(folder.path() / "t.yaml", table_text);
-  const Campaign campaign = read(folder.path() / "t.yaml");
-  EXPECT_TRUE(campaign.from_table);
-  EXPECT_EQ(campaign.corrected_with, "optimized_bistatic");
-  ASSERT_EQ(campaign.conditions.size(), 84U);  // 6 grey levels x 14 depths
-  const Condition& row = campaign.conditions.at(1);
-  EXPECT_EQ(row.id, "line 3");
-  EXPECT_EQ(row.board_distance, 1.0);
-  EXPECT_EQ(row.integration_time, 2e-3);
-  EXPECT_EQ(row.target, "0");
-  EXPECT_DOUBLE_EQ(row.measured.depth, 0.99802);
-  EXPECT_DOUBLE_EQ(row.measured.depth_sd, 3.63e-3);
-  EXPECT_TRUE(std::isnan(row.measured.amplitude));
-  EXPECT_EQ(row.roi->first_column, 0U);  // the window of equations.md, section 3: columns 102-hw .. 102+hw-1
-  EXPECT_EQ(row.roi->last_column, 203U);
-  EXPECT_EQ(row.roi->first_row, 50U);
-  EXPECT_EQ(row.roi->last_row, 153U);
-  EXPECT_THROW(write_campaign(campaign, folder.path() / "again.yaml"), std::invalid_argument);
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "again.yaml"));
-}
-
-TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
-  const TemporaryFolder folder;
-  write_text(folder.path() / "t.yaml", table_text);
-  const std::string names =
-      "black_percent,true_depth_mm,integration_time_ms,corrected_mean_mm,corrected_std_mm,roi_half_width_px,roi_half_"
-      "height_px\r\n";
-  write_text(folder.path() / "thesis_offset_tables.csv", names +
-                                                             "0,five,0.5,507.66,3.84,102,102\r\n"
-                                                             "0,1000,2.0,998.02,3.63,102,5200\r\n\r\n"
-                                                             "0,1000,2.0,998.02,3.63,102\n"
-                                                             "0, -1000,0,,-3.63,1.5,52\n");
-  const std::string said = mistakes(folder.path() / "t.yaml");
-  for (const char* line :
-       {"csv:2:3: error: the distance 'five' is not a number", "csv:3:28: error: the roi_half_height",
-        "csv:5:1: error: the row has 6 cells, but the first line has 7",
-        "csv:6:4: error: the distance '-1000' is -1 m: the board would be behind the lens",
-        "csv:6:10: error: the integration_time '0' must be positive",
-        "csv:6:13: error: the measured_depth_sd '-3.63' must not be negative",
-        "csv:6:19: error: the roi_half_width '1.5' must be a whole number of pixels from 1 to 102"})
-    EXPECT_THAT(said, testing::HasSubstr(line));
-  write_text(folder.path() / "thesis_offset_tables.csv", "");
-  EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("t.yaml:4:9: error: "));
-  write_text(folder.path() / "thesis_offset_tables.csv", names);
-  EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("the table has no rows"));
 }
 
 }  // namespace

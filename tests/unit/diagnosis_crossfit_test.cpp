@@ -45,6 +45,18 @@ TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
   }
 }
 
+/// Sixteen of twenty conditions in one session: four cannot predict them; fifteen leave a quarter.
+TEST_F(OutOfSample, ASessionWithNearlyAllConditionsIsNotPutAside) {
+  for (const std::size_t large : {16U, 15U}) {
+    for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].session = i < large ? "large" : "small";
+    const Design joined(io::load_profile(io::find_profile("camcube2", {})), true, conditions, single);
+    std::set<std::string> sessions;
+    for (const Fold& fold : folds_of(joined))
+      if (fold.setting == "session") sessions.insert(fold.levels);
+    EXPECT_EQ(sessions, large == 16 ? std::set<std::string>{"small"} : (std::set<std::string>{"large", "small"}));
+  }
+}
+
 TEST_F(OutOfSample, EachLevelIsPutAsideAloneAndHalvesAtRandom) {
   std::map<std::string, std::multiset<std::size_t>> seen;
   for (const Fold& fold : single_levels(*design)) {

@@ -79,6 +79,25 @@ TEST(OffsetCorrection, EveryPublishedBoardComesToItsPlace) {
   EXPECT_LT(worst_board, 0.03e-3);
 }
 
+/// Figure 6.6 and table 6.1 of the reference: the offset matrix of the white board at 500 mm, -7.77 mm, 0.09 mm over
+/// the pixels; here D(500) - D(507.66) as (6.5) says, written out.
+TEST(OffsetCorrection, TheOffsetMatrixIsKeptWhereItIsAskedFor) {
+  const auto boards = published_boards();
+  const PublishedBoard& white = boards.front();
+  ASSERT_EQ(white.distance, 0.5);
+  Images in;
+  for (std::size_t i = 0; i < pixels; ++i) in.set(i, white);
+  const auto stage = corrected("method=board keep_offset=true", in, white.time);
+  const auto offset = stage->get<float>("offset"), out = stage->get<float>("distance");
+  double mean = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    ASSERT_NEAR(offset[i], distance_of(i, 0.5) - distance_of(i, white.measured), 0.03e-3) << i;
+    ASSERT_EQ(offset[i], out[i] - in.distance[i]);
+    mean += offset[i] / pixels;
+  }
+  EXPECT_NEAR(mean, -7.77e-3, 0.2e-3) << "the table's has another re-modelled path";
+}
+
 // Tables 6.2 to 6.13 print the spread of the depths; here it is put on the distances.
 TEST(OffsetCorrection, MeansOfNoisyBoardsAreRightAndTheNoiseStaysAsItWas) {
   std::mt19937_64 random(3);

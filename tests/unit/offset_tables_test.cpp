@@ -7,10 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 
+#include <tofgraph/physics/geometry.hpp>
 #include "calibration/board_measurements.hpp"
 #include "calibration/calibrate.hpp"
 #include "calibration/held_out.hpp"
+#include "io/profile.hpp"
+
 #include "tests/unit/published_boards.hpp"
 
 namespace tofgraph::tests {
@@ -75,6 +79,35 @@ TEST(OffsetTables, TheRmseIsThatOfTable614) {
     EXPECT_LT(b.rmse * 1e3, 1.03 * printed) << b.condition.id;
     if (number(row, "black_percent") > 25) continue;
     EXPECT_NEAR(b.rmse * 1e3, printed, 0.03 * printed) << b.condition.id;
+  }
+}
+
+/// Normal noise of 5 and of 30 mm on a board: the printed statistics are those of normal values cut off at 20 mm, in
+/// closed form; that of the measured distance and those of the other variant are of all pixels.
+TEST(OffsetTables, ThePrintedVariantLeavesOutFarPixels) {
+  const auto camera = io::load_profile(io::find_profile("camcube2", {}));
+  io::Condition board;
+  board.board_distance = 3;
+  board.board_tilt_x = board.board_tilt_y = 0;
+  board.integration_time = 1e-3;
+  const calibration::BoardModel geometric(camera->view(), io::OffsetVariant::geometric),
+      printed(camera->view(), io::OffsetVariant::printed);
+  calibration::MeanImages images{.pixels = geometric.window(board)};
+  for (const double sd : {5e-3, 30e-3}) {
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal(0, sd);
+    images.distance.clear();
+    for (const std::size_t i : images.pixels)
+      images.distance.push_back(physics::distance_at_depth(geometric.geometry(), geometric.ray(i), 3 + normal(random)));
+    const double a = 20e-3 / sd, inside = std::erf(a / std::sqrt(2)),
+                 density = std::exp(-a * a / 2) / std::sqrt(2 * M_PI),
+                 cut = sd * std::sqrt(1 - 2 * a * density / inside);
+    const calibration::Board all = geometric.measure(board, images), near = printed.measure(board, images);
+    EXPECT_NEAR(all.corrected.sd, sd, 0.015 * sd);  // of 41616 pixels: 0.35 % is one standard deviation
+    EXPECT_NEAR(near.corrected.sd, cut, 0.015 * cut);
+    EXPECT_NEAR(near.final.sd, cut, 0.015 * cut);
+    EXPECT_NEAR(near.corrected.mean, 3, 0.3e-3);
+    EXPECT_EQ(near.measured.sd, all.measured.sd);
   }
 }
 

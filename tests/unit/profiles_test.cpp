@@ -27,6 +27,7 @@ const double unknown = std::nan("");
 const std::map<std::string, Published> published = {
     {"camcube2", {204, 204, 80, unknown, unknown}},  // 40 deg does not agree with its 12.8 mm and 40 um
     {"camcube2_calibrated", {204, 204, 80, unknown, unknown}},
+    {"camcube2_measured", {204, 204, 80, unknown, unknown}},
     {"camcube3", {204, 204, unknown, unknown, unknown}},
     {"sr4000", {176, 144, 50, 43, 34}},
     {"o3", {64, 48, 25, 40, 30}},

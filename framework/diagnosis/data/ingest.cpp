@@ -305,6 +305,7 @@ std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data
         {fs::absolute(file).lexically_normal().lexically_proximate(folder).generic_string(), io::sha256_of_file(file)});
   };
   for (const io::Condition& c : conditions) {
+    add(c.campaign);
     add(c.capture);
     if (c.capture.empty() && c.at.source) add(c.at.source->name);  // a row of a table
   }

@@ -55,7 +55,7 @@ Measurements measure_table(const io::Campaign& campaign, bool physical) {
     const bool known = std::isfinite(condition.measured.depth) || std::isfinite(condition.measured.distance);
     if (known && std::isfinite(condition.integration_time))
       used.push_back(condition);
-    else
+    else if (known || std::isnan(condition.measured.depth_sd))  // else it is evidence of the pixels' spread alone
       result.left_out.push_back(
           fmt::format("{}: it has no {}", condition.id, known ? "integration_time" : "measured_depth"));
   }

@@ -274,6 +274,8 @@ struct SearchSettings {
   std::size_t min_clusters = 5;
   /// levels at either end | of the levels | chosen
   double end_share = 0.1;
+  /// conditions that are left where a session is held out | of the conditions | chosen
+  double min_left_by_session = 0.25;
   /// folds that choose an effect, at least | of the folds | chosen
   double min_chosen_fraction = 0.8;
   /// change from which a rise ends the folds | chi-square | chosen: 5 sd, as blind_below

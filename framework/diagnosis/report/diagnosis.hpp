@@ -12,6 +12,7 @@
 #include "diagnosis/search/given_model.hpp"
 #include "diagnosis/search/next_condition.hpp"
 #include "diagnosis/search/pixel_maps.hpp"
+#include "diagnosis/search/pixel_spread.hpp"
 #include "diagnosis/search/search.hpp"
 #include "io/output_files.hpp"
 
@@ -82,6 +83,7 @@ struct Diagnosis {
   std::vector<Stability> stability;          ///< where it was asked for
   std::vector<PixelMap> maps;                ///< that were found
   std::optional<MeasuredContrast> contrast;  ///< where intensities are known
+  std::optional<PixelSpread> spread;         ///< where a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
   Measurements measurements;
   std::string campaign_name;

@@ -207,6 +207,26 @@ json confidence_of(const Confidence& c) {
           {"nothing_found_right", c.silent_right}};
 }
 
+json spread_of(const PixelSpread& spread) {
+  json result = {{"rows", spread.rows},
+                 {"within_25_percent", spread.within},
+                 {"held_out_within_25_percent", number(spread.held_out_within)},
+                 {"rms_of_logarithm", spread.rms},
+                 {"held_out_rms_of_logarithm", number(spread.held_out_rms)},
+                 {"laws", json::array()},
+                 {"light", spread.light},
+                 {"residual", nullptr}};
+  for (const SpreadTerm& term : spread.terms)
+    result["laws"].push_back(
+        {{"name", spread_law_name(term.law)}, {"value", term.value}, {"unit", spread_law_unit(term.law)}});
+  if (spread.residual)
+    result["residual"] = {{"setting", spread.residual->setting},
+                          {"level", spread.residual->level},
+                          {"ratio", spread.residual->ratio},
+                          {"rows", spread.residual->rows}};
+  return result;
+}
+
 /// The written model against the given one.
 json verification_of(const Diagnosis& d) {
   const SearchResult& search = d.search;
@@ -258,6 +278,7 @@ json report_json(const Diagnosis& d) {
   report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
+  if (d.spread) report["pixel_spread"] = spread_of(*d.spread);
   report["folds"] = folds_of(d);
   for (const Stability& one : d.stability)
     report["resampled"].push_back({{"put_aside", one.put_aside},

@@ -103,7 +103,11 @@ class Folds {
     }
     std::ranges::sort(fold.held);
     fold.levels = fmt::format("{}", fmt::join(names, ", "));
-    if (design_.boards() - fold.held.size() >= settings.min_conditions) folds_.push_back(std::move(fold));
+    const std::size_t left = design_.boards() - fold.held.size();
+    // A few conditions of other sessions cannot predict a campaign that was joined with them.
+    const double needed =
+        setting == "session" ? settings.min_left_by_session * static_cast<double>(design_.boards()) : 0;
+    if (left >= settings.min_conditions && static_cast<double>(left) >= needed) folds_.push_back(std::move(fold));
   }
 
   void ordered(const std::string& setting, const Levels& levels) {
