@@ -150,8 +150,8 @@ TEST(Gallery, ShowsEveryEffect) {
     return n;
   };
   EXPECT_EQ(count("No picture"), 2U) << "only fixed_pattern and pixel_response need a map";
-  EXPECT_EQ(count("<h2"), 35U) << "one for each name of the published list";
-  EXPECT_EQ(count("<svg"), 33U * 7);
+  EXPECT_EQ(count("<h2"), 36U + 1) << "one for each effect, and the figures of modulation and correlation";
+  EXPECT_EQ(count("<svg"), 34U * 7 + 6);
   EXPECT_EQ(shell("$TOFGRAPH gallery -o g.html", folder.path()).exit_code, 2);
 }
 
