@@ -264,7 +264,7 @@ TEST(Terminal, ABarNeverGoesBack) {
     progress.show(0.5, "first");
     wait(250);
     progress.show(0.2, "second");
-    config::say("a message");
+    config::print_message("a message");
   });
   EXPECT_TRUE(has(said, " 50 % first")) << said;
   EXPECT_TRUE(has(said, " 50 % second")) << said;
