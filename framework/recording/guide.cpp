@@ -51,7 +51,7 @@ CameraRequest Guide::camera_for(std::size_t index) const {
 Outcome Guide::run() {
   const std::size_t all = plan_.campaign.conditions.size();
   options_.print_message(fmt::format("{} of {} recorded so far; {} of each", folder_.recorded_count(),
-                           config::counted(all, "condition"), config::counted(frames(), "frame")));
+                                     config::counted(all, "condition"), config::counted(frames(), "frame")));
   for (std::size_t i = 0; i < all; ++i) {
     if (folder_.recorded(i)) continue;
     options_.print_message(fmt::format("[{} of {}] {}", i + 1, all, condition_text(plan_.campaign.conditions[i])));
@@ -98,7 +98,8 @@ Guide::Answer Guide::ask(std::size_t index) {
     options_.print_message("  " + seen.text());
     const std::string wrong = wrong_with(seen, index);
     if (!wrong.empty())
-      options_.print_message(fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
+      options_.print_message(
+          fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
     const bool go = *line == "record" || (line->empty() && wrong.empty());
     if (!go) continue;
     before_.reset();

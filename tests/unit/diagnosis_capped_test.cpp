@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A capped lens in a design: what a search adds to it, and what it has none of.
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/search/patterns.hpp"
 #include "diagnosis/search/folds.hpp"
+#include "diagnosis/search/patterns.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <tofgraph/physics/constants.hpp>

@@ -4,8 +4,8 @@
 // Rooms: diagnosis
 // What the gap report shows, against closed forms and brute force.
 #include "diagnosis/data/ingest.hpp"
-#include "diagnosis/model/validation.hpp"
 #include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 #include "diagnosis/report/notes.hpp"
 #include "diagnosis/search/condition_influence.hpp"

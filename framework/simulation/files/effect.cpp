@@ -56,7 +56,8 @@ void Effect::apply(tofgraph_light_state& state) const {
   const graph::RunningCall call(instance_, "apply");
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
   const graph::Failure thrown = std::exchange(failure, {});
-  throw EffectError(name(), thrown.parameter, thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()));
+  throw EffectError(name(), thrown.parameter,
+                    thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()));
 }
 
 }  // namespace tofgraph::simulation
