@@ -82,7 +82,9 @@ class PmdSdk final : public Backend {
   std::string why_not_adjustable() const override { return {}; }
   void set_integration_time(double time) override { session_->change_integration_time(time); }
 
-  std::uint64_t lost_frames() const override { return lost_frames_ + (session_ ? session_->frames().lost_frames() : 0); }
+  std::uint64_t lost_frames() const override {
+    return lost_frames_ + (session_ ? session_->frames().lost_frames() : 0);
+  }
 
   Got read(Frame& frame, std::chrono::milliseconds patience) override {
     if (!started_) session_->start();

@@ -33,8 +33,8 @@ void check_integration_time(const Settings& settings) {
         fmt::format("{} is not valid for the camera '{}', which has whole microseconds from {} to {}; the "
                     "nearest valid time is {}",
                     config::format_quantity(wanted, "s"), settings.camera,
-                    config::format_quantity(min_time(settings), "s"),
-                    config::format_quantity(max_time(settings), "s"), config::format_quantity(nearest, "s")));
+                    config::format_quantity(min_time(settings), "s"), config::format_quantity(max_time(settings), "s"),
+                    config::format_quantity(nearest, "s")));
 }
 
 }  // namespace tofgraph::camcube

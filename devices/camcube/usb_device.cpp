@@ -235,8 +235,8 @@ void UsbDevice::transfer(const std::string& name, const Step& step, const Comman
       data.size() >= step.answer.size() && std::equal(step.answer.begin(), step.answer.end(), data.begin());
   if (!step.answer.empty() && !right)
     print_message(fmt::format("is answered by {:02x}, the protocol description {} expects {:02x}", fmt::join(data, " "),
-                    protocol_.file.string(), fmt::join(step.answer, " ")),
-        true);
+                              protocol_.file.string(), fmt::join(step.answer, " ")),
+                  true);
 }
 
 }  // namespace tofgraph::camcube

@@ -13,7 +13,7 @@
 
 namespace tofgraph::io {
 
-/// What the header of an array says.
+/// Header of an array.
 struct NpyHeader {
   char order = '<';  ///< byte order: <, >, or | and = where there is none or that of this machine
   char kind = 'f';   ///< f, i, u, b

@@ -106,9 +106,10 @@ TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
   const std::size_t at = page.find("tofgraph diagnose --model");
   ASSERT_NE(at, std::string::npos);
   const std::string command = page.substr(at, page.find('<', at) - at);
-  EXPECT_EQ(
-      command,
-      "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --max-effects 0 --exclude-condition " + last);
+  EXPECT_EQ(command,
+            "tofgraph diagnose --model 'the model.yaml' --data data/campaign.yaml -o found --max-effects 0 "
+            "--exclude-condition " +
+                last);
 }
 
 /// A file that may have 2 KiB at most stands for a full disk: the report has more, the model has less.

@@ -42,7 +42,7 @@ View whole_view() {
   return view;
 }
 
-/// What an effect adds to the distance of each pixel, m.
+/// Change of the distance of each pixel by an effect, m.
 std::vector<double> offsets_of(const std::string& list, const View& view) {
   const auto ideal = seen("", view), real = seen(list, view);
   std::vector<double> result;

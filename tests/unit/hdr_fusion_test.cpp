@@ -76,7 +76,7 @@ TEST(HdrFusion, RefusesWhatIsNoBracket) {
   EXPECT_NE(message_of(put).find("came twice in a bracket of 2"), std::string::npos);
 }
 
-/// Where one exposure is good no pixel is lost, and the noise is that of all good exposures together.
+/// No pixel is lost that one exposure shows well, and the noise is that of all good exposures together.
 TEST(HdrFusion, ABracketOf1To8To64LosesNoPixelThatOneExposureShows) {
   const tests::TemporaryFolder folder;
   const auto run = [&](const std::string& command) {

@@ -75,7 +75,7 @@ TEST(Orient, ImagesAreThoseOfOpenCv) {
   }
 }
 
-/// What a pixel sees stays what it sees: its ray and the sources, in the new axes. The rays that follow from the turned
+/// Rays and sources keep their places in the scene, in the new axes. The rays that follow from the turned
 /// lens are those that were turned.
 TEST(Orient, TheCameraSeesTheSameScene) {
   const Lopsided camera;

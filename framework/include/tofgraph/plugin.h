@@ -128,7 +128,7 @@ typedef struct tofgraph_camera {
   const char* profile; /* text of the profile; may be null */
   const tofgraph_exposure* exposures; /* of a frame, in their order */
   uint64_t exposure_count;            /* 0: four, 90 degrees apart */
-  const char* model; /* path of the file with the effects that belong to this very camera; may be null */
+  const char* model;            /* path of the file with the effects that belong to this very camera; may be null */
   double skew;                  /* of the axes: u = fx (x + skew y) + cx */
   double further_distortion[7]; /* k4 k5 k6 of the rational model, s1 s2 s3 s4 of a thin prism */
 } tofgraph_camera;
@@ -270,8 +270,8 @@ typedef struct tofgraph_descriptor {
   uint64_t parameter_count;
   const tofgraph_extension* extensions;
   uint64_t extension_count;
-  /** Makes a stage; the calls are null in formats. The values live only during the call; host, context and the memory of images as long as the
-   * stage. */
+  /** Makes a stage; the calls are null in formats. The values live only during the call; host, context and the memory
+   * of images as long as the stage. */
   int (*create)(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self);
   /** Checks what arrives and says what leaves. Opens inputs, writes nothing. Sources get one stream without
    * channels, whose camera is the pipeline's or null; so do effects, with the scene's. */
