@@ -35,7 +35,8 @@ def table(header):
             parts = [part.strip() for part in " ".join(comment).split("|")]
             if len(parts) != 3 or not parts[0] or not parts[2]:
                 raise SystemExit(f"search_settings.hpp: {field.group(1)}: its comment has to be: decision | unit | source")
-            rows.append(f"| `{field.group(1)}` | {field.group(2).strip('{}')} | {parts[1]} | {parts[0]} | {parts[2]} |")
+            kind = re.split("[:;,]", parts[2])[0]  # its reason stays in the header
+            rows.append(f"| `{field.group(1)}` | {field.group(2).strip('{}')} | {parts[1]} | {parts[0]} | {kind} |")
             comment = []
         elif line:
             raise SystemExit(f"search_settings.hpp: neither a section, a comment nor a threshold: {line}")
