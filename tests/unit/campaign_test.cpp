@@ -3,6 +3,7 @@
 // Campaigns: as the format describes them, written and read again. Wording: tests/fixtures/errors.
 #include "io/campaign.hpp"
 #include "tests/program.hpp"
+#include "tests/unit/campaign_reading.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,19 +15,6 @@ namespace {
 
 using tests::TemporaryFolder;
 using tests::write_text;
-
-Campaign read(const std::filesystem::path& file) {
-  config::Diagnostics diagnostics;
-  Campaign campaign = read_campaign(file, diagnostics);
-  EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
-  return campaign;
-}
-
-std::string mistakes(const std::filesystem::path& file) {
-  config::Diagnostics diagnostics;
-  read_campaign(file, diagnostics);
-  return diagnostics.text();
-}
 
 TEST(Campaign, PatternsThatCannotBeAreRefusedAtTheirPlace) {
   const TemporaryFolder folder;
