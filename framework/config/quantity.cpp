@@ -175,4 +175,9 @@ std::string format_quantity(double value, std::string_view unit) {
   return unit.empty() ? fmt::format("{:.6g}", value) : fmt::format("{:.6g} {}", value, unit);
 }
 
+Quantity parse_scale(std::string_view text, std::string_view unit) {
+  const bool number = !text.empty() && ((text[0] >= '0' && text[0] <= '9') || text[0] == '.');
+  return parse_quantity(number ? std::string(text) : "1 " + std::string(text), unit);
+}
+
 }  // namespace tofgraph::config

@@ -23,4 +23,7 @@ Quantity parse_quantity(std::string_view text, std::string_view unit);
 /// A value in SI as people write it: 0.00391 of "m" is "3.91 mm". Of several units "m|counts" the first is taken.
 std::string format_quantity(double value, std::string_view unit);
 
+/// Reads the unit of stored values, with or without a number: a value of 1 in "mm" or "0.25 mm".
+Quantity parse_scale(std::string_view text, std::string_view unit);
+
 }  // namespace tofgraph::config

@@ -34,8 +34,7 @@ std::uint32_t type_of(std::string_view channel, const FileArray& array) {
 
 /// SI value of one unit.
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
-  const bool number = !unit.empty() && (std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit[0] == '.');
-  const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);
+  const config::Quantity one = config::parse_scale(unit, wanted);
   if (!one.ok() || !(one.value > 0))
     throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
                                    wanted == "m" ? "mm" : wanted));
@@ -177,7 +176,6 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   check_layout(first, array, layout);
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
   if (array.reversed) std::ranges::reverse(axes);  // now as in memory
-  source.axes = axes;
   const std::vector<Axis> out = axes_of_channel(layout.channel);
   const auto extent_of = [&](Axis axis) {
     const auto at = std::ranges::find(axes, axis);

@@ -50,7 +50,6 @@ class ForeignFrames {
     ChannelLayout layout;
     std::size_t array = 0;
     FileArray like;               // that of the first file
-    std::vector<Axis> axes;       // in memory, the slowest first
     std::vector<AxisStep> steps;  // without the frame axis
     std::size_t frame_axis = npos;
     std::uint64_t elements = 1;  // of a frame

@@ -9,7 +9,6 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -36,8 +35,7 @@ io::ImageData read(const std::string& file, const std::string& dataset) {
 /// SI value of 1 in a unit.
 double scale_of(const std::string& unit, const std::string& wanted) {
   if (unit.empty()) return 1;
-  const bool number = std::isdigit(static_cast<unsigned char>(unit.front())) != 0 || unit.front() == '.';
-  const config::Quantity one = config::parse_quantity(number ? unit : "1 " + unit, wanted);
+  const config::Quantity one = config::parse_scale(unit, wanted);
   if (!one.ok()) {
     throw std::runtime_error(fmt::format("the unit of its values is '{}', expected {}", unit,
                                          wanted.empty() ? "none, because they are pure numbers" : "one of " + wanted));
