@@ -18,7 +18,7 @@ constexpr double warp_prior = 5e-3;         ///< m
 constexpr double range_offset_prior = 1;    ///< m
 constexpr double without_distances = 1e-3;  ///< m: any number; nothing depends on it
 
-/// Silences Ceres' messages on single steps; the user is told the result.
+/// Silences Ceres' messages on single steps; the result is reported.
 void silence_ceres() {
   static const bool once = [] {
     FLAGS_minloglevel = google::GLOG_FATAL;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file What `tofgraph convert --inspect` was asked for; the work is in convert_module.cpp.
+/// @file Request of `tofgraph convert --inspect`; the work is in convert_module.cpp.
 #pragma once
 
 #include <filesystem>

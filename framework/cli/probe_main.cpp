@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET: reads what nobody vouches for and writes what is
+// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET: reads untrusted files and writes what is
 // wrong to standard output. If HDF5 crashes or loops, only this dies. tofgraph-probe captures FILE...: each in a
 // process of its own, which is cheap here; writes the numbers of those that can be read, counted from 0.
 #include "io/captures/capture.hpp"

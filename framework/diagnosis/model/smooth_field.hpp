@@ -53,8 +53,8 @@ struct SmoothFieldTrial {
   std::vector<Eigen::Index> runs = {};              ///< see runs_of()
   double gain = 0;
 };
-/// The residue with the least deviance beside a fit. Nothing where it stays for nearly half of the campaign or more:
-/// that may as well be the camera's.
+/// The smooth field with the least deviance beside a fit. Nothing where it stays for nearly half of the campaign or
+/// more: such a field cannot be distinguished from one of the camera.
 SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit);
 
 /// Runs of conditions, in the order measured, that are as long as a residue stays nearly the same: chance may change

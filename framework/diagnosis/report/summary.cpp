@@ -61,8 +61,8 @@ std::string refitted(const Diagnosis& d) {
   return list_of(changes);
 }
 
-/// Statement of agreement. If nothing was measured twice, what no effect explains may as well be noise: that is not
-/// agreement.
+/// Statement of agreement. Without repeated measurements the unexplained residual cannot be separated from noise: that
+/// is not agreement.
 std::string agreement(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   if (!std::isnan(gap.noise_floor))

@@ -39,7 +39,7 @@ Term random_term(const Candidate& candidate, double factor, std::uint64_t seed);
 
 // ---- Stability of the names ----
 
-/// Runs that each had something else put aside.
+/// Runs with different conditions held out.
 struct Stability {
   std::string put_aside;                      ///< each_distance, each_target, any_half
   std::size_t runs = 0;                       ///< those that gave a number
