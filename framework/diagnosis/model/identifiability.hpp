@@ -44,8 +44,8 @@ struct Unidentified {
 /// typical, as what can be from none to all is at its ends by itself. Else "".
 std::string limit_of(const FreeParameter& p, double value);
 
-/// A nonlinear parameter that the data do not determine, or that went to its lower bound without effect, as a warm-up of
-/// a second, which is an offset; or amplitudes none of which differs significantly from zero, alone or together.
+/// A nonlinear parameter that the data do not determine, or that went to its lower bound without effect, as a warm-up
+/// of a second, which is an offset; or amplitudes none of which differs significantly from zero, alone or together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span<const Interval> all,
                                 double lack_of_fit);
