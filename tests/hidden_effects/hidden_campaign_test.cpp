@@ -158,7 +158,7 @@ TEST(HiddenCampaign, BoardsStandWhereTheJitterPutsThem) {
   std::map<int, std::vector<double>> errors;
   for (const int jitter : {0, 20}) {
     CampaignOptions options = options_for(folder.path() / std::to_string(jitter));
-    options.jitter = jitter;
+    options.jitter = options.light_jitter = jitter;
     options.frames = 1;
     options.output = Output::phases;
     make_campaign(options);

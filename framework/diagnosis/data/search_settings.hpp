@@ -67,8 +67,9 @@ struct SearchSettings {
   /// value of an unknown that conditions share beyond which it is held | widest priors | physical: cameras do
   /// not drift by metres
   double max_shared_widths = 5;
-  /// sd of the mean about which a drift is estimated | m | statistical: one mean does not determine the drift
-  double drift_mean_sd = 1;
+  /// gain of a drift to be one; only then may the mean about which it drifts be as large | deviance | chosen: as
+  /// min_bic_gain
+  double min_drift_gain = 10;
   /// half waves of a drift, at most | half waves | chosen
   std::size_t max_drift_waves = 8;
   /// conditions for each half wave of a drift | conditions | chosen
@@ -79,6 +80,10 @@ struct SearchSettings {
   double contrast_agreement = 0.5;
   /// share of the brighter half of the conditions that agree | of the conditions | chosen
   double contrast_min_agreeing = 0.75;
+  /// rounds over all variances, at most | rounds | numerical
+  int max_variance_rounds = 8;
+  /// fall of the deviance at which these end | deviance | numerical: small against converged
+  double variances_converged = 0.005;
   /// steps of a fit, at most | steps | numerical
   int max_fit_steps = 30;
   /// fall of the deviance at which a fit ends | deviance | numerical: small against the 10 that decide
