@@ -167,7 +167,8 @@ Score judge(const Case& what, const json& report, const Effects& hidden, double 
   score.before = report["gap"]["held_out_before"];
   score.after = report["gap"]["held_out_after"];
   score.floor = report["gap"]["noise_and_scatter"];
-  score.worse_fits = report.value("worse_fits", std::size_t{0});
+  score.worse_fits = static_cast<std::size_t>(std::ranges::count_if(
+      report["trace"], [](const json& step) { return step["outcome"] == "worse than a model that it contains"; }));
   return score;
 }
 

@@ -29,6 +29,9 @@ struct SearchSettings {
   double pixel_outlier = 6;
   /// pixels of a superpixel, at least | px | chosen
   std::size_t min_pixels = 8;
+  /// pairs of neighbouring pixels whose scatter is compared with the profile's noise, at least | pairs | statistical: it
+  /// is known to a quarter then
+  std::size_t min_neighbours = 30;
   /// amplitude below which a superpixel is too dark | sd of its mean | chosen
   double min_amplitude = 10;
   /// mean below which a tap is too dark | sd of its noise | physical: a tap cannot be below zero, so its mean
