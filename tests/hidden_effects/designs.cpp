@@ -208,10 +208,10 @@ const NamedConditions& named(const std::vector<NamedConditions>& all, const std:
 const std::vector<NamedConditions>& designs() {
   static const std::vector<NamedConditions> all = [] {
     std::vector<NamedConditions> list = {
-      {"small", "rail to 4 m, 2 pairs of target and integration time a stop", design_small},
-      {"A", "rail to 7 m, one target, one integration time", design_a},
-      {"B", "rail to 7 m, 2 pairs of target and integration time a stop, all pairs at 2 m", design_b},
-      {"C", "B with tilts, warm-up, single sources and ambient light", design_c}};
+        {"small", "rail to 4 m, 2 pairs of target and integration time a stop", design_small},
+        {"A", "rail to 7 m, one target, one integration time", design_a},
+        {"B", "rail to 7 m, 2 pairs of target and integration time a stop, all pairs at 2 m", design_b},
+        {"C", "B with tilts, warm-up, single sources and ambient light", design_c}};
     for (const std::size_t time_count : {2, 3, 4, 8}) {
       for (const std::size_t target_count : {1, 2, 3})
         list.push_back({fmt::format("lab{}x{}", time_count, target_count),

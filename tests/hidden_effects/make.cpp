@@ -96,7 +96,8 @@ void declare_campaign(CLI::App& app, Asked& asked) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--light-jitter", options.light_jitter, "factor on 1 % of reflectivity; default: that of --jitter")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--order", options.order, "of measurement: shuffled, designed, or unstated (shuffled, not in the file)")
+  app.add_option("--order", options.order,
+                 "of measurement: shuffled, designed, or unstated (shuffled, not in the file)")
       ->transform(CLI::CheckedTransformer(order_names()));
   app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));

@@ -112,7 +112,8 @@ std::vector<Case> lab(std::uint64_t seed, std::size_t draws) {
         one.given["zero_offset"] = fmt::format("offset={:.2f}mm", size(2, 20));
         one.given["integration_time_offset"] =
             fmt::format(fmt::runtime(laws[random() % laws.size()]), fmt::format("{:.2f}", size(2, 12)));
-        if (const std::string more = beside[(cases.size() / 3 + draw) % beside.size()]; !more.empty()) one.effects.push_back(more);
+        if (const std::string more = beside[(cases.size() / 3 + draw) % beside.size()]; !more.empty())
+          one.effects.push_back(more);
       }
     }
   }
@@ -228,7 +229,8 @@ const std::vector<Suite>& suites() {
       {"single", "each effect alone, designs B and C, half, once and twice its typical size", single},
       {"nothing", "90 campaigns without an effect, designs A, B, C, all noise models and clutter", nothing},
       {"pairs", "two effects", pairs},
-      {"lab", "a constant and an offset with integration time, small grids; some with a wiggle or crosstalk beside", lab},
+      {"lab", "a constant and an offset with integration time, small grids; some with a wiggle or crosstalk beside",
+       lab},
       {"triples", "three effects", triples},
       {"without", "an effect that the search does not know", without},
       {"patterns", "errors that are in no catalogue", patterns},

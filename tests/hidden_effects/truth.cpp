@@ -97,8 +97,9 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
       "jitter: {}\nlight_jitter: {}\norder: {}\nframes: {}\noutput: {}\nsteps: [{}]\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
       options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
-      name_of(options.noise), options.jitter, options.light_jitter, name_of(options.order), options.frames, name_of(options.output),
-      fmt::join(physics.camera.steps, ", "), physics.camera.gain, physics.camera.read_noise, physics.camera.shot_noise);
+      name_of(options.noise), options.jitter, options.light_jitter, name_of(options.order), options.frames,
+      name_of(options.output), fmt::join(physics.camera.steps, ", "), physics.camera.gain, physics.camera.read_noise,
+      physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {
     text += fmt::format("  - {{effect: {}", name);

@@ -29,8 +29,8 @@ struct SearchSettings {
   double pixel_outlier = 6;
   /// pixels of a superpixel, at least | px | chosen
   std::size_t min_pixels = 8;
-  /// pairs of neighbouring pixels whose scatter is compared with the profile's noise, at least | pairs | statistical: it
-  /// is known to a quarter then
+  /// pairs of neighbouring pixels whose scatter is compared with the profile's noise, at least | pairs | statistical:
+  /// it is known to a quarter then
   std::size_t min_neighbours = 30;
   /// amplitude below which a superpixel is too dark | sd of its mean | chosen
   double min_amplitude = 10;
@@ -164,6 +164,9 @@ struct SearchSettings {
   std::size_t max_amplitudes = 8;
   /// nonlinear parameters that are varied, at most | parameters | chosen, for the time
   std::ptrdiff_t max_varied = 2;
+  /// cosine from which an effect does the same at all values of its nonlinear parameters, or as a simpler one | cosine
+  /// | numerical
+  double collinear = 0.9999;
   /// chi-square below which nothing is left to explain | of its expectation | chosen
   double explained = 1.05;
   /// fall of BIC for a set of effects, and for each effect in it | BIC | chosen; as far as BIC gives odds, 150

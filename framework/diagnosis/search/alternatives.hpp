@@ -42,7 +42,8 @@ struct Alternatives {
   Group group;                  ///< all columns
 };
 
-/// Alternatives of candidates that are not in a state; those with maps are left out.
+/// Alternatives of candidates that are not in a state; left out are those with maps, and those that do what a simpler
+/// one does in these conditions whatever their nonlinear parameters are.
 /// @param state what the changes are made to @param refused names that are not asked, and why; what fails is added
 Alternatives alternatives_of(const Problem& problem, const State& state,
                              const std::vector<std::unique_ptr<Candidate>>& candidates,
