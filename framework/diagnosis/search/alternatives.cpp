@@ -190,7 +190,7 @@ bool are_collinear(const Problem& problem, const Column& a, const Column& b) {
 }
 
 /// An effect of which these conditions determine no nonlinear parameter, and whose amplitude does what a simpler one
-/// does: a warm-up of a camera that was always warm is a constant. The simpler one is searched; rivals name both.
+/// does: a warm-up of a camera that was always warm is a constant.
 bool repeats_simpler_effect(const Problem& problem, const Alternatives& all, std::size_t effect) {
   std::vector<const std::vector<Eigen::Index>*> forms;  // its columns, without refinements
   const auto column = [&](Eigen::Index c) -> const Column& { return all.group.columns[static_cast<std::size_t>(c)]; };
@@ -265,15 +265,10 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
     }
   }
   Alternatives all = builder.result();
-  std::vector<bool> out(candidates.size());
-  for (std::size_t c = 0; c < candidates.size(); ++c) out[c] = repeats_simpler_effect(problem, all, c);
-  Alternatives kept{{}, {}, std::move(all.group)};
-  for (std::size_t a = 0; a < all.list.size(); ++a) {
-    if (out[all.choices[a].effect]) continue;
-    kept.list.push_back(std::move(all.list[a]));
-    kept.choices.push_back(std::move(all.choices[a]));
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (repeats_simpler_effect(problem, all, c)) all.repeated.push_back(candidates[c].get());
   }
-  return kept;
+  return all;
 }
 
 Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,

@@ -40,10 +40,11 @@ struct Alternatives {
   std::vector<Alternative> list;
   std::vector<Choice> choices;  ///< one for each; effects are numbered as the candidates, and on for refinements
   Group group;                  ///< all columns
+  /// Effects that do what a simpler one does in these conditions, whatever their nonlinear parameters are.
+  std::vector<const Candidate*> repeated = {};
 };
 
-/// Alternatives of candidates that are not in a state; left out are those with maps, and those that do what a simpler
-/// one does in these conditions whatever their nonlinear parameters are.
+/// Alternatives of candidates that are not in a state; those with maps are left out.
 /// @param state what the changes are made to @param refused names that are not asked, and why; what fails is added
 Alternatives alternatives_of(const Problem& problem, const State& state,
                              const std::vector<std::unique_ptr<Candidate>>& candidates,

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -111,9 +112,16 @@ void SubsetSearch::linearise(const State& state) {
     alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
 }
 
+/// Of effects that do the same, the simpler one is added; the others are its rivals.
+Alternatives SubsetSearch::alternatives_beside_best(const SelectedModel& selected) const {
+  std::vector<const Candidate*> left_out = selected.barred;
+  std::ranges::copy(alternatives_.repeated, std::back_inserter(left_out));
+  return alternatives_beside(task_.problem, selected.best.state, alternatives_, left_out);
+}
+
 bool SubsetSearch::promises_as_before(const SelectedModel& selected) const {
   const ModelFit& best = selected.best;
-  const Alternatives all = alternatives_beside(task_.problem, best.state, alternatives_, selected.barred);
+  const Alternatives all = alternatives_beside_best(selected);
   if (promised_.empty() || all.list.empty()) return false;
   const Score score = score_of(task_.problem, best, all.group, 0, 0, following_maps(task_.problem, best.state));
   const auto now =
@@ -127,7 +135,7 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   const ModelFit& from = selected.best;
   if (!task_.may_add(from)) return std::nullopt;
   task_.report_progress(fmt::format("looking for effect {}", task_.added(from) + 1));
-  const Alternatives all = alternatives_beside(task_.problem, from.state, alternatives_, selected.barred);
+  const Alternatives all = alternatives_beside_best(selected);
   if (all.list.empty()) return std::nullopt;
   const SubsetOptions options = subset_options(task_, from);
   const bool first_effects = task_.added(from) == 0;

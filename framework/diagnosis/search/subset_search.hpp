@@ -41,6 +41,7 @@ class SubsetSearch {
   bool promises_as_before(const SelectedModel& selected) const;
 
  private:
+  Alternatives alternatives_beside_best(const SelectedModel& selected) const;
   std::optional<ModelFit> best_of_round(const SelectedModel& selected, const Alternatives& all,
                                         const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
                                         std::vector<FittedSet>& tried, ModelFit& best);
