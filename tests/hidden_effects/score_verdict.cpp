@@ -99,6 +99,7 @@ Score parse_score(const std::map<std::string, std::string>& c) {
             .seed = std::stoull(c.at("seed"))};
   if (c.contains("order")) s.what.order = order_names().at(c.at("order"));
   if (c.contains("given")) s.what.given = parse_given(c.at("given"));
+  if (c.contains("noise_mm")) s.noise = std::stod(c.at("noise_mm")) / 1e3;
   if (c.contains("worse_fits")) s.worse_fits = std::stoul(c.at("worse_fits"));
   s.verdict = c.at("verdict");
   s.names = split(c.at("names"), '+');
@@ -119,11 +120,11 @@ Score parse_score(const std::map<std::string, std::string>& c) {
 
 std::string Score::line() const {
   const auto held = std::ranges::count(intervals, true, &HeldInterval::holds);
-  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f},{},{},{},{}", what.key(), verdict,
-                     fmt::join(names, "+"), fmt::join(tied, "+"), blind ? 1 : 0, found, wrong, 1e3 * before,
+  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f},{},{},{},{},{:.4f}", what.key(),
+                     verdict, fmt::join(names, "+"), fmt::join(tied, "+"), blind ? 1 : 0, found, wrong, 1e3 * before,
                      1e3 * after, 1e3 * floor, intervals.size(), held, interval_list(intervals), seconds,
                      again ? fmt::format("{:.4f}", 1e3 * *again) : "-", name_of(what.order), given_text(what.given),
-                     worse_fits);
+                     worse_fits, 1e3 * noise);
 }
 
 std::vector<Score> read_scores(std::istream& in) {
@@ -167,6 +168,7 @@ Score judge(const Case& what, const json& report, const Effects& hidden, double 
   score.before = report["gap"]["held_out_before"];
   score.after = report["gap"]["held_out_after"];
   score.floor = report["gap"]["noise_and_scatter"];
+  score.noise = report["gap"]["noise_floor"].is_number() ? report["gap"]["noise_floor"].get<double>() : NAN;
   score.worse_fits = static_cast<std::size_t>(std::ranges::count_if(
       report["trace"], [](const json& step) { return step["outcome"] == "worse than a model that it contains"; }));
   return score;

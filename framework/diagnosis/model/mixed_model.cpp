@@ -93,9 +93,9 @@ Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_s
 }
 
 /// Maximum likelihood of the variances, one after the other until the deviance falls no more.
-class Variances {
+class VarianceFit {
  public:
-  Variances(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight)
+  VarianceFit(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight)
       : grams_(grams), unknowns_(unknowns), weight_(weight), marginals_(grams.size()), determinants_(grams.size()) {}
 
   /// The variances and their deviance.
@@ -137,7 +137,7 @@ class Variances {
   void vary(double RandomEffectSd::*which, double width) {
     vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
   }
-  /// Variances of unknowns that conditions share are in the priors alone.
+  /// VarianceFit of unknowns that conditions share are in the priors alone.
   void vary_shared(double width) {
     const NormalEquations fixed = equations(best_);
     for (double RandomEffectSd::*which : {&RandomEffectSd::drift, &RandomEffectSd::drift_light,
@@ -237,14 +237,14 @@ bool is_at_bound(const RandomEffectSd& random_sd, double RandomEffectSd::*which)
 
 Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
                 const RandomEffectSd& start) {
-  Variances variances(grams, unknowns, weight);
-  std::pair best = variances.from(start);
+  VarianceFit fit(grams, unknowns, weight);
+  std::pair best = fit.from(start);
   if (RandomEffectSd usual; best.first.jitter > 2 * usual.jitter) {
     usual.offset = std::min(usual.offset, start.offset);
     usual.mean = start.mean, usual.contrast = start.contrast;
-    if (std::pair other = variances.from(usual); other.second < best.second) best = other;
+    if (std::pair other = fit.from(usual); other.second < best.second) best = other;
   }
-  return {best.first, variances.solution(best.first)};
+  return {best.first, fit.solution(best.first)};
 }
 
 }  // namespace tofgraph::diagnosis
