@@ -238,7 +238,8 @@ def integration_times(runs):
     white = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin if k[0] == "0")
     summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
                                 typical=f"{sorted(map(abs, deviations))[len(rows) // 2]:.2f}")
-    return summary + "\n" + table(head, rows), drawing(real, twin)
+    framed = [{d: time for (name, d), (time, _) in twin.items() if name == level} for level in LEVELS]
+    return summary + "\n" + table(head, rows), drawing(real, twin), framed
 
 
 def drawing(real, twin):
@@ -296,10 +297,10 @@ def wrapped(page):
 
 def make(runs):
     first, third, (fifth, values) = chapter_1(runs), chapter_3(runs), chapter_5(runs)
-    sixth, (times, picture), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
+    sixth, (times, picture, framed), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
     drawn = {"reference_integration_times": picture,
              "reference_centre_pixels": figures.surfaces(runs.calibration("out/centre.yaml")),
-             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES)}
+             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES, framed)}
     page = text.PAGE.format(first=first, third=third, fifth=fifth, sixth=sixth, times=times, seventh=seventh,
                             commands=commands(), **values)
     return {ROOT / "docs/reference_results.md": wrapped(page)} | {ROOT / f"docs/{k}.svg": v for k, v in drawn.items()}
