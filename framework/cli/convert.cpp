@@ -8,18 +8,8 @@
 #include <CLI/CLI.hpp>
 
 namespace tofgraph::cli {
-namespace {
 
-/// Options of the stage file_reader, by the name of the option.
-struct ConvertArguments {
-  RunArguments run;
-  std::vector<std::string> files;
-  std::string out, layout, as, unit, axes, invalid, integration_time, modulation_frequency, frame_rate;
-  bool inspect = false;
-};
-
-/// file_reader ! capture_writer with what was stated.
-config::Value pipeline_of(const ConvertArguments& a) {
+config::Value reading_pipeline(const ReadingArguments& a, const std::string& out) {
   std::string text = "pipeline: 1\n";
   if (!a.run.camera.empty()) text += fmt::format("camera: {}\n", config::yaml_word(a.run.camera));
   text += "nodes:\n  - stage: file_reader\n";
@@ -47,20 +37,47 @@ config::Value pipeline_of(const ConvertArguments& a) {
   set_plain("modulation_frequency", a.modulation_frequency);
   set_plain("frame_rate", a.frame_rate);
   text += "  - stage: capture_writer\n";
-  set("path", a.out);
+  set("path", out);
   return config::parse_document("convert", text, std::filesystem::current_path());
 }
 
+void ReadingArguments::add_to(CLI::App& command) {
+  command.add_option("--camera", run.camera, "A profile by name or path; default: that of the file or the layout")
+      ->option_text("CAMERA");
+  command.add_option("--layout", layout, "A layout file: what each array is")->option_text("FILE");
+  command
+      .add_option("--as", as,
+                  "The channel of the array: depth, range, distance, amplitude, intensity, phases, taps, points, "
+                  "sigma; CHANNEL=ARRAY,.. for several arrays")
+      ->option_text("CHANNEL");
+  command.add_option("--unit", unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
+  command.add_option("--axes", axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
+  command.add_option("--invalid", invalid, "Values that mean no measurement, e.g. 0,65535")->option_text("VALUES");
+  command.add_option("--integration-time", integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
+  command.add_option("--modulation-frequency", modulation_frequency, "Of every frame; default: the profile's")
+      ->option_text("FREQUENCY");
+  command.add_option("--frame-rate", frame_rate, "For the time stamps, e.g. '30 Hz'")->option_text("RATE");
+}
+
+namespace {
+
+/// Options of the command.
+struct ConvertArguments {
+  ReadingArguments reading;
+  std::string out;
+  bool inspect = false;
+};
+
 int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.inspect) {
-    const InspectFileArguments inspect{arguments.files, common.plugin_folders};
+    const InspectFileArguments inspect{arguments.reading.files, common.plugin_folders};
     return run_module("convert", &inspect);
   }
   if (arguments.out.empty())
     throw config::ConfigurationError(
         "--out is missing: the capture to be written\n  example: tofgraph convert depth.npy -o depth.h5 --camera "
         "./my_camera.yaml --as depth --unit mm");
-  return run_once(pipeline_of(arguments), arguments.run, common);
+  return run_once(reading_pipeline(arguments.reading, arguments.out), arguments.reading.run, common);
 }
 
 }  // namespace
@@ -73,25 +90,11 @@ void add_convert(CLI::App& app, Common& common) {
       "          tofgraph convert recording.npz -o recording.h5 --camera ./my_camera.yaml --as depth=z --unit mm\n"
       "          tofgraph convert depth_*.png -o depth.h5 --camera ./my_camera.yaml --as depth --unit mm --invalid 0\n"
       "Formats: tofgraph list formats");
-  command->add_option("IN", a->files, "One file, or the files of a series, one a frame")->required();
+  command->add_option("IN", a->reading.files, "One file, or the files of a series, one a frame")->required();
   command->add_option("-o,--out", a->out, "The capture (.h5)")->option_text("FILE");
   command->add_flag("--inspect", a->inspect, "Show what is inside, and a layout to start from; writes nothing");
-  command->add_option("--camera", a->run.camera, "A profile by name or path; default: that of the file or the layout")
-      ->option_text("CAMERA");
-  command->add_option("--layout", a->layout, "A layout file: what each array is")->option_text("FILE");
-  command
-      ->add_option("--as", a->as,
-                   "The channel of the array: depth, range, distance, amplitude, intensity, phases, taps, points, "
-                   "sigma; CHANNEL=ARRAY,.. for several arrays")
-      ->option_text("CHANNEL");
-  command->add_option("--unit", a->unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
-  command->add_option("--axes", a->axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
-  command->add_option("--invalid", a->invalid, "Values that mean no measurement, e.g. 0,65535")->option_text("VALUES");
-  command->add_option("--integration-time", a->integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
-  command->add_option("--modulation-frequency", a->modulation_frequency, "Of every frame; default: the profile's")
-      ->option_text("FREQUENCY");
-  command->add_option("--frame-rate", a->frame_rate, "For the time stamps, e.g. '30 Hz'")->option_text("RATE");
-  command->add_flag("--force", a->run.force, "Replace an existing capture");
+  a->reading.add_to(*command);
+  command->add_flag("--force", a->reading.run.force, "Replace an existing capture");
   command->callback([a, &common] { common.command = [a, &common] { return convert(*a, common); }; });
 }
 
