@@ -108,7 +108,10 @@ void ForeignFrames::set_channels() {
   const std::string where = request_.files[0].string();
   std::vector<ChannelLayout> wanted = request_.layout.channels;
   if (wanted.empty()) {  // arrays whose names say what they are
-    for (const FileArray& array : opened_->arrays()) {
+    const auto& arrays = opened_->arrays();
+    const bool cloud = std::ranges::find(arrays, "points", &FileArray::name) != arrays.end();
+    for (const FileArray& array : arrays) {
+      if (cloud && array.name == "sigma") continue;  // of a point, which has no length of its own
       if (std::ranges::find(layout_channels, std::string_view(array.name)) != std::end(layout_channels))
         wanted.push_back({.channel = array.name, .array = array.name});
     }
@@ -143,6 +146,7 @@ void ForeignFrames::set_channels() {
     lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty() || rounded;
     channels_.push_back(std::move(channel));
   }
+  check_scattered();
   set_length_of_sigma();
   const bool flags = std::ranges::find(channels_, "flags", &ForeignChannel::name) != channels_.end();
   if (lengths && !flags) channels_.push_back({"flags", "", "", TOFGRAPH_TYPE_U16, {camera().height, camera().width}});
@@ -176,7 +180,8 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   check_layout(first, array, layout);
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
   if (array.reversed) std::ranges::reverse(axes);  // now as in memory
-  const std::vector<Axis> out = axes_of_channel(layout.channel);
+  source.scattered = is_scattered(axes);
+  const std::vector<Axis> out = axes_of_channel(layout.channel, source.scattered);
   const auto extent_of = [&](Axis axis) {
     const auto at = std::ranges::find(axes, axis);
     return at == axes.end() ? std::uint64_t{1} : array.extent[static_cast<std::size_t>(at - axes.begin())];
@@ -319,6 +324,13 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
 
 void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
   if (channel >= sources_.size()) return;  // flags that no array has
+  if (sources_[channel].scattered) return read_scattered(frame, channel, out, flags);
+  convert(frame, channel, out, flags);
+  if (channels_[channel].name == "points")
+    mark_invalid_points(static_cast<float*>(out), flags, std::uint64_t{camera().width} * camera().height);
+}
+
+void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
   const Source& source = sources_[channel];
   const auto after = std::ranges::upper_bound(first_frame_, frame);
   const auto f = static_cast<std::size_t>(after - first_frame_.begin()) - 1;
@@ -326,7 +338,6 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
   const FileArray& array = opened_->arrays()[source.array];
   const ForeignChannel& made = channels_[channel];
   const std::string_view name = made.name;
-  const std::uint64_t pixels = std::uint64_t{camera().width} * camera().height;
   scatter(array, in, source.steps,
           {.type = made.type,
            .scale = source.scale,
@@ -334,10 +345,9 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
            .mask = source.layout.mask,
            .invalid = source.layout.invalid,
            .is_length = is_length_channel(name) && name != "points",
-           .pixels = pixels,
+           .pixels = std::uint64_t{camera().width} * camera().height,
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);
-  if (name == "points") mark_invalid_points(static_cast<float*>(out), flags, pixels);
 }
 
 }  // namespace tofgraph::foreign

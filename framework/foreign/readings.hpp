@@ -11,11 +11,13 @@
 namespace tofgraph::foreign {
 
 /// Orders of the axes in which an array of this shape can be a channel of this camera.
-/// @param camera null: of any size
+/// @param camera null: of any size @param scattered of points in no order, instead of an image
 std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
-                                             const tofgraph_camera* camera);
-/// Axes that a channel of this name has beside `frame`.
-std::vector<Axis> axes_of_channel(std::string_view channel);
+                                             const tofgraph_camera* camera, bool scattered = false);
+/// Axes that a channel of this name has beside `frame`. @param scattered of points in no order, instead of an image
+std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered = false);
+/// Returns whether the axes are those of points in no order.
+bool is_scattered(const std::vector<Axis>& axes);
 
 /// Smallest and largest value of the first elements of an array that are finite, positive and not the type's largest.
 struct ValueRange {
