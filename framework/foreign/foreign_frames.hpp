@@ -66,6 +66,8 @@ class ForeignFrames {
   void count_frames();
   void read_per_frame();
   std::vector<double> values_of(const PerFrame& what, std::string_view unit);
+  /// Time stamps in ns from whole numbers of 64 bits; empty: other types or units.
+  std::vector<std::int64_t> exact_times(const PerFrame& what);
   /// @throws ForeignError values of points in no order without these points
   void check_scattered() const;
   /// Pixel of each point of a scattered cloud.
@@ -84,9 +86,10 @@ class ForeignFrames {
   std::vector<std::uint64_t> first_frame_;  // of each file
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
-  std::vector<double> integration_time_, modulation_frequency_, timestamp_;  // one, one a frame, or none
-  std::vector<std::uint64_t> numbers_;                                       // in the names of a series; empty: none
-  std::vector<std::size_t> projected_;                                       // pixels of the points of projected_frame_
+  std::vector<double> integration_time_, modulation_frequency_;  // one, one a frame, or none
+  std::vector<std::int64_t> timestamp_ns_;                       // one a frame, or none
+  std::vector<std::uint64_t> numbers_;                           // in the names of a series; empty: none
+  std::vector<std::size_t> projected_;                           // pixels of the points of projected_frame_
   std::uint64_t projected_frame_ = ~std::uint64_t{0};
   std::vector<std::uint8_t> buffer_;
   std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays of the open file whose frames are spread

@@ -54,6 +54,14 @@ double largest_of(const FileArray& array) {
 
 }  // namespace
 
+double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
+  const config::Quantity one = config::parse_scale(unit, wanted);
+  if (!one.ok() || !(one.value > 0))
+    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
+                                   wanted == "m" ? "mm" : wanted));
+  return one.value;
+}
+
 bool is_scattered(const std::vector<Axis>& axes) { return std::ranges::find(axes, Axis::point) != axes.end(); }
 
 std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered) {

@@ -30,6 +30,8 @@ ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t co
 /// Elements of an array as double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
 
+/// SI value of one unit. @param where names the file @throws ForeignError a unit of another dimension
+double scale_of(const std::string& unit, const std::string& wanted, const std::string& where);
 /// Unit of a channel in captures: m, counts or none.
 std::string unit_of(std::string_view channel);
 /// Checks the settings of a channel. @throws ForeignError those that its array cannot have
