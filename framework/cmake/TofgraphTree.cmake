@@ -74,7 +74,7 @@ function(tofgraph_libraries_of file result)
     elseif(line MATCHES "<tbb/|<oneapi/tbb")
       list(APPEND libraries TBB::tbb)
     elseif(line MATCHES "<lz4frame\\.h>")
-      list(APPEND libraries lz4 zstd bz2)  # chunks of recordings
+      list(APPEND libraries lz4 zstd bz2 z)  # chunks of recordings
     elseif(line MATCHES "<(zip|matio)\\.h>")
       list(APPEND libraries ${CMAKE_MATCH_1})
     elseif(line MATCHES "<ceres/")

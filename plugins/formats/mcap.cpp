@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Recordings of ROS 2 (and ROS 1) in MCAP: images, clouds and cameras. Format: https://mcap.dev/spec
+#include <zlib.h>
+
 #include <map>
 
 #include "plugins/formats/ros_chunks.hpp"
@@ -51,12 +53,15 @@ struct Mcap final : ros::RosFile {
     in.number<std::uint64_t>();  // first and last time
     in.number<std::uint64_t>();
     const auto size = in.number<std::uint64_t>();
-    in.number<std::uint32_t>();  // checksum: lz4 and zstd have their own
+    const auto checksum = in.number<std::uint32_t>();  // 0: none
     const std::string compression = in.text();
     const auto stored = in.number<std::uint64_t>();
     const std::uint64_t begin = 8 + 8 + 8 + 4 + 4 + compression.size() + 8;
     if (stored > record.size() - begin) throw std::runtime_error("has a chunk that is longer than its record");
-    return cache_ = ros::decompressed(compression, ros::Bytes(record).subspan(begin, stored), size);
+    cache_ = ros::decompressed(compression, ros::Bytes(record).subspan(begin, stored), size);
+    if (checksum != 0 && crc32(0, cache_.data(), static_cast<uInt>(cache_.size())) != checksum)
+      throw std::runtime_error("has a damaged chunk: its checksum does not fit");
+    return cache_;
   }
 
  private:
