@@ -1,13 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds in the Stanford format: text and binary, either byte order.
-#include <pcl/console/print.h>
-#include <pcl/io/ply_io.h>
-
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
+// Point clouds in the Stanford format: text and binary, either byte order. PCL's own reader ends the program at some
+// damaged files.
 #include "plugins/formats/cloud_arrays.hpp"
 
 namespace tofgraph {
@@ -20,41 +14,112 @@ struct Ply final : CloudFormat {
   }
 
   explicit Ply(const std::string& path) {
-    check_header(path);
-    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-    pcl::PCLPointCloud2 cloud;
-    Eigen::Vector4f origin;
-    Eigen::Quaternionf orientation;
-    int version = 0;
-    if (pcl::PLYReader().read(path, cloud, origin, orientation, version) < 0)
-      throw std::runtime_error("is damaged: PCL cannot read it");
-    set_cloud(std::move(cloud), "PLY");
+    const std::string content = content_of(path);
+    read_header(content);
+    if (format_ == "ascii")
+      read_ascii(std::string_view(content).substr(body_));
+    else
+      read_binary(std::string_view(content).substr(body_));
+    set_cloud(std::move(cloud_), "PLY");
   }
 
  private:
-  /// Every element takes a byte at least.
-  static void check_header(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    const auto file = static_cast<double>(std::filesystem::file_size(path));
-    std::string line;
-    bool vertices = false, ended = false;
-    for (int lines = 0; lines < 1000 && !ended && std::getline(in, line); ++lines) {
-      std::istringstream words(line);
-      std::string key, name;
-      double count = 0;
-      words >> key;
-      ended = key == "end_header";
-      if (key == "format" && words >> name && name != "ascii" && name != "binary_little_endian" &&
-          name != "binary_big_endian")
-        throw std::runtime_error("has the format '" + name +
-                                 "', expected ascii, binary_little_endian or binary_big_endian");
-      if (key != "element") continue;
-      if (!(words >> name >> count) || !(count >= 0 && count <= file))
-        throw std::runtime_error("announces more elements '" + name + "' than its bytes can hold: it was cut off");
-      vertices = vertices || name == "vertex";
+  /// Vertices must come first, as all known writers have them: what follows is not read.
+  void read_header(const std::string& content) {
+    std::string_view element;
+    for (std::size_t at = 0;;) {
+      const std::size_t end = content.find('\n', at);
+      if (end == std::string::npos || end > 65536) throw std::runtime_error("has no whole PLY header");
+      Words words(std::string_view(content).substr(at, end - at));
+      at = body_ = end + 1;
+      const std::string_view key = words.next();
+      if (key == "end_header") break;
+      if (key == "format") format_ = words.next();
+      if (key == "element") {
+        const bool first = element.empty();
+        element = words.next();
+        if (first && element != "vertex")
+          throw std::runtime_error("begins with the element '" + std::string(element.substr(0, 40)) +
+                                   "', expected vertex");
+        if (first) cloud_.width = words.whole_number();
+      }
+      if (key == "property" && element == "vertex") {
+        const std::string_view type = words.next();
+        add_field(type, words.next());
+      }
+      if (key == "obj_info") {
+        const std::string_view what = words.next();
+        if (what == "num_cols") columns_ = words.whole_number();
+        if (what == "num_rows") rows_ = words.whole_number();
+      }
     }
-    if (!ended || !vertices) throw std::runtime_error("has no whole PLY header with an element 'vertex'");
+    if (format_ != "ascii" && format_ != "binary_little_endian" && format_ != "binary_big_endian")
+      throw std::runtime_error("has the format '" + format_.substr(0, 40) +
+                               "', expected ascii, binary_little_endian or binary_big_endian");
+    if (cloud_.fields.empty()) throw std::runtime_error("has no element 'vertex' with properties");
+    if (rows_ > 1 && columns_ > 0 && rows_ <= cloud_.width && columns_ == cloud_.width / rows_ &&
+        rows_ * columns_ == cloud_.width) {
+      cloud_.width = columns_;
+      cloud_.height = rows_;
+    }
   }
+
+  void add_field(std::string_view type, std::string_view name) {
+    struct Type {
+      std::string_view name, other;
+      std::uint32_t kind, bytes;
+    };
+    static constexpr Type types[] = {
+        {"char", "int8", TOFGRAPH_ELEMENT_SIGNED, 1},    {"uchar", "uint8", TOFGRAPH_ELEMENT_UNSIGNED, 1},
+        {"short", "int16", TOFGRAPH_ELEMENT_SIGNED, 2},  {"ushort", "uint16", TOFGRAPH_ELEMENT_UNSIGNED, 2},
+        {"int", "int32", TOFGRAPH_ELEMENT_SIGNED, 4},    {"uint", "uint32", TOFGRAPH_ELEMENT_UNSIGNED, 4},
+        {"float", "float32", TOFGRAPH_ELEMENT_FLOAT, 4}, {"double", "float64", TOFGRAPH_ELEMENT_FLOAT, 8}};
+    for (const Type& known : types) {
+      if (type != known.name && type != known.other) continue;
+      cloud_.fields.push_back({std::string(name), known.kind, known.bytes, cloud_.step});
+      cloud_.step += known.bytes;
+      return;
+    }
+    throw std::runtime_error("has a vertex property of the type '" + std::string(type.substr(0, 40)) +
+                             "', expected numbers");
+  }
+
+  [[noreturn]] void cut_off() const {
+    throw std::runtime_error("announces " + std::to_string(cloud_.points()) +
+                             " vertices, more than it holds: it was cut off");
+  }
+
+  void read_ascii(std::string_view body) {
+    if (cloud_.points() > body.size() / cloud_.fields.size()) cut_off();
+    cloud_.data.resize(cloud_.points() * cloud_.step);
+    Words words(body);
+    for (std::uint64_t p = 0; p < cloud_.points(); ++p) {
+      for (const CloudField& field : cloud_.fields) {
+        const std::string_view word = words.next();
+        if (word.empty()) cut_off();
+        if (!store_number(word, field, &cloud_.data[p * cloud_.step + field.offset]))
+          throw std::runtime_error("has '" + std::string(word.substr(0, 40)) + "' as '" + field.name + "' of vertex " +
+                                   std::to_string(p));
+      }
+    }
+  }
+
+  void read_binary(std::string_view body) {
+    if (cloud_.points() > body.size() / cloud_.step) cut_off();
+    cloud_.data.assign(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(cloud_.points() * cloud_.step));
+    if ((format_ == "binary_big_endian") == (std::endian::native == std::endian::big)) return;
+    for (std::uint64_t p = 0; p < cloud_.points(); ++p) {
+      for (const CloudField& field : cloud_.fields) {
+        std::uint8_t* at = &cloud_.data[p * cloud_.step + field.offset];
+        std::reverse(at, at + field.bytes);
+      }
+    }
+  }
+
+  Cloud cloud_;
+  std::string format_;
+  std::uint64_t rows_ = 0, columns_ = 0;
+  std::size_t body_ = 0;
 };
 
 }  // namespace tofgraph
