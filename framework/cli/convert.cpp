@@ -3,9 +3,14 @@
 #include "cli/convert.hpp"
 #include "cli/command_line.hpp"
 #include "cli/run.hpp"
+#include "io/output_file.hpp"
+#include "io/profile.hpp"
+#include "io/vendor_camera.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+
+#include <cmath>
 
 namespace tofgraph::cli {
 
@@ -64,9 +69,35 @@ namespace {
 /// Options of the command.
 struct ConvertArguments {
   ReadingArguments reading;
-  std::string out;
+  std::string out, depth_mode;
   bool inspect = false;
 };
+
+/// A camera file of another program as a profile.
+int convert_camera(const ConvertArguments& arguments, const Common& common) {
+  if (arguments.reading.files.size() != 1)
+    throw config::ConfigurationError(
+        "error: a profile is made of one camera file\n  example: tofgraph convert "
+        "camera_info.yaml -o my_camera.yaml");
+  if (std::filesystem::exists(arguments.out) && !arguments.reading.run.force)
+    throw config::ConfigurationError(
+        fmt::format("error: {} exists: choose another name, or use --force", arguments.out));
+  const std::string profile = io::profile_of_vendor_file(arguments.reading.files.front(), arguments.depth_mode);
+  config::Diagnostics diagnostics;
+  const io::CameraPtr camera = io::read_profile(config::parse_document(arguments.out, profile), diagnostics);
+  if (!camera) throw config::ConfigurationError(diagnostics);
+  io::write_file(arguments.out, profile);
+  if (common.quiet) return done;
+  std::size_t without = 0;
+  const tofgraph_camera& view = camera->view();
+  for (std::size_t i = 0; i < std::size_t{view.width} * view.height; ++i)
+    without += std::isnan(view.rays[3 * i]) ? 1 : 0;
+  print_message(fmt::format("wrote {}: {} x {} px{}", arguments.out, view.width, view.height,
+                            without == 0 ? ""
+                                         : fmt::format("; {} have no ray: the lens model cannot be inverted there",
+                                                       config::counted(without, "pixel"))));
+  return done;
+}
 
 int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.inspect) {
@@ -77,6 +108,9 @@ int convert(const ConvertArguments& arguments, const Common& common) {
     throw config::ConfigurationError(
         "--out is missing: the capture to be written\n  example: tofgraph convert depth.npy -o depth.h5 --camera "
         "./my_camera.yaml --as depth --unit mm");
+  if (arguments.out.ends_with(".yaml") || arguments.out.ends_with(".yml")) return convert_camera(arguments, common);
+  if (!arguments.depth_mode.empty())
+    throw config::ConfigurationError("--depth-mode: error: is for camera files, with --out PROFILE.yaml");
   return run_once(reading_pipeline(arguments.reading, arguments.out), arguments.reading.run, common);
 }
 
@@ -89,11 +123,19 @@ void add_convert(CLI::App& app, Common& common) {
       "Examples: tofgraph convert --inspect recording.npz\n"
       "          tofgraph convert recording.npz -o recording.h5 --camera ./my_camera.yaml --as depth=z --unit mm\n"
       "          tofgraph convert depth_*.png -o depth.h5 --camera ./my_camera.yaml --as depth --unit mm --invalid 0\n"
+      "          tofgraph convert camera_info.yaml -o my_camera.yaml    a camera file of ROS, OpenCV, librealsense, "
+      "Azure\n"
+      "                                                                 Kinect or mrcal as a profile\n"
       "Formats: tofgraph list formats");
   command->add_option("IN", a->reading.files, "One file, or the files of a series, one a frame")->required();
-  command->add_option("-o,--out", a->out, "The capture (.h5)")->option_text("FILE");
+  command->add_option("-o,--out", a->out, "The capture (.h5), or a profile (.yaml) of a camera file")
+      ->option_text("FILE");
   command->add_flag("--inspect", a->inspect, "Show what is inside, and a layout to start from; writes nothing");
   a->reading.add_to(*command);
+  command
+      ->add_option("--depth-mode", a->depth_mode,
+                   "Of the camera file of an Azure Kinect: nfov, nfov_binned, wfov or wfov_binned")
+      ->option_text("MODE");
   command->add_flag("--force", a->reading.run.force, "Replace an existing capture");
   command->callback([a, &common] { common.command = [a, &common] { return convert(*a, common); }; });
 }
