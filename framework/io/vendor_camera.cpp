@@ -32,7 +32,7 @@ class VendorFile {
     std::ifstream in(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     if (!in && text.empty()) refuse("cannot be read");
-    if (text.starts_with("%YAML")) text.erase(0, text.find('\n') + 1);  // OpenCV's is no YAML directive
+    if (text.starts_with("%YAML")) text.erase(0, text.find('\n') + 1);  // OpenCV's line differs from a YAML directive
     std::ranges::replace(text, '\t', ' ');                              // JSON may be indented by tabs
     document_ = config::parse_document(file.string(), text);
   }
@@ -49,7 +49,8 @@ class VendorFile {
     for (const char* key : {"camera_matrix", "cameraMatrix", "K", "M1"})
       if (document_.find(key) != nullptr) return matrix_file(key);
     refuse(
-        "is no camera file of a known kind: ROS camera_info and OpenCV have 'camera_matrix', librealsense 'ppx', Azure "
+        "is not a camera file of a known kind: ROS camera_info and OpenCV have 'camera_matrix', librealsense 'ppx', "
+        "Azure "
         "Kinect 'CalibrationInformation', mrcal 'lensmodel'");
   }
 

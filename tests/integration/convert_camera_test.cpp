@@ -120,7 +120,7 @@ TEST_F(ConvertCamera, AzureKinectNeedsItsDepthMode) {
 }
 
 TEST_F(ConvertCamera, WhatAProfileCannotHoldIsRefused) {
-  EXPECT_THAT(refused("x.yaml", "a: 1\n"), HasSubstr("is no camera file of a known kind"));
+  EXPECT_THAT(refused("x.yaml", "a: 1\n"), HasSubstr("is not a camera file of a known kind"));
   EXPECT_THAT(
       refused("fish.yaml",
               "image_width: 8\nimage_height: 6\ndistortion_model: equidistant\ncamera_matrix: {data: [4, 0, 4, 0, "
