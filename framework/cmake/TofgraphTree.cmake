@@ -73,6 +73,8 @@ function(tofgraph_libraries_of file result)
       list(APPEND libraries fmt::fmt)
     elseif(line MATCHES "<tbb/|<oneapi/tbb")
       list(APPEND libraries TBB::tbb)
+    elseif(line MATCHES "<zlib\\.h>")
+      list(APPEND libraries z)
     elseif(line MATCHES "<lz4frame\\.h>")
       list(APPEND libraries lz4 zstd bz2 z)  # chunks of recordings
     elseif(line MATCHES "<(zip|matio)\\.h>")
