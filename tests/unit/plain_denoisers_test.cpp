@@ -101,7 +101,8 @@ TEST(FlyingPixels, MarksThoseThatMixTheTwoSidesOfAnEdgeAndNoOthers) {
   }
 }
 
-/// Without sigma the limit follows from the frame's own noise; the fixed threshold alone marks many pixels of a noisy image.
+/// Without sigma the limit follows from the frame's own noise; the fixed threshold alone marks many pixels of a noisy
+/// image.
 TEST(FlyingPixels, TakesTheNoiseFromTheFrameWhereSigmaIsMissing) {
   Image depth = test::box_scene(size, 0).depth;
   std::vector<bool> mixed(depth.values.size());
