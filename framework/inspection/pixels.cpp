@@ -14,6 +14,8 @@
 namespace tofgraph::inspection {
 namespace {
 
+constexpr std::size_t min_frames_of_still = 8;
+constexpr double max_still = 0.002;     ///< share of the pixels: more of them are a matter of rounding
 constexpr std::size_t min_bad = 3;      ///< pixels
 constexpr double min_significance = 6;  ///< standard errors
 constexpr double min_walk = 0.001;      ///< m per factor 2 of the amplitude
@@ -37,7 +39,7 @@ bool differs_from_all(const Observation& o, std::size_t i, double limit) {
 void add_bad_pixels(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
-  std::size_t wild = 0, still = 0, dead = 0;
+  std::size_t wild = 0, still = 0, dead = 0, all_still = 0;
   double size = 0;
   for (std::size_t row = 1; row + 1 < o.height; ++row) {
     for (std::size_t column = 1; column + 1 < o.width; ++column) {
@@ -53,9 +55,13 @@ void add_bad_pixels(Inspection& result) {
         ++wild;
         size = std::max(size, rest);
       }
+      all_still += o.deviation[i] == 0 ? 1 : 0;
       still += alone && o.deviation[i] == 0 && o.deviation[i - 1] > 0 && o.deviation[i + 1] > 0 ? 1 : 0;
     }
   }
+  // Rounded values stand still by chance.
+  if (o.frames < min_frames_of_still || static_cast<double>(all_still) > max_still * static_cast<double>(o.pixels()))
+    still = 0;
   if (wild + still + dead < min_bad) return;
   result.findings.push_back(finding(
       "bad_pixels", fmt::format("{} are bad", config::counted(wild + still + dead, "pixel")),
