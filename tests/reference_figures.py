@@ -64,8 +64,11 @@ def surfaces(found):
     return HEAD.format(w=680, h=500, body="\n".join(parts))
 
 
-def maps(found, names):
-    """Figures 6.9 to 6.11: RMSE over distance and time, one panel a target; the optimum of each distance is framed."""
+def maps(found, names, optima):
+    """Figures 6.9 to 6.11: RMSE over distance and time, one panel a target.
+
+    @param optima for each target {distance in mm: time in ms}, framed
+    """
     parts = []
     every = [v for v in found["rmse"] if v > 0]
     low, high = math.log(min(every)), math.log(60)
@@ -77,7 +80,7 @@ def maps(found, names):
         parts.append(label(left, top - 8, name))
         for (distance, time), rmse in sorted(values.items()):
             x, y = left + width * times.index(time), top + height * distances.index(distance)
-            best = rmse == min(v for (d, _), v in values.items() if d == distance)
+            best = time == optima[target][distance]
             parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" '
                          f'fill="{colour((math.log(rmse) - low) / (high - low))}"' +
                          (' stroke="black"/>' if best else "/>"))
@@ -88,5 +91,6 @@ def maps(found, names):
             parts.append(label(left + width * (times.index(time) + 0.5), top + 184, f"{time:g}",
                                ' text-anchor="middle" fill="#777"'))
     parts.append(label(56, 482, "RMSE over distance (m, downwards) and integration time (ms): blue "
-                       f"{math.exp(low):.1f} mm, red 60 mm or more, logarithmic; framed: the least of each distance"))
-    return HEAD.format(w=850, h=495, body="\n".join(parts))
+                       f"{math.exp(low):.1f} mm, red 60 mm or more, logarithmic"))
+    parts.append(label(56, 498, "framed: the optimum of each distance, among times at which no tap is full"))
+    return HEAD.format(w=850, h=510, body="\n".join(parts))

@@ -109,7 +109,7 @@ def chapter_3(runs):
     found, rmse = runs.calibration("out/warm_up.yaml"), runs.calibration("out/rmse.yaml")["point_rmse"]
     values = {f"t{k}": f"{m:.1f} / {s:.1f}" for k, (m, s) in enumerate(zip(found["mean"], found["sd"]))}
     values |= {"settled": f"{max(found['settled']) / 60:.0f}", "constant": f"{found['time_constant'][1] / 60:.1f}",
-               "first": f"{rmse[0]:.1f}", "hour": f"{rmse[7]:.1f}", "last": f"{rmse[-1]:.1f}"}
+               "first": f"{rmse[0]:.1f}", "hour": f"{rmse[7]:.1f}", "four": f"{rmse[11]:.1f}", "last": f"{rmse[-1]:.1f}"}
     return rows_of(text.CHAPTER_3, values)
 
 
@@ -236,9 +236,10 @@ def integration_times(runs):
     head = ["mm", "target", "printed: ms / RMSE, mm", "from the published boards", "simulated"]
     within = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin)
     white = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin if k[0] == "0")
-    summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, white=white, worst=f"{max(deviations, key=abs):+.2f}",
+    summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
                                 typical=f"{sorted(map(abs, deviations))[len(rows) // 2]:.2f}")
-    return summary + "\n" + table(head, rows), drawing(real, twin)
+    framed = [{d: time for (name, d), (time, _) in twin.items() if name == level} for level in LEVELS]
+    return summary + "\n" + table(head, rows), drawing(real, twin), framed
 
 
 def drawing(real, twin):
@@ -296,10 +297,10 @@ def wrapped(page):
 
 def make(runs):
     first, third, (fifth, values) = chapter_1(runs), chapter_3(runs), chapter_5(runs)
-    sixth, (times, picture), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
+    sixth, (times, picture, framed), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
     drawn = {"reference_integration_times": picture,
              "reference_centre_pixels": figures.surfaces(runs.calibration("out/centre.yaml")),
-             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES)}
+             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES, framed)}
     page = text.PAGE.format(first=first, third=third, fifth=fifth, sixth=sixth, times=times, seventh=seventh,
                             commands=commands(), **values)
     return {ROOT / "docs/reference_results.md": wrapped(page)} | {ROOT / f"docs/{k}.svg": v for k, v in drawn.items()}

@@ -216,7 +216,7 @@ double Drift::at(double time) const {
 Drift fit_drift(const std::vector<double>& times, const std::vector<double>& distances, bool slow_too) {
   const Vector t = as_vector(times), y = as_vector(distances);
   std::vector<double> taus = one_constant(t, y);
-  constexpr std::size_t enough = 20;
+  constexpr std::size_t enough = 12;
   bool slow = false;
   if (slow_too && times.size() >= enough) {
     const std::vector<double> two = two_constants(t, y);

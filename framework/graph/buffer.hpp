@@ -52,8 +52,8 @@ class BufferRef {
   Buffer* buffer_ = nullptr;
 };
 
-/// Blocks by size. Thread-safe. Outlives every buffer that it made.
-class BufferPool {
+/// Blocks by size. Thread-safe. Outlives every buffer that it made: whoever keeps one beyond the run keeps the pool.
+class BufferPool : public std::enable_shared_from_this<BufferPool> {
  public:
   BufferPool() = default;
   BufferPool(const BufferPool&) = delete;

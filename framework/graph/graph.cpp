@@ -60,6 +60,7 @@ std::optional<config::Entry> other_serial_entry(const NodeSpec& spec, const Plug
 
 /// Hashed once: libraries do not change while they are loaded.
 const std::string& library_hash(const Plugin& plugin) {
+  if (!plugin.hash.empty()) return plugin.hash;
   static std::mutex mutex;
   static std::map<std::string, std::string> hashes;
   const std::scoped_lock lock(mutex);
@@ -78,7 +79,7 @@ Graph::Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnos
   host_.message = options.message;
   host_.version = TOFGRAPH_VERSION;
   host_.plugin_path = config::joined_path(options.plugin_folders);
-  const PluginRegistry registry(options.plugin_folders);
+  const PluginRegistry registry(options.plugin_folders, options.own_stages);
   if (pipeline.camera) camera_ = io::find_camera(*pipeline.camera, diagnostics);
   if (camera_ && camera_->folder)
     camera_notes_ = insert_corrections(pipeline, *camera_->folder, registry, camera_at_, diagnostics);

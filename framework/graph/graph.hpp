@@ -19,6 +19,7 @@ namespace tofgraph::graph {
 
 struct GraphOptions {
   std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
+  std::vector<const Plugin*> own_stages;              ///< of this program itself: they win over files
   bool overwrite = false;
   bool other_serial = false;  ///< sets the parameter `other_serial` of every stage that has it
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;

@@ -133,8 +133,9 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
   if (output().camera && (is_source() || output_stream_.own_camera)) {
     const tofgraph_camera& camera = output().camera->view();
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
-    rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent), nullptr,
-                             nullptr);
+    rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent),
+                             new io::CameraPtr(output().camera),  // whoever keeps a frame keeps its camera
+                             [](void* owner) { delete static_cast<io::CameraPtr*>(owner); });
   }
   return true;
 }

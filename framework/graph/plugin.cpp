@@ -204,7 +204,9 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
   return path;
 }
 
-PluginRegistry::PluginRegistry(const std::vector<std::filesystem::path>& folders) : folders_(folders) {
+PluginRegistry::PluginRegistry(const std::vector<std::filesystem::path>& folders, std::vector<const Plugin*> own)
+    : folders_(folders), own_(std::move(own)) {
+  for (const Plugin* plugin : own_) files_.push_back(plugin->file);
   for (const auto& folder : folders_) {
     std::vector<PluginFile> found;
     std::error_code error;
@@ -235,7 +237,13 @@ const PluginFile* PluginRegistry::find(const std::string& name) const {
   return found == files_.end() ? nullptr : &*found;
 }
 
+const Plugin* PluginRegistry::own(const PluginFile& file) const {
+  const auto found = std::ranges::find_if(own_, [&](const Plugin* plugin) { return plugin->file.path == file.path; });
+  return found == own_.end() ? nullptr : *found;
+}
+
 const Plugin& PluginRegistry::load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const {
+  if (const Plugin* plugin = own(file)) return *plugin;
   const nlohmann::json& plugin = seen.at(file.path.string());
   if (plugin.contains("error")) throw PluginError(plugin.at("error").get<std::string>());
   return load_plugin(file);

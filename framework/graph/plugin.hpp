@@ -41,6 +41,7 @@ struct Plugin : tofgraph_descriptor {
   Plugin& operator=(const Plugin&) = delete;
 
   PluginFile file;
+  std::string hash;                         ///< SHA-256 of the code where that is not the file, or empty
   const tofgraph_effect* effect = nullptr;  ///< null: no effect
   const tofgraph_format* format = nullptr;  ///< null: no format
   std::vector<tofgraph_port> own_ports;
@@ -75,7 +76,8 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
 class PluginRegistry {
  public:
   /// @param folders those given first win
-  explicit PluginRegistry(const std::vector<std::filesystem::path>& folders);
+  /// @param own plugins of this program itself, which win over all files; their paths differ from each other
+  explicit PluginRegistry(const std::vector<std::filesystem::path>& folders, std::vector<const Plugin*> own = {});
 
   const std::vector<std::filesystem::path>& folders() const { return folders_; }
   const std::vector<PluginFile>& files() const { return files_; }
@@ -95,7 +97,10 @@ class PluginRegistry {
   const Plugin& load(const PluginFile& file, const std::map<std::string, nlohmann::json>& seen) const;
 
  private:
+  const Plugin* own(const PluginFile& file) const;
+
   std::vector<std::filesystem::path> folders_;
+  std::vector<const Plugin*> own_;
   std::vector<PluginFile> files_;
   std::vector<std::pair<PluginFile, PluginFile>> hidden_;
 };

@@ -101,8 +101,10 @@ std::map<std::string, json> PluginRegistry::describe(const std::vector<PluginFil
   std::vector<PluginFile> unseen;
   json cache = read_cache();
   for (const PluginFile& file : files) {
-    if (const json* plugin = remembered(cache, file.path))
-      result[file.path.string()] = *plugin;
+    if (const Plugin* plugin = own(file))
+      result[file.path.string()] = graph::describe(*plugin);
+    else if (const json* known = remembered(cache, file.path))
+      result[file.path.string()] = *known;
     else
       unseen.push_back(file);
   }

@@ -49,7 +49,7 @@ class Runner::Impl {
         times_(graph.nodes().size()),
         failed_(graph.nodes().size()),
         valid_(graph.nodes().size()),
-        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), pool_) {
+        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), *pool_) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
     }
@@ -86,7 +86,7 @@ class Runner::Impl {
   Graph& graph_;
   RunOptions options_;
   unsigned threads_;
-  BufferPool pool_;  // before the tokens: it outlives their buffers
+  std::shared_ptr<BufferPool> pool_ = std::make_shared<BufferPool>();  // before the tokens: it outlives their buffers
   std::vector<std::size_t> last_reader_;
   std::vector<TimeHistogram> times_;
   std::vector<std::atomic<bool>> failed_;
@@ -170,7 +170,7 @@ RunResult Runner::Impl::run() {
   result.frames = done_.load();
   result.dropped = dropped();
   result.in_flight = in_flight();
-  result.buffers_allocated = pool_.allocated();
+  result.buffers_allocated = pool_->allocated();
   result.interrupted = graph_.host().stopping.load() && error_.empty();
   result.error = error_;
   judge_frames(graph_, valid_, result);

@@ -65,7 +65,13 @@ bool ValidFrames::examine(const tofgraph_frame& frame) {
     return false;
   }
   const auto all = values_of<std::uint16_t>(*flags);
-  if (std::ranges::any_of(all, [](std::uint16_t f) { return (f & flag::invalid) == 0; })) return true;
+  const bool points = length->name == "points";  // whose coordinates may have any sign
+  const auto lengths = points ? std::span<const float>() : values_of<float>(*length);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if ((all[i] & flag::invalid) != 0) continue;
+    if (points || !(lengths[i] > max_length)) return true;
+    ++too_long_;
+  }
   for (const std::uint16_t f : all) {
     for (std::size_t bit = 0; bit < bits; ++bit) flagged_[bit] += (f >> bit) & 1U;
   }
@@ -81,6 +87,8 @@ std::string ValidFrames::reasons() const {
     if (share >= 0.01) shares.emplace_back(share, known.text);
   }
   std::ranges::stable_sort(shares, [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (2 * too_long_ > pixels_)
+    return "they are longer than 1000 km: is the unit of the lengths, or of the frequency, right?";
   if (shares.empty()) return "they have no valid length, and no other flag says why";
   std::string text;
   for (const auto& [share, reason] : shares)

@@ -34,7 +34,7 @@ class ValidFrames {
   static constexpr std::size_t bits = 16;
   std::atomic<bool> found_{false};
   std::mutex mutex_;  // of the rest
-  std::uint64_t frames_ = 0, pixels_ = 0;
+  std::uint64_t frames_ = 0, pixels_ = 0, too_long_ = 0;
   std::array<std::uint64_t, bits> flagged_{};
 };
 

@@ -87,10 +87,16 @@ std::string fast_frames(double step, double time, double rate) {
                      likely(units, "ns"));
 }
 
+/// 0 stands for unknown, but a clock may begin with it.
+bool has_time_stamps(std::span<const tofgraph_metadata> frames) {
+  return frames.size() > 1 &&
+         std::ranges::none_of(frames.subspan(1), [](const tofgraph_metadata& f) { return f.timestamp_ns == 0; });
+}
+
 std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const tofgraph_camera* camera) {
+  if (!has_time_stamps(frames)) return {};
   ClockTimes times;
   for (const tofgraph_metadata& frame : frames) {
-    if (frame.timestamp_ns == 0) return {};  // unknown
     times.push_back(static_cast<double>(frame.timestamp_ns - frames[0].timestamp_ns) * 1e-9);
   }
   if (times.size() < 2) return {};
@@ -123,7 +129,7 @@ std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
                      format_quantity(times[*back], "s"));
   const double span = times.back() - times.front();
   const double stamps = static_cast<double>(frames.back().timestamp_ns - frames.front().timestamp_ns) * 1e-9;
-  if (!(stamps > 0) || frames.front().timestamp_ns == 0) return {};
+  if (!(stamps > 0) || !has_time_stamps(frames)) return {};
   const auto same = [&](double factor) { return std::abs(span / stamps / factor - 1) < 0.05; };
   const char* unit = same(1e3) ? "ms" : same(1e6) ? "us" : nullptr;
   if (unit == nullptr) return {};

@@ -93,6 +93,9 @@ TEST_F(WildValues, UnitsOfSettingsAreDoubtedOnceAndBeforeTheOrderOfTheTaps) {
         << outcome.err;
     EXPECT_TRUE(says(outcome, "the integration time is 1000 s")) << outcome.err;
     EXPECT_FALSE(says(outcome, "swapped")) << outcome.err;
+    EXPECT_EQ(says(outcome, "no pixel is valid in 2 frames at 'statistics' (statistics): they are longer than 1000 km"),
+              command == "run")
+        << outcome.err;
     EXPECT_EQ(outcome.err.find("the modulation frequency"), outcome.err.rfind("the modulation frequency"));
   }
 }
@@ -152,6 +155,16 @@ TEST_F(WildValues, ARunWithoutAValidPixelSaysWhy) {
   const Outcome voxels = run("capture_reader file=a.h5 ! point_cloud ! voxel_grid ! pcd_writer path=d.pcd");
   EXPECT_EQ(voxels.exit_code, 1) << voxels.err;
   EXPECT_TRUE(says(voxels, "every frame is empty at 'pcd_writer' (pcd_writer)")) << voxels.err;
+}
+
+TEST_F(WildValues, LengthsInMicrometresAreBeyondReachAndTheUnitIsNamed) {
+  SmallCapture capture = with_holes("range", nan);
+  for (auto& image : capture.channels[0].second) std::ranges::fill(image, 1.2e6F);
+  capture.write(file("a.h5"));
+  const Outcome outcome = run("capture_reader file=a.h5 ! statistics");
+  EXPECT_TRUE(says(outcome, "likely")) << outcome.err;
+  EXPECT_TRUE(says(outcome, "in um")) << outcome.err;
+  EXPECT_TRUE(says(outcome, "no pixel is valid")) << outcome.err;
 }
 
 TEST_F(WildValues, OneValidPixelIsEnough) {

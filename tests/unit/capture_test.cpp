@@ -252,7 +252,8 @@ TEST_F(CaptureFile, NothingElsewhereIsFollowed) {
     capture.head(3, 2).metadata(1);
     H5Lcreate_external(other.c_str(), "/frames/range", capture.frames_group(), "range", H5P_DEFAULT, H5P_DEFAULT);
   }
-  expect_words(why(), {"at least one of taps, phases, distance, range, depth, amplitude, intensity, points is expected"});
+  expect_words(why(),
+               {"at least one of taps, phases, distance, range, depth, amplitude, intensity, points is expected"});
 }
 
 }  // namespace

@@ -86,6 +86,8 @@ TEST(Clock, ThatRunsBackStandsStillOrIsTooFastIsDoubted) {
   EXPECT_THAT(
       clock_doubts(frames({5'000'000, 5'100'000, 5'200'000}), &camera()),
       ElementsAre(AllOf(HasSubstr("100 us between frames"), HasSubstr("exposed for 1 ms"), HasSubstr("in us"))));
+  EXPECT_THAT(clock_doubts(frames({0, 100'000, 200'000}), &camera()), ElementsAre(HasSubstr("in us")))
+      << "a clock that begins with 0";
   EXPECT_THAT(clock_doubts(frames({s, s + 12 * ms, s + 25 * ms}), &camera()), IsEmpty());
   EXPECT_THAT(clock_doubts(frames({0, 0}), &camera()), IsEmpty()) << "unknown";
   EXPECT_THAT(clock_doubts(frames({s}), &camera()), IsEmpty());

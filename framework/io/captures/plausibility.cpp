@@ -16,7 +16,7 @@ namespace {
 double median_length(const CaptureReader& capture, std::size_t channel, std::size_t frame) {
   std::vector<float> values(capture.channels()[channel].elements());
   capture.read(channel, frame, values.data());
-  std::erase_if(values, [](float v) { return !is_valid_length(v); });
+  std::erase_if(values, [](float v) { return !(v > 0 && std::isfinite(v)); });  // too long in a wrong unit, too
   if (values.empty()) return std::nan("");
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);

@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "python/arrays.hpp"
+
+#include "graph/instance.hpp"
+
+#include <tofgraph/channels.hpp>
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace tofgraph::python {
+namespace {
+
+struct Type {
+  std::uint32_t type;
+  const char* name;
+};
+constexpr std::array types = {Type{TOFGRAPH_TYPE_F32, "float32"}, Type{TOFGRAPH_TYPE_F64, "float64"},
+                              Type{TOFGRAPH_TYPE_U8, "uint8"},    Type{TOFGRAPH_TYPE_U16, "uint16"},
+                              Type{TOFGRAPH_TYPE_I16, "int16"},   Type{TOFGRAPH_TYPE_I32, "int32"}};
+
+std::vector<std::string> names_of(const auto& channels) {
+  std::vector<std::string> names;
+  for (const tofgraph_frame::Channel& channel : channels)
+    if (channel.buffer) names.push_back(channel.name);
+  return names;
+}
+
+const tofgraph_frame::Channel& find(const auto& channels, const std::string& name) {
+  for (const tofgraph_frame::Channel& channel : channels)
+    if (channel.buffer && channel.name == name) return channel;
+  std::string text = "the frame has no channel '" + name + "'; it has ";
+  for (const std::string& known : names_of(channels)) text += known + " ";
+  text.pop_back();
+  throw py::key_error(text);
+}
+
+/// The memory of an array that a channel shares, given back under the interpreter's lock.
+void release_array(void* owner) {
+  if (Py_IsInitialized() == 0) return;  // the interpreter is gone, and the array with it
+  const py::gil_scoped_acquire lock;
+  Py_DECREF(static_cast<PyObject*>(owner));
+}
+
+template <class Class, class Get> void add_metadata(Class& frame, Get get) {
+  const auto number = [&](const char* name, auto member, const char* text) {
+    frame.def_property_readonly(
+        name, [get, member](const typename Class::type& self) { return get(self).*member; }, text);
+  };
+  number("number", &tofgraph_metadata::number, "place in the run, from 0");
+  number("device_number", &tofgraph_metadata::device_number, "counter of the device: gaps are lost frames");
+  number("timestamp_ns", &tofgraph_metadata::timestamp_ns, "start of the exposure, ns since 1970");
+  number("integration_time", &tofgraph_metadata::integration_time, "s; NaN: unknown");
+  number("modulation_frequency", &tofgraph_metadata::modulation_frequency, "Hz; NaN: unknown");
+  number("temperature", &tofgraph_metadata::temperature, "K; NaN: unknown");
+  number("time_since_power_on", &tofgraph_metadata::time_since_power_on, "s; NaN: unknown");
+}
+
+void set_metadata(const StageFrame& frame, const std::string& name, const py::object& value) {
+  tofgraph_metadata& metadata = frame.get().metadata;
+  if (name == "timestamp_ns")
+    metadata.timestamp_ns = value.cast<std::int64_t>();
+  else if (name == "device_number")
+    metadata.device_number = value.cast<std::uint64_t>();
+  else if (name == "integration_time")
+    metadata.integration_time = value.cast<double>();
+  else if (name == "modulation_frequency")
+    metadata.modulation_frequency = value.cast<double>();
+  else if (name == "temperature")
+    metadata.temperature = value.cast<double>();
+  else if (name == "time_since_power_on")
+    metadata.time_since_power_on = value.cast<double>();
+  else
+    throw py::key_error("frames have no metadata '" + name + "' that a stage may set");
+}
+
+}  // namespace
+
+py::dtype dtype_of(std::uint32_t type) {
+  const auto found = std::ranges::find(types, type, &Type::type);
+  if (found == types.end()) throw py::type_error("a channel's type is unknown to NumPy");
+  return py::dtype(found->name);
+}
+
+std::uint32_t type_of(const py::dtype& dtype) {
+  for (const Type& type : types)
+    if (dtype.equal(py::dtype(type.name))) return type.type;
+  throw py::type_error("channels hold float32, float64, uint8, uint16, int16 or int32, not " +
+                       py::str(py::handle(dtype)).cast<std::string>());
+}
+
+py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writable) {
+  struct Owner {
+    Pool pool;  // before the buffer, which goes back to it
+    graph::BufferRef buffer;
+  };
+  const std::vector<py::ssize_t> shape(channel.extent, channel.extent + channel.rank);
+  const py::capsule owner(new Owner{std::move(pool), channel.buffer},
+                          [](void* held) { delete static_cast<Owner*>(held); });
+  py::array array(dtype_of(channel.type), shape, channel.buffer.data(), owner);
+  if (!writable) array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+HeldFrame::HeldFrame(const tofgraph_frame& frame) : pool(frame.pool->shared_from_this()), metadata(frame.metadata) {
+  std::ranges::copy_if(frame.channels, std::back_inserter(channels),
+                       [](const tofgraph_frame::Channel& channel) { return static_cast<bool>(channel.buffer); });
+}
+
+tofgraph_frame& StageFrame::get() const {
+  if (frame_ == nullptr)
+    throw std::runtime_error("the frame is no longer there: a stage has it only until process() returns");
+  return *frame_;
+}
+
+void StageFrame::set(const std::string& channel, const py::array& given) const {
+  tofgraph_frame& frame = get();
+  if (given.ndim() < 1 || given.ndim() > 4)
+    throw py::value_error("channel '" + channel + "' has one to four dimensions, the array has " +
+                          std::to_string(given.ndim()));
+  const std::uint32_t type = type_of(given.dtype());
+  const bool whole = (given.flags() & py::array::c_style) != 0 && given.owndata();
+  py::array array = whole ? given : py::array(given.attr("copy")("C"));
+  array.attr("flags").attr("writeable") = false;  // it is the frame's now
+  tofgraph_view view{};
+  view.size = sizeof view;
+  view.type = type;
+  view.rank = static_cast<std::uint32_t>(array.ndim());
+  view.data = const_cast<void*>(array.data());  // NOLINT(*-const-cast): shared, nobody writes it
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) {
+    view.extent[i] = static_cast<std::uint64_t>(array.shape(i));
+    view.stride[i] = array.strides(i);
+  }
+  view.channel = channel.c_str();
+  const ChannelInfo* known = known_channel(channel);
+  const tofgraph_frame::Channel* present = frame.find(channel);
+  const std::string unit = present != nullptr ? present->unit : known != nullptr ? known->unit : "";
+  view.unit = unit.c_str();
+  PyObject* owner = array.inc_ref().ptr();
+  if (graph::host_table().share(&frame, &view, owner, release_array) == TOFGRAPH_STATUS_OK) return;
+  Py_DECREF(owner);
+  throw std::runtime_error("channel '" + channel + "' cannot be set");
+}
+
+py::array StageFrame::modify(const std::string& channel) const {
+  tofgraph_frame& frame = get();
+  static_cast<void>(find(frame.channels, channel));
+  tofgraph_view view{};
+  view.size = sizeof view;
+  if (graph::host_table().modify(&frame, channel.c_str(), &view) != TOFGRAPH_STATUS_OK)
+    throw std::runtime_error("channel '" + channel + "' cannot be changed");
+  return array_of(*frame.find(channel), frame.pool->shared_from_this(), true);
+}
+
+void add_frames(py::module_& module) {
+  py::class_<HeldFrame, std::shared_ptr<HeldFrame>> held(module, "Frame",
+                                                         "A frame that left a node: channels as read-only NumPy arrays "
+                                                         "that share the pipeline's memory, and metadata.");
+  held.def("__getitem__",
+           [](const HeldFrame& f, const std::string& name) { return array_of(find(f.channels, name), f.pool, false); });
+  held.def(
+      "take",
+      [](const HeldFrame& f, const std::string& name) {
+        return array_of(find(f.channels, name), f.pool, false).attr("copy")();
+      },
+      py::arg("channel"), "A copy of a channel that may be written.");
+  held.def("__contains__", [](const HeldFrame& f, const std::string& name) {
+    return std::ranges::any_of(f.channels, [&](const auto& channel) { return channel.name == name; });
+  });
+  held.def(
+      "unit", [](const HeldFrame& f, const std::string& name) { return find(f.channels, name).unit; },
+      py::arg("channel"), "Unit of a channel, e.g. 'm' or 'counts'; '' for pure numbers.");
+  held.def_property_readonly(
+      "channels", [](const HeldFrame& f) { return names_of(f.channels); }, "Names of the channels.");
+  held.def("__iter__", [](const HeldFrame& f) { return py::iter(py::cast(names_of(f.channels))); });
+  held.def("__len__", [](const HeldFrame& f) { return f.channels.size(); });
+  add_metadata(held, [](const HeldFrame& f) -> const tofgraph_metadata& { return f.metadata; });
+
+  py::class_<StageFrame> stage(module, "StageFrame", "A frame during process() of a stage.");
+  stage.def("__getitem__", [](const StageFrame& f, const std::string& name) {
+    return array_of(find(f.get().channels, name), f.get().pool->shared_from_this(), false);
+  });
+  stage.def("__setitem__", &StageFrame::set);
+  stage.def("modify", &StageFrame::modify, py::arg("channel"),
+            "The channel as an array that may be written until process() returns.");
+  stage.def(
+      "drop",
+      [](const StageFrame& f, const std::string& name) {
+        static_cast<void>(find(f.get().channels, name));
+        graph::host_table().drop(&f.get(), name.c_str());
+      },
+      py::arg("channel"), "Removes a channel.");
+  stage.def("__contains__", [](const StageFrame& f, const std::string& name) {
+    const auto* channel = f.get().find(name);
+    return channel != nullptr && static_cast<bool>(channel->buffer);
+  });
+  stage.def_property_readonly(
+      "channels", [](const StageFrame& f) { return names_of(f.get().channels); }, "Names of the channels.");
+  stage.def("set_metadata", &set_metadata, py::arg("name"), py::arg("value"),
+            "Sets a field of the metadata; for sources.");
+  add_metadata(stage, [](const StageFrame& f) -> const tofgraph_metadata& { return f.get().metadata; });
+}
+
+}  // namespace tofgraph::python

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Time-of-flight cameras: pipelines, calibration and simulation.
+
+    import tofgraph as tg
+    for frame in tg.Pipeline("board.h5.yaml"):
+        print(frame.number, frame["depth"].mean())
+
+Lengths are in metre, times in second, frequencies in hertz, temperatures in kelvin.
+"""
+
+from ._core import Frame, version as __version__
+from ._errors import ConfigurationError, ParameterError, RunError
+from ._stage import Filter, In, InOut, Out, Param, Sink, Source
+from ._pipeline import Chain, Node, Pipeline, stage
+from ._captures import Capture, read_capture, simulate, write_capture
+from ._program import Report, calibrate, describe, diagnose, run_program, stages
+
+__all__ = ["Capture", "Chain", "ConfigurationError", "Filter", "Frame", "In", "InOut", "Node", "Out", "Param",
+           "ParameterError", "Pipeline", "Report", "RunError", "Sink", "Source", "calibrate", "describe", "diagnose",
+           "read_capture", "run_program", "simulate", "stage", "stages", "write_capture"]

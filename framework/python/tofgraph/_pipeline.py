@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pipelines: from a file, a line, or nodes written in Python."""
+
+import atexit
+import json
+import logging
+import os
+import weakref
+
+from . import _core
+from ._stage import Stage
+
+_log = logging.getLogger("tofgraph")
+_running = weakref.WeakSet()
+
+
+@atexit.register
+def _stop_all():
+    """No pipeline may run when the interpreter goes."""
+    for run in list(_running):
+        run.close()
+
+
+class Node(dict):
+    """A node: stage and parameters. `a | b` puts b behind a."""
+
+    def __or__(self, other):
+        return Chain([self]) | other
+
+
+class Chain(list):
+    """Nodes one after the other."""
+
+    def __or__(self, other):
+        more = other if isinstance(other, Chain) else [other]
+        return Chain([*self, *more])
+
+
+class _Stages:
+    """tofgraph.stage.NAME(parameter=value, ..): a node of a pipeline."""
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda **parameters: Node(stage=name, **parameters)
+
+    def __dir__(self):
+        return _core.stages([])
+
+
+stage = _Stages()
+
+
+def _plain(value):
+    """A value as JSON has it: NumPy's numbers and arrays, paths, tuples."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"a parameter is a number, a text, a list or a dictionary, not {type(value).__name__}")
+
+
+class Pipeline:
+    """A pipeline, checked when it runs; iterate over it to receive the frames of its last node that is no sink.
+
+    @param pipeline a file, the one-line form, or a list of nodes: dictionaries, tofgraph.stage.NAME(..), or classes and
+        objects of stages written in Python
+    @param camera a profile's name or path; default: the pipeline's
+    @param stages classes of stages written in Python that a file or line names
+    @param overwrite existing outputs may be replaced
+    @param plugin_path folders with plugins, before TOFGRAPH_PLUGIN_PATH and the installed folder
+    """
+
+    def __init__(self, pipeline, camera="", *, stages=(), overwrite=False, plugin_path=()):
+        own = {cls.stage_name(): cls for cls in stages}
+        self._description = _core.Description()
+        if isinstance(pipeline, (str, os.PathLike)):
+            self._description.text = os.fspath(pipeline)
+            self._description.camera = os.fspath(camera)
+        else:
+            nodes = [self._node(node, own) for node in ([pipeline] if isinstance(pipeline, dict) else pipeline)]
+            head = {"pipeline": 1, **({"camera": os.fspath(camera)} if camera else {})}
+            lines = [json.dumps(node, default=_plain) for node in nodes]  # a line each, for the places of mistakes
+            self._description.text = json.dumps(head)[:-1] + ', "nodes": [\n' + ",\n".join(lines) + "\n]}\n"
+            self._description.is_yaml = True
+        self._description.stages = [cls._plugin() for cls in own.values()]
+        self._description.overwrite = overwrite
+        self._description.plugin_folders = [os.fspath(folder) for folder in plugin_path]
+        self._description.message = self._message
+
+    @staticmethod
+    def _node(node, own):
+        if isinstance(node, type) and issubclass(node, Stage):
+            node = Node(stage=node)
+        node = dict(node)
+        if isinstance(node.get("stage"), type):
+            own[node["stage"].stage_name()] = node["stage"]
+            node["stage"] = node["stage"].stage_name()
+        return node
+
+    @staticmethod
+    def _message(node, text, warning):
+        _log.log(logging.WARNING if warning else logging.INFO, "%s: %s", node, text)
+
+    def set(self, **parameters):
+        """Replaces parameters: set(denoise__strength="3.91 mm") is --set denoise.strength='3.91 mm'.
+
+        @returns the pipeline itself
+        """
+        self._description.settings = self._description.settings + [
+            f"{name.replace('__', '.', 1)}={value if isinstance(value, str) else json.dumps(value, default=_plain)}"
+            for name, value in parameters.items()]
+        return self
+
+    def check(self):
+        """Checks everything and runs nothing. @returns warnings @throws ConfigurationError with every mistake"""
+        return _core.check(self._description)
+
+    def frames(self, node="", *, count=0, threads=0, capacity=4):
+        """Runs the pipeline and gives the frames that leave a node.
+
+        @param node name of the node; default: the last that is no sink
+        @param count at most so many frames; 0: all
+        @param threads that work on frames; 0: one a core
+        @param capacity frames that may wait for Python
+        @throws ConfigurationError, and RunError at the frame where the run failed
+        """
+        run = _core.Run(self._description, node, True, count, threads, capacity)
+        _running.add(run)
+        self._warn(run.warnings)
+        try:
+            while (frame := run.next()) is not None:
+                yield frame
+            self._warn(run.result()["warnings"])
+        finally:
+            run.close()
+
+    def __iter__(self):
+        return self.frames()
+
+    def run(self, *, count=0, threads=0):
+        """Runs the pipeline to its end. @returns {frames, dropped, seconds, interrupted, warnings} @throws RunError"""
+        run = _core.Run(self._description, "", False, count, threads, 1)
+        _running.add(run)
+        self._warn(run.warnings)
+        try:
+            run.finish()
+            result = run.result()
+        finally:
+            run.close()
+        self._warn(result["warnings"])
+        return result
+
+    @staticmethod
+    def _warn(warnings):
+        for text in warnings:
+            _log.warning("%s", text)

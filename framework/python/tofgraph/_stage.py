@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stages written in Python: a class whose members are its ports and parameters, and one `process`."""
+
+import hashlib
+import inspect
+import re
+
+from . import _core
+
+IN, OUT, INOUT = 1, 2, 3
+KINDS = {"bool": 1, "integer": 2, "number": 3, "text": 4, "choice": 5, "numbers": 6, "input_file": 7,
+         "input_folder": 10}
+
+
+class _Port:
+    def __init__(self, channel, dtype=None, shape=None, unit=None, optional=False, text=None, needs=None,
+                 refuses=None, adds=None):
+        self.fields = {"channel": channel, "dtype": dtype, "shape": shape, "unit": unit, "optional": optional,
+                       "text": text, "needs": needs, "refuses": refuses, "adds": adds}
+
+
+class In(_Port):
+    """A channel that a stage reads, e.g. In("depth"); alternatives: In("depth|range").
+
+    dtype, shape ("H W 3") and unit come from the table of channels unless given.
+    """
+    direction = IN
+
+
+class Out(_Port):
+    """A channel that a stage makes; as In."""
+    direction = OUT
+
+
+class InOut(_Port):
+    """A channel that a stage changes; as In."""
+    direction = INOUT
+
+
+class Param:
+    """A parameter; process() finds its value, in SI, under its name.
+
+    @param default True, 3, 0.5, "3.91 mm", "a word"; None: the pipeline has to state it unless required is False
+    @param kind bool, integer, number, text, choice, numbers, input_file or input_folder; default: by the default value
+    @param unit SI unit of a number: "m", "s", "" for a pure number
+    @param minimum,maximum bounds in SI
+    @param choices the words of a choice
+    """
+
+    def __init__(self, default=None, *, kind=None, unit="", minimum=None, maximum=None, choices=(), required=None,
+                 text=""):
+        self.kind = kind or self._kind_of(default, unit, choices)
+        if self.kind not in KINDS:
+            raise ValueError(f"a parameter is {', '.join(KINDS)}, not {self.kind!r}")
+        self.fields = {"kind": KINDS[self.kind], "unit": unit, "minimum": minimum, "maximum": maximum,
+                       "choices": " ".join(choices), "text": text, "default": self._written(default),
+                       "required": default is None if required is None else required}
+
+    @staticmethod
+    def _kind_of(default, unit, choices):
+        if choices:
+            return "choice"
+        if isinstance(default, bool):
+            return "bool"
+        if isinstance(default, int) and not unit:
+            return "integer"
+        if unit or isinstance(default, float):
+            return "number"
+        return "text"
+
+    @staticmethod
+    def _written(value):
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        return None if value is None else str(value)
+
+
+class Stage:
+    """Base of Source, Filter and Sink. Optional: prepare(setup), finish()."""
+
+    @classmethod
+    def stage_name(cls):
+        """The name in a pipeline: the attribute `name`, or the class's name in lower case with underscores."""
+        own = cls.__dict__.get("name")
+        return own if isinstance(own, str) else re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+
+    @classmethod
+    def _declaration(cls):
+        ports, parameters = [], []
+        for base in reversed(cls.__mro__):
+            for name, member in vars(base).items():
+                if isinstance(member, _Port):
+                    ports.append({"name": name, "direction": member.direction, **member.fields})
+                elif isinstance(member, Param):
+                    parameters.append({"name": name, **member.fields})
+        try:
+            file, source = inspect.getsourcefile(cls) or "python", inspect.getsource(cls)
+        except (OSError, TypeError):  # typed at a prompt
+            file, source = "python", cls.__qualname__
+        return {"kind": cls.kind, "name": cls.stage_name(), "file": f"{file}:{cls.__qualname__}",
+                "summary": (inspect.getdoc(cls) or cls.__name__).splitlines()[0],
+                "hash": hashlib.sha256(source.encode()).hexdigest(), "ports": ports, "parameters": parameters}
+
+    @classmethod
+    def _plugin(cls):
+        if "_made" not in cls.__dict__:
+            if not callable(getattr(cls, "process", None)):
+                raise TypeError(f"stage {cls.__name__} has no process(self, frame)")
+            cls._made = _core.plugin_of(cls, cls._declaration())
+        return cls._made
+
+
+class Source(Stage):
+    """Makes frames: process(frame) fills one, and returns False when there is no further."""
+    kind = "source"
+
+
+class Filter(Stage):
+    """Changes frames: process(frame) reads and writes channels; when it returns False, nothing leaves."""
+    kind = "filter"
+
+
+class Sink(Stage):
+    """Uses frames: process(frame)."""
+    kind = "sink"

@@ -1,0 +1,375 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Python package, against the program and NumPy. PYTHONPATH leads to the package, TOFGRAPH_PROGRAM to the program.
+
+Exits with 77 where NumPy is not installed.
+"""
+
+import gc
+import os
+import pathlib
+import resource
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: NumPy is not installed (Debian: python3-numpy)")
+    sys.exit(77)
+
+import tofgraph as tg
+
+CHAIN = [{"stage": "simulator", "frames": 3, "distance": "1.2 m"}, {"stage": "four_phase_decoder"},
+         {"stage": "optimized_bistatic"}]
+
+
+class Scale(tg.Filter):
+    """Multiplies the depth by a factor."""
+    depth = tg.InOut("depth", text="scaled")
+    factor = tg.Param(1.01, minimum=0.5, maximum=2, text="multiplier")
+
+    def process(self, frame):
+        depth = frame.modify("depth")
+        depth *= np.float32(self.factor)
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+
+class Frames(Folder):
+    def test_have_the_numbers_that_the_program_records(self):
+        file = self.folder / "a.h5"
+        tg.run_program("run", "simulator frames=3 distance='1.2 m' ! four_phase_decoder ! optimized_bistatic ! "
+                              f"capture_writer path={file}", "--camera", "camcube2")
+        recorded = tg.read_capture(file)
+        for frame in tg.Pipeline(CHAIN, "camcube2"):
+            for channel in ("depth", "amplitude", "flags"):
+                np.testing.assert_array_equal(frame[channel], recorded[channel][frame.number])
+            self.assertEqual(frame.integration_time, recorded.integration_time[frame.number])
+
+    def test_share_the_memory_of_the_pipeline_and_outlive_it(self):
+        frames = list(tg.Pipeline(CHAIN, "camcube2").frames(capacity=8))
+        self.assertEqual([f.number for f in frames], [0, 1, 2])
+        address = frames[0]["depth"].__array_interface__["data"][0]
+        self.assertEqual(address, frames[0]["depth"].__array_interface__["data"][0], "no copy")
+        arrays = {name: frames[0][name] for name in ("depth", "phases", "rays")}
+        expected = {name: array.copy() for name, array in arrays.items()}
+        del frames
+        gc.collect()
+        for _ in range(3):  # would use the memory again if it were free
+            list(tg.Pipeline(CHAIN, "camcube2"))
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(array, expected[name])
+
+    def test_are_read_only_unless_taken(self):
+        frame = next(iter(tg.Pipeline(CHAIN, "camcube2")))
+        with self.assertRaises(ValueError):
+            frame["depth"][0, 0] = 0
+        own = frame.take("depth")
+        own[0, 0] = 7
+        self.assertNotEqual(frame["depth"][0, 0], 7)
+        self.assertIn("amplitude", frame)
+        self.assertEqual(frame.unit("depth"), "m")
+        with self.assertRaisesRegex(KeyError, "no channel 'depht'; it has .*depth"):
+            frame["depht"]
+
+    def test_of_any_node_are_given(self):
+        nodes = [{"name": "grab", **CHAIN[0]}, *CHAIN[1:]]
+        frames = list(tg.Pipeline(nodes, "camcube2").frames("grab"))
+        self.assertEqual(len(frames), 3)
+        self.assertNotIn("depth", frames[0])
+        with self.assertRaisesRegex(KeyError, "no node 'grap'"):
+            list(tg.Pipeline(nodes, "camcube2").frames("grap"))
+
+    def test_may_be_left_before_the_end(self):
+        source = tg.stage.simulator(frames=0)  # endless
+        for frame in tg.Pipeline([source], "camcube2"):
+            if frame.number == 5:
+                break
+        gc.collect()
+        self.assertFalse([t for t in threading.enumerate() if t is not threading.main_thread()])
+        frames = tg.Pipeline([source], "camcube2").frames(count=4)
+        self.assertEqual(len(list(frames)), 4)
+
+
+class Mistakes(Folder):
+    def test_come_all_at_once_with_their_places(self):
+        nodes = [*CHAIN, {"stage": Scale, "factor": 3}, {"stage": "point_cluod"}]
+        with self.assertRaises(tg.ConfigurationError) as caught:
+            tg.Pipeline(nodes, "camcube2").check()
+        lines = {m["line"]: m["message"] for m in caught.exception.mistakes}
+        self.assertIn("out of range: 0.5 to 2", lines[5])  # a node a line, after the head
+        self.assertIn("point_cluod", lines[6])
+        self.assertIn("factor", str(caught.exception))
+
+    def test_in_a_file_have_its_lines(self):
+        file = self.folder / "p.yaml"
+        file.write_text("pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator, frames: many}\n")
+        with self.assertRaises(tg.ConfigurationError) as caught:
+            tg.Pipeline(file).run()
+        (mistake,) = caught.exception.mistakes
+        self.assertEqual((mistake["file"], mistake["line"]), (str(file), 4))
+
+    def test_of_a_stage_name_node_frame_and_line(self):
+        class Fails(tg.Filter):
+            """Fails on the second frame."""
+            depth = tg.In("depth")
+
+            def process(self, frame):
+                if frame.number == 1:
+                    raise ValueError("a bad day")
+
+        seen = []
+        with self.assertRaisesRegex(tg.RunError, r"node 'fails'.*frame 1.*ValueError: a bad day \(.*python_test.py, line"):
+            for frame in tg.Pipeline([*CHAIN, Fails], "camcube2"):
+                seen.append(frame.number)
+        self.assertEqual(seen, [0])
+
+    def test_of_parameters_found_in_prepare_have_their_place(self):
+        class Picky(tg.Filter):
+            """Takes even numbers."""
+            depth = tg.In("depth")
+            number = tg.Param(2)
+
+            def prepare(self, setup):
+                if self.number % 2:
+                    raise tg.ParameterError("number", f"{self.number} is odd")
+
+            def process(self, frame):
+                pass
+
+        with self.assertRaises(tg.ConfigurationError) as caught:
+            tg.Pipeline([*CHAIN, {"stage": Picky, "number": 3}], "camcube2").check()
+        (mistake,) = caught.exception.mistakes
+        self.assertEqual((mistake["line"], mistake["message"]), (5, "node 'picky' (picky), parameter 'number': 3 is odd"))
+
+    def test_of_declarations_are_refused(self):
+        def declared(**members):
+            return type("Odd", (tg.Filter,), {"process": lambda self, frame: None, "__doc__": "Odd.", **members})
+
+        for members, expected in (({"depth": tg.In("depth", unit="mm/")}, "unit"),
+                                  ({"depth": tg.In("depth", dtype="complex64")}, "float32, float64"),
+                                  ({"stage": tg.Param(1)}, "stage")):
+            with self.subTest(expected), self.assertRaisesRegex((tg.ConfigurationError, TypeError), expected):
+                tg.Pipeline([*CHAIN, declared(**members)], "camcube2").check()
+        with self.assertRaisesRegex(TypeError, "no process"):
+            tg.Pipeline([*CHAIN, type("Empty", (tg.Filter,), {})], "camcube2")
+
+    def test_of_the_program_keep_their_kind(self):
+        with self.assertRaisesRegex(tg.ConfigurationError, "no-such-campaign"):
+            tg.calibrate("offset", self.folder / "no-such-campaign.yaml", self.folder / "o.yaml")
+        with self.assertRaisesRegex(tg.ConfigurationError, "there is no stage"):
+            tg.describe("nothing_like_this")
+
+
+class Stages(Folder):
+    def test_change_what_they_are_given(self):
+        plain = [f["depth"].copy() for f in tg.Pipeline(CHAIN, "camcube2")]
+        scaled = [f["depth"].copy() for f in tg.Pipeline([*CHAIN, {"stage": Scale, "factor": 2}], "camcube2")]
+        for a, b in zip(plain, scaled, strict=True):
+            np.testing.assert_array_equal(b, a * np.float32(2))
+
+    def test_are_named_in_lines(self):
+        line = "simulator frames=1 ! four_phase_decoder ! optimized_bistatic ! scale factor=0.5"
+        (frame,) = tg.Pipeline(line, "camcube2", stages=[Scale])
+        self.assertAlmostEqual(float(np.nanmean(frame["depth"])), 0.25, places=3)
+
+    def test_leave_other_branches_as_they_are(self):
+        nodes = [{"name": "grab", **CHAIN[0]}, *CHAIN[1:-1], {"name": "depth", **CHAIN[-1]},
+                 {"name": "twice", "stage": Scale, "factor": 2, "inputs": ["depth"]}]
+        plain = [f["depth"].copy() for f in tg.Pipeline(CHAIN, "camcube2")]
+        for frame in tg.Pipeline(nodes, "camcube2").frames("depth"):
+            np.testing.assert_array_equal(frame["depth"], plain[frame.number])
+
+    def test_take_arrays_with_gaps_and_refuse_other_types(self):
+        class Mirror(tg.Filter):
+            """Mirrors the amplitude."""
+            amplitude = tg.InOut("amplitude")
+
+            def process(self, frame):
+                frame["amplitude"] = frame["amplitude"][:, ::-1]
+
+        class Doubles(Mirror):
+            """Writes another type than it declares."""
+
+            def process(self, frame):
+                frame["amplitude"] = frame["amplitude"].astype(np.float64)
+
+        plain = next(iter(tg.Pipeline(CHAIN, "camcube2")))["amplitude"].copy()
+        mirrored = next(iter(tg.Pipeline([*CHAIN, Mirror], "camcube2")))
+        np.testing.assert_array_equal(mirrored["amplitude"], plain[:, ::-1])
+        with self.assertRaisesRegex(tg.RunError, "doubles.*amplitude"):
+            list(tg.Pipeline([*CHAIN, Doubles], "camcube2"))
+
+    def test_keep_neither_frames_nor_setups(self):
+        kept = []
+
+        class Keeps(tg.Filter):
+            """Keeps what it should not."""
+            depth = tg.InOut("depth")
+
+            def prepare(self, setup):
+                self.setup = setup
+
+            def process(self, frame):
+                kept.append((frame, frame["depth"], self.setup))
+
+        list(tg.Pipeline([*CHAIN, Keeps], "camcube2"))
+        frame, depth, setup = kept[0]
+        self.assertTrue(np.isfinite(depth).any(), "an array outlives its frame")
+        with self.assertRaisesRegex(RuntimeError, "until process"):
+            frame["depth"]
+        with self.assertRaisesRegex(RuntimeError, "prepare"):
+            setup.channels
+
+    def test_may_be_sources_and_sinks(self):
+        sums = []
+
+        class Ramp(tg.Source):
+            """Frames of equal distances."""
+            distance = tg.Out("distance")
+            count = tg.Param(4, minimum=1)
+
+            def prepare(self, setup):
+                self.number = 0
+                setup.set_frames(self.count)
+
+            def process(self, frame):
+                if self.number == self.count:
+                    return False
+                frame["distance"] = np.full((204, 204), 1 + self.number, np.float32)
+                self.number += 1
+                return True
+
+        class Sum(tg.Sink):
+            """Adds up."""
+            distance = tg.In("distance")
+
+            def process(self, frame):
+                sums.append(float(frame["distance"].mean()))
+
+            def finish(self):
+                sums.append("finished")
+
+        result = tg.Pipeline([Ramp, Sum], "camcube2").run()
+        self.assertEqual(result["frames"], 4)
+        self.assertEqual(sums, [1, 2, 3, 4, "finished"])
+
+    def test_that_raise_many_times_leave_nothing_behind(self):
+        class Raises(tg.Filter):
+            """Always raises."""
+            depth = tg.In("depth")
+
+            def process(self, frame):
+                raise RuntimeError("no")
+
+        pipeline = tg.Pipeline([*CHAIN, Raises], "camcube2")
+
+        def fail(times):
+            for _ in range(times):
+                with self.assertRaises(tg.RunError):
+                    pipeline.run()
+            gc.collect()
+
+        fail(50)
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        fail(200)
+        grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+        self.assertLess(grown, 16 * 1024, "kB: a frame alone has 1 000")
+
+    def test_do_not_stop_the_interpreter_from_ending(self):
+        program = textwrap.dedent("""
+            import tofgraph as tg
+            class Pass(tg.Filter):
+                "Lets pass."
+                def process(self, frame): pass
+            frames = iter(tg.Pipeline([tg.stage.simulator(frames=0), Pass], "camcube2"))
+            next(frames)
+            print("on the way")
+        """)
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout.strip(), done.stderr), (0, "on the way", ""))
+
+
+class Captures(Folder):
+    def test_come_back_as_they_were_written(self):
+        file = self.folder / "w.h5"
+        random = np.random.default_rng(1)
+        phases = random.integers(-3000, 3000, (5, 4, 204, 204), dtype=np.int16)
+        times = np.array([1, 2, 3, 4, 5]) * 1e-3
+        stamps = 1_700_000_000_123_456_789 + 12_500_001 * np.arange(5)
+        tg.write_capture(file, {"phases": phases}, camera="camcube2", integration_time=times,
+                         timestamp_ns=stamps)
+        read = tg.read_capture(file)
+        np.testing.assert_array_equal(read["phases"], phases)
+        self.assertEqual(read["phases"].dtype, np.int16)
+        np.testing.assert_array_equal(read.integration_time, times)
+        np.testing.assert_array_equal(read.timestamp_ns, stamps)
+        self.assertEqual(read.units["phases"], "counts")
+        with self.assertRaises(tg.ConfigurationError):  # nothing is overwritten unless asked
+            tg.write_capture(file, {"phases": phases}, camera="camcube2")
+        with self.assertRaisesRegex(ValueError, "different numbers of frames: depth 2, range 3"):
+            tg.write_capture(file, {"depth": np.zeros((2, 4, 4)), "range": np.zeros((3, 4, 4))}, camera="camcube2")
+
+    def test_are_simulated(self):
+        frames = list(tg.simulate({"distance": "1 m", "output": "distance", "noise": "none", "truth": True},
+                                  camera="camcube2"))
+        centre = frames[0]["true_depth"][102, 102]
+        self.assertAlmostEqual(float(centre), 1.0, places=5)
+
+
+class Guide(Folder):
+    def test_examples_run(self):
+        """The examples of docs/python.md, in a folder in which those of the project are."""
+        project = pathlib.Path(__file__).resolve().parents[2]
+        (self.folder / "pipelines").symlink_to(project / "pipelines")
+        (self.folder / "out").mkdir()
+        page = (project / "docs" / "python.md").read_text()
+        examples = page.split("```python\n")[1:]
+        self.assertGreater(len(examples), 4)
+        program = "\n".join(example.split("```")[0] for example in examples)
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=self.folder,
+                              timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("5 there is no stage 'point_cluod'", done.stdout)
+
+
+class Search(Folder):
+    def test_reports_what_a_simulation_lacks(self):
+        scene = self.folder / "scene.yaml"
+        scene.write_text(textwrap.dedent("""
+            scene: 1
+            camera: camcube2
+            frames: 2
+            target: white
+            objects: [{name: board, type: board, distance: 1 m, reflectivity: 0.8}]
+            sequence:
+              - {key: board.distance, values: [1 m, 1.5 m, 2 m, 2.5 m, 3 m, 3.5 m]}
+              - {key: integration_time, values: [1 ms, 2 ms, 4 ms]}
+        """))
+        model = self.folder / "model.yaml"
+        model.write_text("model: 1\ncamera: camcube2\n")
+        truth = self.folder / "truth.yaml"
+        truth.write_text("model: 1\ncamera: camcube2\neffects: [{effect: zero_offset, offset: 12 mm}]\n")
+        tg.run_program("simulate", scene, "--model", truth, "-o", self.folder / "campaign")
+        report = tg.diagnose(model, self.folder / "campaign" / "campaign.yaml", max_effects=1)
+        self.assertEqual(report.verdict, report.json["verdict"])
+        (effect,) = report.effects
+        self.assertEqual(effect.name, "zero_offset")
+        self.assertAlmostEqual(effect.parameters.offset.value, 12e-3, delta=1e-3)
+        self.assertIn("<iframe", report._repr_html_())
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("XDG_CACHE_HOME", tempfile.gettempdir())
+    unittest.main(verbosity=2)
