@@ -74,11 +74,11 @@ double wander(std::mt19937_64 random, double place) {
   return sum * std::sqrt(2.0 / 3);
 }
 
-/// Puts the conditions in the order in which they are measured, a random one. Where each board really stood, and the
+/// Puts the conditions in the order in which they are measured. Where each board really stood, and the
 /// drift of the camera meanwhile.
 std::vector<View> measured_views(const CampaignOptions& options, std::vector<io::Condition>& conditions) {
   std::mt19937_64 random = generator(options.seed, order_draw);
-  std::shuffle(conditions.begin(), conditions.end(), random);
+  if (options.order != Order::designed) std::shuffle(conditions.begin(), conditions.end(), random);
   warm_up_first(conditions, options.clutter.sessions);
   std::normal_distribution<double> normal;
   std::vector<View> views;
@@ -92,7 +92,7 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
     earlier = condition.board_distance;
     if (options.noise == NoiseKind::none) continue;
     view.distance += 0.5e-3 * options.jitter * normal(random);
-    view.reflectivity *= 1 + 0.01 * options.jitter * normal(random);
+    view.reflectivity *= 1 + 0.01 * options.light_jitter * normal(random);
     if (options.noise != NoiseKind::drift) continue;
     const double place = static_cast<double>(order) / static_cast<double>(conditions.size());
     view.drift_distance = 0.5e-3 * wander(generator(options.seed, drift_draw), place);
@@ -270,7 +270,10 @@ class Writer {
     campaign.camera_name = has_own_steps() ? "camera.yaml" : "camcube2";
     if (has_own_steps()) write_camera(folder_ / campaign.camera_name, physics_.camera);
     campaign.conditions = conditions_;
-    for (io::Condition& condition : campaign.conditions) condition.reflectivity = io::unknown;  // the search finds it
+    for (io::Condition& condition : campaign.conditions) {
+      condition.reflectivity = io::unknown;  // the search finds it
+      if (options_.order == Order::unstated) condition.order.reset();
+    }
     write_model(folder_ / "model.yaml", options_);
     io::write_campaign(campaign, folder_ / "campaign.yaml");
   }

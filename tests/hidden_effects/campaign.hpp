@@ -23,6 +23,9 @@ struct Rig {
 /// as it comes out) and the amplitude (counts).
 enum class Output { taps, phases, distances };
 
+/// Order of measurement: a random one, that of the design, or a random one that the campaign file does not state.
+enum class Order { shuffled, designed, unstated };
+
 struct CampaignOptions {
   std::string design = "B";
   std::size_t every = 1;                 ///< each so-many-th condition of the design alone; no other with `like`
@@ -32,7 +35,9 @@ struct CampaignOptions {
   std::vector<Pattern> patterns;
   NoiseKind noise = NoiseKind::gaussian;
   Clutter clutter;
-  double jitter = 1;  ///< factor on that of the boards' places (0.5 mm) and reflectivities (1 %)
+  double jitter = 1;        ///< factor on that of the boards' places (0.5 mm)
+  double light_jitter = 1;  ///< factor on that of the reflectivities (1 %)
+  Order order = Order::shuffled;
   Light light = Light::reference;
   Output output = Output::taps;
   std::size_t frames = 4;                      ///< per condition; 0: no captures are written

@@ -174,6 +174,25 @@ Conditions design_a() {
 
 Conditions design_b() { return rail(0.6, 6.9, 0.24, 2, 2.0, 4); }
 
+/// 13 distances with all pairs of integration time and target that can be measured there.
+Conditions lab_grid(std::size_t time_count, std::size_t target_count) {
+  static const std::map<std::size_t, std::vector<double>> times_of = {
+      {2, {1e-3, 4e-3}},
+      {3, {1e-3, 2e-3, 4e-3}},
+      {4, {0.5e-3, 1e-3, 2e-3, 4e-3}},
+      {8, {0.5e-3, 0.7e-3, 1e-3, 1.4e-3, 2e-3, 2.8e-3, 4e-3, 5.6e-3}}};
+  Conditions all;
+  for (std::size_t stop = 0; stop < 13; ++stop) {
+    for (std::size_t target = 0; target < target_count; ++target) {
+      for (const double time : times_of.at(time_count)) {
+        const io::Condition condition = board(0.8 + 0.2 * static_cast<double>(stop), targets[target], time);
+        if (usable(condition)) all.push_back(condition);
+      }
+    }
+  }
+  return all;
+}
+
 Conditions design_c() {
   return joined({rail(0.6, 6.9, 0.24, 2, 1.6, 4), tilts(), warm_up(), single_sources(), ambient()});
 }
@@ -187,11 +206,20 @@ const NamedConditions& named(const std::vector<NamedConditions>& all, const std:
 }  // namespace
 
 const std::vector<NamedConditions>& designs() {
-  static const std::vector<NamedConditions> all = {
-      {"small", "rail to 4 m, 2 pairs of target and integration time a stop", design_small},
-      {"A", "rail to 7 m, one target, one integration time", design_a},
-      {"B", "rail to 7 m, 2 pairs of target and integration time a stop, all pairs at 2 m", design_b},
-      {"C", "B with tilts, warm-up, single sources and ambient light", design_c}};
+  static const std::vector<NamedConditions> all = [] {
+    std::vector<NamedConditions> list = {
+        {"small", "rail to 4 m, 2 pairs of target and integration time a stop", design_small},
+        {"A", "rail to 7 m, one target, one integration time", design_a},
+        {"B", "rail to 7 m, 2 pairs of target and integration time a stop, all pairs at 2 m", design_b},
+        {"C", "B with tilts, warm-up, single sources and ambient light", design_c}};
+    for (const std::size_t time_count : {2, 3, 4, 8}) {
+      for (const std::size_t target_count : {1, 2, 3})
+        list.push_back({fmt::format("lab{}x{}", time_count, target_count),
+                        fmt::format("13 distances, {} integration times, targets: {}", time_count, target_count),
+                        [=] { return lab_grid(time_count, target_count); }});
+    }
+    return list;
+  }();
   return all;
 }
 

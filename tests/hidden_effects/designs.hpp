@@ -6,6 +6,7 @@
 
 #include "io/condition.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,10 @@ namespace tofgraph::hidden {
 
 struct NamedConditions {
   std::string name, text;
-  std::vector<io::Condition> (*make)();
+  std::function<std::vector<io::Condition>()> make;
 };
 
-/// small, A, B, C.
+/// small, A, B, C, and lab2x1 to lab8x3: a grid of 13 distances, so many integration times and targets.
 const std::vector<NamedConditions>& designs();
 /// roll, velocity, reference, capped, rail, single_sources, tilts, warm_up, ambient.
 const std::vector<NamedConditions>& experiments();

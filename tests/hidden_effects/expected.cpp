@@ -127,7 +127,7 @@ Result try_pair(const Asked& asked, const Names& pair, std::uint64_t seed,
   options.design = asked.design;
   for (const std::string& name : pair) options.effects.add_typical(name, asked.size, seed);
   options.noise = hidden::NoiseKind::none;
-  options.jitter = 0;
+  options.jitter = options.light_jitter = 0;
   options.frames = 1;
   options.seed = seed;
   options.folder = asked.scratch / fmt::format("{}_{}", asked.design, seed);

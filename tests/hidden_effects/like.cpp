@@ -76,6 +76,8 @@ CampaignOptions read(const Truth& truth, std::uint64_t seed) {
   options.noise =
       named(std::array{NoiseKind::none, NoiseKind::gaussian, NoiseKind::heavy, NoiseKind::drift}, truth.word("noise"));
   options.jitter = truth.number("jitter");
+  options.light_jitter = truth.number("light_jitter");
+  options.order = order_names().at(truth.word("order"));
   options.frames = truth.whole("frames");
   options.output = named(std::array{Output::taps, Output::phases, Output::distances}, truth.word("output"));
   const config::Value& clutter = truth["clutter"];

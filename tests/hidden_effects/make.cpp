@@ -56,7 +56,7 @@ struct Asked {
   std::vector<double> exposures;
   std::string warp = "0mm", residue = "0mm", misplaced = "0mm";
   std::filesystem::path like;
-  bool list = false, plain = false;
+  bool list = false, plain = false, light_jitter_given = false;
 };
 
 void declare_clutter(CLI::App& app, Asked& asked) {
@@ -80,7 +80,7 @@ void declare_campaign(CLI::App& app, Asked& asked) {
                                                           {"none", NoiseKind::none}};
   static const std::map<std::string, Light> lights = {{"reference", Light::reference}, {"physical", Light::physical}};
   CampaignOptions& options = asked.options;
-  app.add_option("--design", options.design, "small, A, B or C")->capture_default_str();
+  app.add_option("--design", options.design, "see --list")->capture_default_str();
   app.add_option("--add", options.experiments, "experiments to append, with commas")->delimiter(',');
   app.add_option("--effect", asked.effects, "NAME or NAME:parameter=value,..; several times for several");
   app.add_option("--pattern", asked.patterns, "NAME or NAME:SIZE, an error that is in no catalogue");
@@ -91,9 +91,14 @@ void declare_campaign(CLI::App& app, Asked& asked) {
   app.add_option("--noise", options.noise, "gaussian, heavy, drift or none (an exact camera and rail)")
       ->transform(CLI::CheckedTransformer(noises));
   declare_clutter(app, asked);
-  app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places and 1 % of reflectivity")
+  app.add_option("--jitter", options.jitter, "factor on 0.5 mm of the boards' places")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--light-jitter", options.light_jitter, "factor on 1 % of reflectivity; default: that of --jitter")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--order", options.order,
+                 "of measurement: shuffled, designed, or unstated (shuffled, not in the file)")
+      ->transform(CLI::CheckedTransformer(order_names()));
   app.add_option("--frames", options.frames, "of each condition")->capture_default_str()->check(CLI::Range(1, 100000));
   app.add_option("--light", options.light, "reference or physical")->transform(CLI::CheckedTransformer(lights));
   app.add_option("--exposures", asked.exposures, "phases of a frame's images, deg, with commas; default 0,90,180,270")
@@ -106,6 +111,7 @@ void declare_campaign(CLI::App& app, Asked& asked) {
 CampaignOptions campaign_of(const Asked& asked) {
   if (!asked.like.empty()) return like(asked.like, asked.options.seed);
   CampaignOptions options = asked.options;
+  if (!asked.light_jitter_given) options.light_jitter = options.jitter;
   for (const std::string& text : asked.effects)
     options.effects.add_text(text, asked.size, options.seed, asked.plain ? Drawn::plain : Drawn::all);
   for (const std::string& text : asked.patterns) options.patterns.push_back(parse_pattern(text, asked.size));
@@ -135,6 +141,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--out", asked.options.folder, "the folder to make");
   app.add_flag("--list", asked.list, "shows designs, experiments, effects and patterns");
   CLI11_PARSE(app, argc, argv);
+  asked.light_jitter_given = app.count("--light-jitter") > 0;
   try {
     if (asked.list) return list(), 0;
     if (asked.options.folder.empty()) throw std::invalid_argument("where to? -o DIR is missing");

@@ -87,6 +87,39 @@ std::vector<Case> several(const std::string& suite, std::size_t effects, std::si
   return cases;
 }
 
+/// A constant of 2 to 20 mm and an offset that goes with the integration time by 2 to 12 mm, in each grid of distances,
+/// times and targets; its law, whether the order is stated, and what is hidden beside are drawn.
+std::vector<Case> lab(std::uint64_t seed, std::size_t draws) {
+  constexpr std::array<const char*, 3> laws = {"slope={0}mm", "slope=0mm,linear={0}m/s", "slope={0}mm,exponent=0.5"};
+  constexpr std::array<const char*, 3> beside = {"", "wiggling", "crosstalk"};
+  std::vector<Case> cases;
+  std::mt19937_64 random(seed);
+  const auto size = [&](double least, double most) {
+    const double value = std::uniform_real_distribution<double>(least, most)(random);
+    return random() % 2 == 0 ? value : -value;
+  };
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    for (const char* times : {"2", "3", "4", "8"}) {
+      for (const char* targets : {"1", "2", "3"}) {
+        Case& one = cases.emplace_back(Case{.suite = "lab",
+                                            .design = fmt::format("lab{}x{}", times, targets),
+                                            .effects = {"zero_offset", "integration_time_offset"},
+                                            .drawn = Drawn::plain,
+                                            .seed = ++seed});
+        one.jitter = 0.8;  // 0.4 mm
+        one.frames = 1;
+        one.order = std::array{Order::unstated, Order::shuffled, Order::designed}[cases.size() % 3];
+        one.given["zero_offset"] = fmt::format("offset={:.2f}mm", size(2, 20));
+        one.given["integration_time_offset"] =
+            fmt::format(fmt::runtime(laws[random() % laws.size()]), fmt::format("{:.2f}", size(2, 12)));
+        if (const std::string more = beside[(cases.size() / 3 + draw) % beside.size()]; !more.empty())
+          one.effects.push_back(more);
+      }
+    }
+  }
+  return cases;
+}
+
 std::vector<Case> pairs(std::uint64_t seed, std::size_t draws) { return several("pairs", 2, 20 * draws, seed); }
 std::vector<Case> triples(std::uint64_t seed, std::size_t draws) { return several("triples", 3, 10 * draws, seed); }
 
@@ -196,6 +229,8 @@ const std::vector<Suite>& suites() {
       {"single", "each effect alone, designs B and C, half, once and twice its typical size", single},
       {"nothing", "90 campaigns without an effect, designs A, B, C, all noise models and clutter", nothing},
       {"pairs", "two effects", pairs},
+      {"lab", "a constant and an offset with integration time, small grids; some with a wiggle or crosstalk beside",
+       lab},
       {"triples", "three effects", triples},
       {"without", "an effect that the search does not know", without},
       {"patterns", "errors that are in no catalogue", patterns},

@@ -5,6 +5,7 @@
 
 #include "tests/hidden_effects/campaign.hpp"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,11 @@ struct Case {
   NoiseKind noise = NoiseKind::gaussian;
   Output output = Output::taps;
   std::vector<std::string> clutter;  ///< warp, sessions, residue, misplaced: at their usual sizes
+  /// Parameters of effects that are not drawn, "offset=4mm" by effect, as --effect of hidden_effects_make takes them.
+  std::map<std::string, std::string> given;
+  double jitter = 1;       ///< factor on 0.5 mm of the boards' places
+  std::size_t frames = 0;  ///< of each condition; 0: as many as the bench takes
+  Order order = Order::shuffled;
   std::uint64_t seed = 1;
 
   /// Unique line of a case.
@@ -35,7 +41,7 @@ struct Suite {
 /// Clutter by its names: 1 mm of warp, 3 sessions, 0.3 mm of residue, a board misplaced by 20 mm.
 Clutter clutter_of(const std::vector<std::string>& names);
 
-/// quick, single, nothing, pairs, triples, without, patterns, ties.
+/// quick, single, nothing, pairs, lab, triples, without, patterns, ties.
 const std::vector<Suite>& suites();
 
 /// Cases of a suite, drawn as often as are asked for. @param draws of each case at least

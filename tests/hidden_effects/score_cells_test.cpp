@@ -27,7 +27,9 @@ json report(const std::string& verdict, const std::vector<json>& effects, const 
   return {{"verdict", verdict},
           {"effects", effects},
           {"blind", blind},
-          {"gap", {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_and_scatter", 1e-3}}}};
+          {"trace", {{{"outcome", "the best so far"}}, {{"outcome", "worse than a model that it contains"}}}},
+          {"gap",
+           {{"held_out_before", 5e-3}, {"held_out_after", 1e-3}, {"noise_and_scatter", 1e-3}, {"noise_floor", 1e-3}}}};
 }
 
 Case hiding(const std::string& suite, const std::vector<std::string>& effects, std::uint64_t seed = 1) {
@@ -85,6 +87,13 @@ std::vector<Score> some_scores() {
   Case taken = hiding("without", {"wiggling"}, 11);
   taken.without = "wiggling";
   add(taken, report("unknown", {}));
+  Case lab = hiding("lab", {"wiggling", "rail_scale"}, 12);
+  lab.order = Order::unstated;
+  lab.given = {{"rail_scale", "scale=0.001"}, {"wiggling", "amplitude=5mm,phase=0rad"}};
+  add(lab, report("named", {right, tied}));
+  lab.seed = 13;
+  add(lab, report("unknown", {}));
+  scores.back().after = 4e-3;
   return scores;
 }
 
@@ -118,7 +127,15 @@ TEST(Cells, EachCaseIsOneOfSix) {
   EXPECT_EQ(worst_of(cells)->what, "crosstalk");
   EXPECT_THAT(cells_markdown(some_scores()),
               HasSubstr("\nWorst cell: single, crosstalk, design C, size 1: 0 of 1 without a mistake, 1 wrong.\n"));
-  EXPECT_THAT(intervals_markdown(some_scores()), HasSubstr("| wiggling.amplitude | 3 | 3 |\n"));
+  EXPECT_THAT(intervals_markdown(some_scores()), HasSubstr("| wiggling.amplitude | 4 | 4 |\n"));
+}
+
+TEST(Table, CountsWhatALaboratoryNeeds) {
+  const std::string text = table(some_scores());
+  EXPECT_THAT(text, HasSubstr("| lab: the set and nothing else, or tied | 90 % | 1 of 2 (50 %) |\n"));
+  EXPECT_THAT(text, HasSubstr("| lab: a false name | at most 1 % | 0 of 2 (0 %) |\n"));
+  EXPECT_THAT(text, HasSubstr("| lab: a gap above three times the noise | none | 1 of 2 (50 %) |\n"));
+  EXPECT_THAT(text, HasSubstr("| fits that end worse than a model which they contain | none | 13 |\n"));
 }
 
 TEST(Scores, ComeBackFromTheirFile) {

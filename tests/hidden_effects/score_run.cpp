@@ -16,13 +16,19 @@ namespace tofgraph::hidden {
 
 CampaignOptions campaign_of(const Case& what) {
   CampaignOptions options;
-  for (const std::string& name : what.effects) options.effects.add_text(name, what.size, what.seed, what.drawn);
+  for (const std::string& name : what.effects) {
+    const auto given = what.given.find(name);
+    options.effects.add_text(given == what.given.end() ? name : name + ":" + given->second, what.size, what.seed,
+                             what.drawn);
+  }
   options.design = what.design;
   options.experiments = what.experiments;
   if (!what.pattern.empty()) options.patterns.push_back(parse_pattern(what.pattern, what.size));
   options.noise = what.noise;
   options.output = what.output;
   options.clutter = clutter_of(what.clutter);
+  options.jitter = what.jitter;
+  options.order = what.order;
   options.seed = what.seed;
   return options;
 }
@@ -57,7 +63,7 @@ double gap_again(const std::filesystem::path& campaign, std::uint64_t seed, cons
 Score run(const Case& what, const Bench& bench) {
   CampaignOptions options = campaign_of(what);
   options.every = bench.every;
-  options.frames = bench.frames;
+  options.frames = what.frames > 0 ? what.frames : bench.frames;
   options.folder = bench.scratch / fmt::format("{}_{}", what.suite, what.seed);
   std::filesystem::remove_all(options.folder);
   make_campaign(options);

@@ -82,6 +82,24 @@ std::string several_row(const std::string& name, const std::vector<Score>& score
              percent(count(scores, [&](const Score& s) { return s.found >= needed; }), scores.size()));
 }
 
+/// @returns rows of the laboratory's own campaigns
+std::string lab_rows(const std::vector<Score>& scores) {
+  if (scores.empty()) return "";
+  const auto all_named = [](const Score& s) { return s.found == s.what.effects.size() && s.wrong == 0; };
+  // Not the scatter that the search estimates, which takes up what effects do not explain.
+  const auto gap = [](const Score& s) { return !(s.after <= 3 * std::hypot(s.noise, 0.5e-3 * s.what.jitter)); };
+  return row("lab: the set and nothing else, or tied", "90 %", percent(count(scores, all_named), scores.size())) +
+         row("lab: a false name", "at most 1 %",
+             percent(count(scores, [](const Score& s) { return s.wrong != 0; }), scores.size())) +
+         row("lab: a gap above three times the noise", "none", percent(count(scores, gap), scores.size()));
+}
+
+std::string worse_row(const std::vector<Score>& scores) {
+  std::size_t worse = 0;
+  for (const Score& score : scores) worse += score.worse_fits;
+  return row("fits that end worse than a model which they contain", "none", fmt::format("{}", worse));
+}
+
 std::string unknown_rows(const std::string& name, const std::vector<Score>& scores) {
   if (scores.empty()) return "";
   const auto honest = [](const Score& s) { return s.verdict == "unknown" || s.verdict == "named_with_rest"; };
@@ -118,6 +136,7 @@ std::string table(const std::vector<Score>& scores) {
     text += row("nothing hidden: a name", "at most 1 of 100",
                 percent(count(nothing, [](const Score& s) { return !s.names.empty(); }), nothing.size()));
   text += several_row("two effects", of_suite(scores, "pairs"), 2);
+  text += lab_rows(of_suite(scores, "lab"));
   text += several_row("three effects", of_suite(scores, "triples"), 2);
   std::vector<Score> without = of_suite(scores, "without"), with_partner;
   std::erase_if(without, [](const Score& s) { return s.blind; });
@@ -135,7 +154,7 @@ std::string table(const std::vector<Score>& scores) {
         row("ties resolved by their experiment", "all",
             percent(count(resolved, [](const Score& s) { return is_right(s) && s.tied.empty(); }), resolved.size()));
   }
-  text += gap_rows(scores) + again_row(scores);
+  text += gap_rows(scores) + again_row(scores) + worse_row(scores);
   return text;
 }
 

@@ -51,6 +51,25 @@ std::string interval_list(const std::vector<HeldInterval>& intervals) {
   return fmt::format("{}", fmt::join(texts, "+"));
 }
 
+/// "zero_offset:offset=4mm integration_time_offset:slope=4mm;exponent=0.5": a cell has no commas.
+std::string given_text(const std::map<std::string, std::string>& given) {
+  std::vector<std::string> texts;
+  for (const auto& [name, values] : given) texts.push_back(name + ":" + values);
+  std::string text = fmt::format("{}", fmt::join(texts, " "));
+  std::ranges::replace(text, ',', ';');
+  return text;
+}
+
+std::map<std::string, std::string> parse_given(std::string text) {
+  std::ranges::replace(text, ';', ',');
+  std::map<std::string, std::string> given;
+  for (const std::string& one : split(text, ' ')) {
+    const std::size_t colon = one.find(':');
+    given[one.substr(0, colon)] = one.substr(colon + 1);
+  }
+  return given;
+}
+
 std::vector<HeldInterval> parse_intervals(const std::string& text) {
   std::vector<HeldInterval> intervals;
   for (const std::string& one : split(text, '+')) {
@@ -78,6 +97,10 @@ Score parse_score(const std::map<std::string, std::string>& c) {
             .output = c.contains("output") ? output_names().at(c.at("output")) : Output::taps,
             .clutter = split(c.contains("clutter") ? c.at("clutter") : "", '+'),
             .seed = std::stoull(c.at("seed"))};
+  if (c.contains("order")) s.what.order = order_names().at(c.at("order"));
+  if (c.contains("given")) s.what.given = parse_given(c.at("given"));
+  if (c.contains("noise_mm")) s.noise = std::stod(c.at("noise_mm")) / 1e3;
+  if (c.contains("worse_fits")) s.worse_fits = std::stoul(c.at("worse_fits"));
   s.verdict = c.at("verdict");
   s.names = split(c.at("names"), '+');
   s.tied = split(c.at("tied"), '+');
@@ -97,10 +120,11 @@ Score parse_score(const std::map<std::string, std::string>& c) {
 
 std::string Score::line() const {
   const auto held = std::ranges::count(intervals, true, &HeldInterval::holds);
-  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f},{}", what.key(), verdict,
-                     fmt::join(names, "+"), fmt::join(tied, "+"), blind ? 1 : 0, found, wrong, 1e3 * before,
+  return fmt::format("{},{},{},{},{},{},{},{:.4f},{:.4f},{:.4f},{},{},{},{:.1f},{},{},{},{},{:.4f}", what.key(),
+                     verdict, fmt::join(names, "+"), fmt::join(tied, "+"), blind ? 1 : 0, found, wrong, 1e3 * before,
                      1e3 * after, 1e3 * floor, intervals.size(), held, interval_list(intervals), seconds,
-                     again ? fmt::format("{:.4f}", 1e3 * *again) : "-");
+                     again ? fmt::format("{:.4f}", 1e3 * *again) : "-", name_of(what.order), given_text(what.given),
+                     worse_fits, 1e3 * noise);
 }
 
 std::vector<Score> read_scores(std::istream& in) {
@@ -144,6 +168,9 @@ Score judge(const Case& what, const json& report, const Effects& hidden, double 
   score.before = report["gap"]["held_out_before"];
   score.after = report["gap"]["held_out_after"];
   score.floor = report["gap"]["noise_and_scatter"];
+  score.noise = report["gap"]["noise_floor"].is_number() ? report["gap"]["noise_floor"].get<double>() : NAN;
+  score.worse_fits = static_cast<std::size_t>(std::ranges::count_if(
+      report["trace"], [](const json& step) { return step["outcome"] == "worse than a model that it contains"; }));
   return score;
 }
 

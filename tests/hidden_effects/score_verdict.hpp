@@ -28,8 +28,10 @@ struct Score {
   std::size_t found = 0;                    ///< hidden effects that are among names or tied
   std::size_t wrong = 0;                    ///< names that are not hidden, nor tied with what is
   double before = 0, after = 0, floor = 0;  ///< held-out depth gap, m
+  double noise = 0;                         ///< of the distance by frames and repeated conditions alone, m
   std::optional<double> again;              ///< depth gap of the extended model on another campaign, m
   std::vector<HeldInterval> intervals;      ///< intervals of hidden effects that were named, beside any others
+  std::size_t worse_fits = 0;               ///< fits that ended worse than a model which they contain
   double seconds = 0;
 
   std::string line() const;
@@ -38,7 +40,8 @@ struct Score {
 inline constexpr const char* score_header =
     "suite,design,experiments,effects,size,drawn,pattern,without,noise,clutter,output,seed,verdict,names,tied,blind,"
     "found,"
-    "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds,again_mm";
+    "wrong,before_mm,after_mm,floor_mm,intervals,intervals_hold,interval_list,seconds,again_mm,order,given,worse_fits,"
+    "noise_mm";
 
 /// The lines of a scores.csv; columns that earlier files did not have may be missing.
 /// @throws std::invalid_argument for a line that is none

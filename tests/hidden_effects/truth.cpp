@@ -55,6 +55,16 @@ const char* name_of(Output output) {
   return output == Output::taps ? "taps" : output == Output::phases ? "phases" : "distances";
 }
 
+const char* name_of(Order order) {
+  return order == Order::shuffled ? "shuffled" : order == Order::designed ? "designed" : "unstated";
+}
+
+const std::map<std::string, Order>& order_names() {
+  static const std::map<std::string, Order> names = {
+      {"shuffled", Order::shuffled}, {"designed", Order::designed}, {"unstated", Order::unstated}};
+  return names;
+}
+
 const std::map<std::string, Output>& output_names() {
   static const std::map<std::string, Output> names = [] {
     std::map<std::string, Output> all;
@@ -84,11 +94,12 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
   std::string text = fmt::format(
       "# What was hidden; numbers in SI.\ntruth: 1\ndesign: {}\nexperiments: [{}]\nseed: {}\nrig_seed: {}\nlight: "
       "{}\nnoise: {}\n"
-      "jitter: {}\nframes: {}\noutput: {}\nsteps: [{}]\n"
+      "jitter: {}\nlight_jitter: {}\norder: {}\nframes: {}\noutput: {}\nsteps: [{}]\n"
       "camera: {{gain: {}, read_noise: {}, shot_noise: {}}}\n",
       options.design, fmt::join(options.experiments, ", "), options.seed, options.rig_seed(), name_of(options.light),
-      name_of(options.noise), options.jitter, options.frames, name_of(options.output),
-      fmt::join(physics.camera.steps, ", "), physics.camera.gain, physics.camera.read_noise, physics.camera.shot_noise);
+      name_of(options.noise), options.jitter, options.light_jitter, name_of(options.order), options.frames,
+      name_of(options.output), fmt::join(physics.camera.steps, ", "), physics.camera.gain, physics.camera.read_noise,
+      physics.camera.shot_noise);
   text += options.effects.all().empty() ? "effects: []\n" : "effects:\n";
   for (const auto& [name, values] : options.effects.all()) {
     text += fmt::format("  - {{effect: {}", name);

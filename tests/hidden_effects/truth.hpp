@@ -25,7 +25,9 @@ void write_truth(const std::filesystem::path& file, const CampaignOptions& optio
 const char* name_of(NoiseKind noise);
 const char* name_of(Light light);
 const char* name_of(Output output);
+const char* name_of(Order order);
 /// For command lines and files.
 const std::map<std::string, Output>& output_names();
+const std::map<std::string, Order>& order_names();
 
 }  // namespace tofgraph::hidden

@@ -29,6 +29,9 @@ struct SearchSettings {
   double pixel_outlier = 6;
   /// pixels of a superpixel, at least | px | chosen
   std::size_t min_pixels = 8;
+  /// pairs of neighbouring pixels whose scatter is compared with the profile's noise, at least | pairs | statistical:
+  /// it is known to a quarter then
+  std::size_t min_neighbours = 30;
   /// amplitude below which a superpixel is too dark | sd of its mean | chosen
   double min_amplitude = 10;
   /// mean below which a tap is too dark | sd of its noise | physical: a tap cannot be below zero, so its mean
@@ -67,8 +70,9 @@ struct SearchSettings {
   /// value of an unknown that conditions share beyond which it is held | widest priors | physical: cameras do
   /// not drift by metres
   double max_shared_widths = 5;
-  /// sd of the mean about which a drift is estimated | m | statistical: one mean does not determine the drift
-  double drift_mean_sd = 1;
+  /// gain of a drift to be one; only then may the mean about which it drifts be as large | deviance | chosen: as
+  /// min_bic_gain
+  double min_drift_gain = 10;
   /// half waves of a drift, at most | half waves | chosen
   std::size_t max_drift_waves = 8;
   /// conditions for each half wave of a drift | conditions | chosen
@@ -79,6 +83,10 @@ struct SearchSettings {
   double contrast_agreement = 0.5;
   /// share of the brighter half of the conditions that agree | of the conditions | chosen
   double contrast_min_agreeing = 0.75;
+  /// rounds over all variances, at most | rounds | numerical
+  int max_variance_rounds = 8;
+  /// fall of the deviance at which these end | deviance | numerical: small against converged
+  double variances_converged = 0.005;
   /// steps of a fit, at most | steps | numerical
   int max_fit_steps = 30;
   /// fall of the deviance at which a fit ends | deviance | numerical: small against the 10 that decide
@@ -156,6 +164,9 @@ struct SearchSettings {
   std::size_t max_amplitudes = 8;
   /// nonlinear parameters that are varied, at most | parameters | chosen, for the time
   std::ptrdiff_t max_varied = 2;
+  /// cosine from which an effect does the same at all values of its nonlinear parameters, or as a simpler one | cosine
+  /// | numerical
+  double collinear = 0.9999;
   /// chi-square below which nothing is left to explain | of its expectation | chosen
   double explained = 1.05;
   /// fall of BIC for a set of effects, and for each effect in it | BIC | chosen; as far as BIC gives odds, 150

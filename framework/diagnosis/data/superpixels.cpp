@@ -193,20 +193,48 @@ class Reduction {
     return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
   }
 
-  /// Variance of one sample c_k in counts^2 (of distances alone, where the amplitude is 1): between frames, or the
-  /// profile's.
+  /// Variance of one sample c_k in counts^2 (of distances alone, where the amplitude is 1): between frames, or of one
+  /// frame the profile's, scaled to the scatter between neighbouring pixels.
   double sample_variance(const std::vector<std::size_t>& pixels) const {
     double sum = 0;
+    if (sums_.frames_ < 2) {
+      for (const std::size_t i : pixels) sum += profile_variance(i);
+      return sum / static_cast<double>(pixels.size()) * scatter_ratio(pixels);
+    }
     for (const std::size_t i : pixels) {
-      if (sums_.frames_ < 2) {
-        sum += profile_variance(i);
-        continue;
-      }
       double squares = sums_.square_[i];
       for (const double c : sums_.sums(i)) squares -= c * c / frames_;
       sum += squares / (static_cast<double>(sums_.exposures_) * (frames_ - 1));
     }
     return sum / static_cast<double>(pixels.size());
+  }
+
+  /// Variance across the phasor between neighbours in a row, over that of the profile's noise: cameras differ from
+  /// their profile. 1 where too few have a neighbour.
+  double scatter_ratio(const std::vector<std::size_t>& pixels) const {
+    std::complex<double> product, sum;
+    double square = 0;
+    for (const std::size_t i : pixels) {
+      const std::complex<double> seen = mean(i).phasor;
+      product += seen * std::conj(ideal_[i].phasor);
+      square += std::norm(ideal_[i].phasor);
+      sum += seen;
+    }
+    const std::complex<double> ratio = product / square;
+    const double share = sums_.is_decoded() ? 1 : sums_.demodulation_.variance(sum).across;
+    const auto across = [&](std::size_t i) { return (mean(i).phasor / (ratio * ideal_[i].phasor)).imag(); };
+    const auto expected = [&](std::size_t i) {
+      return share * profile_variance(i) / std::norm(ratio * ideal_[i].phasor);
+    };
+    double squares = 0, variances = 0;
+    std::size_t pairs = 0;
+    for (std::size_t k = 0; k + 1 < pixels.size(); ++k) {
+      if (pixels[k + 1] != pixels[k] + 1) continue;
+      squares += std::pow(across(pixels[k + 1]) - across(pixels[k]), 2);
+      variances += expected(pixels[k]) + expected(pixels[k + 1]);
+      ++pairs;
+    }
+    return pairs < settings.min_neighbours || !(variances > 0) ? 1 : squares / variances;
   }
 
   double profile_variance(std::size_t i) const {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -199,6 +200,22 @@ ModelFit linearised(const Problem& problem, ModelFit fit) {
 
 double deviance_of(const Problem& problem, const State& state) {
   return solve_linear(problem, state, expected(problem, state), {}, problem.unknowns(0)).deviance;
+}
+
+bool drift_shows(const Problem& problem, const State& state, double RandomEffectSd::*drift,
+                 double RandomEffectSd::*scatter) {
+  const auto& used = problem.nuisances.sd;
+  if (std::ranges::find(used, drift) == used.end()) return false;
+  State still = state;
+  RandomEffectSd& sd = still.random_sd;
+  sd.*scatter = std::hypot(sd.*scatter, drift_of(problem.design, std::exchange(sd.*drift, settings.min_sd)));
+  return deviance_of(problem, still) > deviance_of(problem, state) + settings.min_drift_gain;
+}
+
+State with_drift_mean(const Problem& problem, State state) {
+  const bool shows = drift_shows(problem, state, &RandomEffectSd::drift, &RandomEffectSd::jitter);
+  state.random_sd.mean = shows ? state.random_sd.drift : settings.min_sd;
+  return state;
 }
 
 ModelFit fit(const Problem& problem, State start, std::span<const double> weight) {

@@ -41,6 +41,16 @@ ModelFit fit_nuisances(const Problem& problem, State start, std::span<const doub
 /// Replaces an amplitude below zero by its opposite with an angle half a turn on where both mean the same.
 State with_positive_amplitudes(const Problem& problem, State state);
 
+/// True if the order of measurement supports a drift of the distances, or of the light, more than conditions that
+/// scatter by as much: the standard deviation alone may be anything where few conditions determine it.
+bool drift_shows(const Problem& problem, const State& state, double RandomEffectSd::*drift,
+                 double RandomEffectSd::*scatter);
+
+/// A state whose mean about which the distances drift has the standard deviation of a drift that shows, else the least.
+/// Models are compared at the same one: estimated with each model, it would take up a constant offset that effects
+/// explain.
+State with_drift_mean(const Problem& problem, State state);
+
 /// Deviance of a state as it is, its variances included; only the reflectivities are those with the least.
 double deviance_of(const Problem& problem, const State& state);
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -91,6 +92,70 @@ Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_s
   return {random_sd.jitter, random_sd.offset, random_sd.light};
 }
 
+/// Maximum likelihood of the variances, one after the other until the deviance falls no more.
+class VarianceFit {
+ public:
+  VarianceFit(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight)
+      : grams_(grams), unknowns_(unknowns), weight_(weight), marginals_(grams.size()), determinants_(grams.size()) {}
+
+  /// The variances and their deviance.
+  std::pair<RandomEffectSd, double> from(const RandomEffectSd& start) {
+    best_ = start;
+    deviance_ = factorise(equations(best_), unknowns_, best_).deviance;
+    for (int round = 0; round < settings.max_variance_rounds; ++round) {
+      const double before = deviance_, width = round == 0 ? 3 : 1;  // of ln sd
+      vary(&RandomEffectSd::jitter, width);
+      if (start.offset > 0) vary(&RandomEffectSd::offset, width);
+      vary(&RandomEffectSd::light, width);
+      if (!unknowns_.sd.empty()) vary_shared(width);
+      if (before - deviance_ < settings.variances_converged) break;
+    }
+    return {best_, deviance_};
+  }
+
+  Solution solution(const RandomEffectSd& random_sd) { return solve(equations(random_sd), unknowns_, random_sd); }
+
+ private:
+  NormalEquations equations(const RandomEffectSd& random_sd) {
+    for (std::size_t i = 0; i < grams_.size(); ++i) {
+      if (weight_[i] != 0) marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
+    }
+    return assemble(marginals_, determinants_, unknowns_, weight_);
+  }
+
+  /// @param of normal equations at some variances
+  template <class Equations> void vary(double RandomEffectSd::*which, double width, const Equations& of) {
+    RandomEffectSd varied = best_;
+    const auto deviance = [&](double x) {
+      varied.*which = x;
+      return factorise(of(varied), unknowns_, varied).deviance;
+    };
+    varied.*which = minimise(deviance, bounds_of(which), best_.*which, width);
+    const double now = deviance(varied.*which);
+    if (now < deviance_) deviance_ = now, best_ = varied;
+  }
+  void vary(double RandomEffectSd::*which, double width) {
+    vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
+  }
+  /// VarianceFit of unknowns that conditions share are in the priors alone.
+  void vary_shared(double width) {
+    const NormalEquations fixed = equations(best_);
+    for (double RandomEffectSd::*which : {&RandomEffectSd::drift, &RandomEffectSd::drift_light,
+                                          &RandomEffectSd::session, &RandomEffectSd::session_light}) {
+      if (std::ranges::find(unknowns_.sd, which) != unknowns_.sd.end())
+        vary(which, width, [&](const RandomEffectSd&) -> const NormalEquations& { return fixed; });
+    }
+  }
+
+  std::span<const Gram> grams_;
+  const Unknowns& unknowns_;
+  std::span<const double> weight_;
+  std::vector<Gram> marginals_;
+  std::vector<double> determinants_;
+  RandomEffectSd best_;
+  double deviance_ = 0;
+};
+
 }  // namespace
 
 Eigen::VectorXd Unknowns::prior(const RandomEffectSd& random_sd) const {
@@ -172,41 +237,14 @@ bool is_at_bound(const RandomEffectSd& random_sd, double RandomEffectSd::*which)
 
 Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
                 const RandomEffectSd& start) {
-  std::vector<Gram> marginals(grams.size());
-  std::vector<double> determinants(grams.size());
-  const auto at = [&](const RandomEffectSd& random_sd) {
-    for (std::size_t i = 0; i < grams.size(); ++i) {
-      if (weight[i] != 0) marginals[i] = marginal(grams[i], random_sd, determinants[i]);
-    }
-    return assemble(marginals, determinants, unknowns, weight);
-  };
-  RandomEffectSd best = start;
-  for (const double width : {3.0, 1.0}) {
-    const auto vary = [&](double RandomEffectSd::*which, const auto& equations) {
-      RandomEffectSd varied = best;
-      const auto deviance = [&](double x) {
-        varied.*which = x;
-        return factorise(equations(varied), unknowns, varied).deviance;
-      };
-      best.*which = minimise(deviance, bounds_of(which), best.*which, width);
-    };
-    vary(&RandomEffectSd::jitter, at);
-    if (start.offset > 0) vary(&RandomEffectSd::offset, at);
-    vary(&RandomEffectSd::light, at);
-    if (unknowns.sd.empty()) continue;
-    const NormalEquations fixed = at(best);  // what is shared is in the priors alone
-    const auto vary_shared = [&](double RandomEffectSd::*which) {
-      if (std::ranges::find(unknowns.sd, which) != unknowns.sd.end())
-        vary(which, [&](const RandomEffectSd&) -> const NormalEquations& { return fixed; });
-    };
-    best.mean = settings.drift_mean_sd;
-    vary_shared(&RandomEffectSd::drift);
-    best.mean = best.drift;
-    vary_shared(&RandomEffectSd::drift_light);
-    vary_shared(&RandomEffectSd::session);
-    vary_shared(&RandomEffectSd::session_light);
+  VarianceFit fit(grams, unknowns, weight);
+  std::pair best = fit.from(start);
+  if (RandomEffectSd usual; best.first.jitter > 2 * usual.jitter) {
+    usual.offset = std::min(usual.offset, start.offset);
+    usual.mean = start.mean, usual.contrast = start.contrast;
+    if (std::pair other = fit.from(usual); other.second < best.second) best = other;
   }
-  return {best, solve(at(best), unknowns, best)};
+  return {best.first, fit.solution(best.first)};
 }
 
 }  // namespace tofgraph::diagnosis

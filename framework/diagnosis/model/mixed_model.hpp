@@ -23,7 +23,7 @@ struct RandomEffectSd {
   double light = 1e-3;          ///< of ln amplitude
   double drift = 1e-4;          ///< m, of the slowest wave of what wanders while the conditions are measured
   double drift_light = 1e-3;    ///< of ln amplitude, likewise
-  double mean = 1e-4;           ///< m, of the mean about which it wanders: as much as that
+  double mean = 1e-6;           ///< m, of the mean about which the distances drift; held, see with_drift_mean()
   double session = 1e-4;        ///< m, of the camera from one session to the next
   double session_light = 1e-3;  ///< of ln amplitude, likewise
   double contrast = 0.1;        ///< prior of ln contrast about the profile's; held, not estimated
@@ -87,9 +87,9 @@ Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const
 /// True if one of the standard deviations is as large as it may be: then it is not an estimate.
 bool is_at_bound(const RandomEffectSd& random_sd, double RandomEffectSd::*which);
 
-/// The variances with the least deviance, and that solution. How much a camera wanders is what it does about any mean:
-/// one mean tells nothing of it, and a camera that is off by as much all the time has an offset.
-/// @param start where the search for them begins
+/// The variances with the least deviance, and that solution. `mean` and `contrast` stay as they are, so the deviance of
+/// a model that contains another one is never larger.
+/// @param start of the search for them; where that ends at a large jitter, it is repeated from the usual one
 struct Profile {
   RandomEffectSd random_sd;
   Solution solution;

@@ -53,17 +53,6 @@ std::string length_and_light(double length, double light) {
   return text;
 }
 
-/// True if the order measured supports a drift more than boards and light that scatter by as much: the standard
-/// deviation alone may be anything where few conditions tell it.
-bool drift_shows(const Problem& problem, const State& state) {
-  constexpr double beyond_chance = 10, none = 1e-6;  // of deviance; m, and of ln amplitude
-  State still = state;
-  RandomEffectSd& sd = still.random_sd;
-  sd.jitter = std::hypot(sd.jitter, drift_of(problem.design, std::exchange(sd.drift, none)));
-  sd.light = std::hypot(sd.light, drift_of(problem.design, std::exchange(sd.drift_light, none)));
-  return deviance_of(problem, still) > deviance_of(problem, state) + beyond_chance;
-}
-
 /// Notes on maps of lengths whose mean over the pixels matters: an offset of all pixels would be the same.
 void note_means(const State& state, std::vector<std::string>& notes) {
   for (const Term& term : state.terms) {
@@ -182,7 +171,8 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
   };
   if (const double drift = drift_of(design, sd.drift), drift_light = drift_of(design, sd.drift_light);
       uses(&RandomEffectSd::drift) && (drift > settings.noted_drift || drift_light > settings.noted_drift_light) &&
-      drift_shows(problem, search.after.state))
+      (drift_shows(problem, search.after.state, &RandomEffectSd::drift, &RandomEffectSd::jitter) ||
+       drift_shows(problem, search.after.state, &RandomEffectSd::drift_light, &RandomEffectSd::light)))
     notes.push_back(
         fmt::format("The camera wandered while the conditions were measured, by {} (root mean square), as far as the "
                     "fit can tell: a nuisance, no effect.",

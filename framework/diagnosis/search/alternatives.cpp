@@ -173,6 +173,43 @@ class Builder {
   Alternatives result_;
 };
 
+double product_of(const Problem& problem, const Column& a, const Column& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const std::vector<double>& variance = problem.data[i].variance;
+    for (std::size_t row = 0; row < a[i].size(); ++row) {
+      if (std::isfinite(variance[row])) sum += a[i][row] * b[i][row] / variance[row];
+    }
+  }
+  return sum;
+}
+
+bool are_collinear(const Problem& problem, const Column& a, const Column& b) {
+  const double square = product_of(problem, a, a) * product_of(problem, b, b);
+  return std::pow(product_of(problem, a, b), 2) > settings.collinear * settings.collinear * square;
+}
+
+/// An effect of which these conditions determine no nonlinear parameter, and whose amplitude does what a simpler one
+/// does: a warm-up of a camera that was always warm is a constant.
+bool repeats_simpler_effect(const Problem& problem, const Alternatives& all, std::size_t effect) {
+  std::vector<const std::vector<Eigen::Index>*> forms;  // its columns, without refinements
+  const auto column = [&](Eigen::Index c) -> const Column& { return all.group.columns[static_cast<std::size_t>(c)]; };
+  for (std::size_t c = 0; c < all.list.size(); ++c) {
+    if (all.choices[c].effect == effect && all.list[c].candidate == &all.list[c].candidate->root())
+      forms.push_back(&all.choices[c].columns);
+  }
+  if (forms.size() < 2) return false;
+  for (const std::vector<Eigen::Index>* form : forms) {
+    for (std::size_t k = 0; k < form->size(); ++k) {
+      if (!are_collinear(problem, column((*forms.front())[k]), column((*form)[k]))) return false;
+    }
+  }
+  return std::ranges::any_of(all.choices, [&](const Choice& other) {
+    return other.effect != effect && other.columns.size() == 1 &&
+           are_collinear(problem, column(forms.front()->front()), column(other.columns.front()));
+  });
+}
+
 }  // namespace
 
 std::string Alternative::name() const {
@@ -227,7 +264,11 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
       refused.emplace(candidate.name(), error.what());
     }
   }
-  return builder.result();
+  Alternatives all = builder.result();
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (repeats_simpler_effect(problem, all, c)) all.repeated.push_back(candidates[c].get());
+  }
+  return all;
 }
 
 Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,

@@ -40,6 +40,8 @@ struct Alternatives {
   std::vector<Alternative> list;
   std::vector<Choice> choices;  ///< one for each; effects are numbered as the candidates, and on for refinements
   Group group;                  ///< all columns
+  /// Effects that do what a simpler one does in these conditions, whatever their nonlinear parameters are.
+  std::vector<const Candidate*> repeated = {};
 };
 
 /// Alternatives of candidates that are not in a state; those with maps are left out.

@@ -81,9 +81,11 @@ bool EffectTests::drop_unidentifiable() {
     if (unidentified.why.empty()) continue;
     findings_.note({"valued", {finding.name}, {}, unidentified.why});
     finding.refutation = unidentified.why;
-    const bool fits = unidentified.nonlinear && rest < settings.explained;
-    if (fits && !unidentified.at_limit) finding.untold = Untold{best.state, term, *unidentified.nonlinear};
-    if ((fits || unidentified.at_limit) && findings_.replace_by_others(finding, unidentified)) return true;
+    if (unidentified.nonlinear) {
+      if (!unidentified.at_limit && rest < settings.explained)
+        finding.untold = Untold{best.state, term, *unidentified.nonlinear};
+      if (findings_.replace_by_others(finding, unidentified)) return true;
+    }
     findings_.dismiss({term, std::nullopt}, std::move(finding));
     return true;
   }

@@ -47,7 +47,23 @@ void Selection::begin() {
 
 void Selection::accept(ModelFit fit) {
   without_.clear();
-  selected_.best = linearised(problem(), std::move(fit));
+  selected_.best = std::move(fit);
+  update_drift_mean();
+  selected_.best = linearised(problem(), std::move(selected_.best));
+}
+
+/// Fits the best model and the original one anew where the drift that the best one leaves has another mean.
+void Selection::update_drift_mean() {
+  State state = with_drift_mean(problem(), best().state);
+  const double mean = state.random_sd.mean;
+  if (std::abs(std::log(mean / best().state.random_sd.mean)) < settings.jitter_scale_change) return;
+  selected_.best = fit_with_maps(problem(), std::move(state), weight());
+  if (selected_.original.state.log_reflectivity.empty()) return;  // there is none yet
+  State given = selected_.original.state;
+  given.random_sd.mean = mean;
+  std::vector<Column> jacobian = std::move(selected_.original.jacobian);
+  selected_.original = fit_with_maps(problem(), std::move(given), weight());
+  selected_.original.jacobian = std::move(jacobian);
 }
 
 void Selection::select(SelectedModel model) {

@@ -77,6 +77,7 @@ class Selection {
   std::span<const double> weight() const { return task_.weight; }
 
  private:
+  void update_drift_mean();
   bool add_best();
   void add_all();
   bool leaves_nearly_all(const ModelFit& added) const;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -111,9 +112,16 @@ void SubsetSearch::linearise(const State& state) {
     alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
 }
 
+/// Of effects that do the same, the simpler one is added; the others are its rivals.
+Alternatives SubsetSearch::alternatives_beside_best(const SelectedModel& selected) const {
+  std::vector<const Candidate*> left_out = selected.barred;
+  std::ranges::copy(alternatives_.repeated, std::back_inserter(left_out));
+  return alternatives_beside(task_.problem, selected.best.state, alternatives_, left_out);
+}
+
 bool SubsetSearch::promises_as_before(const SelectedModel& selected) const {
   const ModelFit& best = selected.best;
-  const Alternatives all = alternatives_beside(task_.problem, best.state, alternatives_, selected.barred);
+  const Alternatives all = alternatives_beside_best(selected);
   if (promised_.empty() || all.list.empty()) return false;
   const Score score = score_of(task_.problem, best, all.group, 0, 0, following_maps(task_.problem, best.state));
   const auto now =
@@ -127,13 +135,13 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   const ModelFit& from = selected.best;
   if (!task_.may_add(from)) return std::nullopt;
   task_.report_progress(fmt::format("looking for effect {}", task_.added(from) + 1));
-  const Alternatives all = alternatives_beside(task_.problem, from.state, alternatives_, selected.barred);
+  const Alternatives all = alternatives_beside_best(selected);
   if (all.list.empty()) return std::nullopt;
   const SubsetOptions options = subset_options(task_, from);
   const bool first_effects = task_.added(from) == 0;
   ModelFit best = from;
   RandomEffectSd noise = from.state.random_sd;
-  std::vector<std::vector<std::size_t>> tried;
+  std::vector<FittedSet> tried;
   const Group* const group = &all.group;
   const Scanner scanner(task_.problem, from, std::span(&group, 1), following_maps(task_.problem, from.state));
   for (std::size_t round = 0; round < settings.max_subset_rounds; ++round) {
@@ -154,7 +162,7 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
 /// Fits the sets of one round; the best one becomes better if one is. @returns a model that makes further sets needless
 std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selected, const Alternatives& all,
                                                     const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
-                                                    std::vector<std::vector<std::size_t>>& tried, ModelFit& best) {
+                                                    std::vector<FittedSet>& tried, ModelFit& best) {
   const ModelFit& from = selected.best;
   const double needed = needed_of(sets), before = task_.bic(best);
   std::size_t size = 1;
@@ -169,9 +177,9 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
     if (first_larger && task_.bic(best) < task_.bic(from) - settings.min_bic_gain && boards_.beside(best.state).sure)
       return best;
     size = subset.choices.size();
-    if (std::ranges::find(tried, subset.choices) != tried.end()) continue;
-    tried.push_back(subset.choices);
-    std::optional<ModelFit> next = fitted(from.state, all, subset, information);
+    if (std::ranges::find(tried, subset.choices, &FittedSet::choices) != tried.end()) continue;
+    std::optional<ModelFit> next = fitted_beyond(from, all, subset, information, tried);
+    tried.push_back({subset.choices, next});
     const bool better = next && task_.bic(*next) < task_.bic(best) - settings.min_lead;
     task_.note({"fitted",
                 names_of(all, subset),
@@ -217,6 +225,39 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
     if (std::optional<ModelFit> fit = fitted(base.state, all, form, score.information)) fits.push_back(*std::move(fit));
   }
   return fits;
+}
+
+/// Fit of a set that is never worse than a model which it contains: that without it, or with a part of it. Where the
+/// linear solution leads to a worse one, the fit begins again at that model, with the rest of the set off.
+std::optional<ModelFit> SubsetSearch::fitted_beyond(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                                                    const Eigen::MatrixXd& information,
+                                                    std::span<const FittedSet> tried) {
+  std::optional<ModelFit> best = fitted(from.state, all, subset, information);
+  const auto is_in_set = [&](std::size_t c) { return std::ranges::find(subset.choices, c) != subset.choices.end(); };
+  const ModelFit* nested = &from;
+  const std::vector<std::size_t>* part = nullptr;
+  for (const FittedSet& one : tried) {
+    if (one.fit && one.fit->deviance < nested->deviance && std::ranges::all_of(one.choices, is_in_set))
+      nested = &*one.fit, part = &one.choices;
+  }
+  const auto is_worse = [&] { return best && best->deviance > nested->deviance + settings.roughly_converged; };
+  if (best && !is_worse()) return best;
+  State start = nested->state;
+  for (const std::size_t c : subset.choices) {
+    if (part != nullptr && std::ranges::find(*part, c) != part->end()) continue;
+    const Eigen::VectorXd off = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(all.choices[c].columns.size()));
+    start = all.list[c].placed(std::move(start), {off.data(), all.choices[c].columns.size()});
+  }
+  try {
+    ModelFit again = fit_roughly_with_maps(task_.problem, std::move(start), task_.weight);
+    if (!best || again.deviance < best->deviance) best = std::move(again);
+  } catch (const simulation::EffectError&) {  // nothing from there
+  }
+  task_.note({"fitted again",
+              names_of(all, subset),
+              {{"gain", best ? from.deviance - best->deviance : NAN}},
+              is_worse() ? "worse than a model that it contains" : "from a model that it contains"});
+  return best;
 }
 
 /// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside

@@ -16,6 +16,12 @@ struct Promise {
 };
 
 class SubsetSearch {
+  /// A set that was fitted, by its alternatives; no fit where it gives no number.
+  struct FittedSet {
+    std::vector<std::size_t> choices;
+    std::optional<ModelFit> fit;
+  };
+
  public:
   /// @param task all must live on
   SubsetSearch(SelectionTask& task, MapSearch& maps, BoardFlatnessSearch& boards)
@@ -35,11 +41,14 @@ class SubsetSearch {
   bool promises_as_before(const SelectedModel& selected) const;
 
  private:
+  Alternatives alternatives_beside_best(const SelectedModel& selected) const;
   std::optional<ModelFit> best_of_round(const SelectedModel& selected, const Alternatives& all,
                                         const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
-                                        std::vector<std::vector<std::size_t>>& tried, ModelFit& best);
+                                        std::vector<FittedSet>& tried, ModelFit& best);
   std::optional<ModelFit> fitted(const State& from, const Alternatives& all, const Subset& subset,
                                  const Eigen::MatrixXd& information) const;
+  std::optional<ModelFit> fitted_beyond(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                                        const Eigen::MatrixXd& information, std::span<const FittedSet> tried);
 
   SelectionTask& task_;
   MapSearch& maps_;

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: HiddenLab.*
+// Rooms: diagnosis simulation plugins
+// A constant and an offset with the integration time, measured on a small grid with one frame per condition.
+#include <gtest/gtest.h>
+
+#include "tests/hidden_effects/hidden_report.hpp"
+
+namespace tofgraph::hidden {
+namespace {
+
+using Names = std::set<std::string>;
+
+nlohmann::json lab_report(const std::vector<std::string>& effects, const std::string& design, std::uint64_t seed) {
+  const CampaignOptions options = {.design = design, .jitter = 0.8, .frames = 1};
+  return report_of(effects, seed, "", options).json;
+}
+
+void expect_no_gap(const nlohmann::json& report) {
+  EXPECT_LT(report.at("gap").at("after"), 1.5 * report.at("gap").at("noise_and_scatter").get<double>());
+  EXPECT_LT(report.at("gap").at("after"), 1.5e-3);  // m
+  for (const auto& step : report.at("trace"))
+    EXPECT_NE(step.at("outcome"), "worse than a model that it contains") << step;
+}
+
+/// The constant is no drift, although the order of measurement is known: without effects it was taken for one, and sets
+/// of effects ended worse than sets that they contain.
+TEST(HiddenLab, AConstantIsNoDrift) {
+  const auto report = lab_report({"zero_offset:offset=4mm", "integration_time_offset:slope=4mm"}, "lab2x3", 11101);
+  EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "zero_offset"})) << report.at("summary");
+  expect_no_gap(report);
+}
+
+/// The camera's noise is not the profile's, which is all that one frame is compared with: what is explained was not
+/// seen to be.
+TEST(HiddenLab, OneFrameShowsItsNoise) {
+  const auto report =
+      lab_report({"zero_offset:offset=18.09mm", "integration_time_offset:slope=0mm,linear=-8.11m/s"}, "lab2x1", 13001);
+  EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "zero_offset"})) << report.at("summary");
+  expect_no_gap(report);
+  EXPECT_NEAR(report.at("lack_of_fit").at("chi2_over_freedom").get<double>(), 1, 0.05);
+}
+
+/// All was measured with a warm camera: some folds took a warm-up in the place of both, and each was rejected.
+TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
+  const auto report = lab_report({"zero_offset:offset=-17.80mm", "integration_time_offset:slope=0mm,linear=-7.24m/s",
+                                  "wiggling:amplitude=5mm,phase=0.4rad"},
+                                 "lab3x1", 13004);
+  EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "wiggling", "zero_offset"})) << report.at("summary");
+  expect_no_gap(report);
+}
+
+}  // namespace
+}  // namespace tofgraph::hidden
