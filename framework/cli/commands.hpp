@@ -46,6 +46,7 @@ void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
 void add_evaluate(CLI::App& app, Common& common);
 void add_convert(CLI::App& app, Common& common);
+void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
 

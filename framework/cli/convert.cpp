@@ -3,23 +3,18 @@
 #include "cli/convert.hpp"
 #include "cli/command_line.hpp"
 #include "cli/run.hpp"
+#include "io/output_file.hpp"
+#include "io/profile.hpp"
+#include "io/vendor_camera.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
+
 namespace tofgraph::cli {
-namespace {
 
-/// Options of the stage file_reader, by the name of the option.
-struct ConvertArguments {
-  RunArguments run;
-  std::vector<std::string> files;
-  std::string out, layout, as, unit, axes, invalid, integration_time, modulation_frequency, frame_rate;
-  bool inspect = false;
-};
-
-/// file_reader ! capture_writer with what was stated.
-config::Value pipeline_of(const ConvertArguments& a) {
+config::Value reading_pipeline(const ReadingArguments& a, const std::string& out) {
   std::string text = "pipeline: 1\n";
   if (!a.run.camera.empty()) text += fmt::format("camera: {}\n", config::yaml_word(a.run.camera));
   text += "nodes:\n  - stage: file_reader\n";
@@ -47,20 +42,76 @@ config::Value pipeline_of(const ConvertArguments& a) {
   set_plain("modulation_frequency", a.modulation_frequency);
   set_plain("frame_rate", a.frame_rate);
   text += "  - stage: capture_writer\n";
-  set("path", a.out);
+  set("path", out);
   return config::parse_document("convert", text, std::filesystem::current_path());
+}
+
+void ReadingArguments::add_to(CLI::App& command) {
+  command.add_option("--camera", run.camera, "A profile by name or path; default: that of the file or the layout")
+      ->option_text("CAMERA");
+  command.add_option("--layout", layout, "A layout file: what each array is")->option_text("FILE");
+  command
+      .add_option("--as", as,
+                  "The channel of the array: depth, range, distance, amplitude, intensity, phases, taps, points, "
+                  "sigma; CHANNEL=ARRAY,.. for several arrays")
+      ->option_text("CHANNEL");
+  command.add_option("--unit", unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
+  command.add_option("--axes", axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
+  command.add_option("--invalid", invalid, "Values that mean no measurement, e.g. 0,65535")->option_text("VALUES");
+  command.add_option("--integration-time", integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
+  command.add_option("--modulation-frequency", modulation_frequency, "Of every frame; default: the profile's")
+      ->option_text("FREQUENCY");
+  command.add_option("--frame-rate", frame_rate, "For the time stamps, e.g. '30 Hz'")->option_text("RATE");
+}
+
+namespace {
+
+/// Options of the command.
+struct ConvertArguments {
+  ReadingArguments reading;
+  std::string out, depth_mode;
+  bool inspect = false;
+};
+
+/// A camera file of another program as a profile.
+int convert_camera(const ConvertArguments& arguments, const Common& common) {
+  if (arguments.reading.files.size() != 1)
+    throw config::ConfigurationError(
+        "error: a profile is made of one camera file\n  example: tofgraph convert "
+        "camera_info.yaml -o my_camera.yaml");
+  if (std::filesystem::exists(arguments.out) && !arguments.reading.run.force)
+    throw config::ConfigurationError(
+        fmt::format("error: {} exists: choose another name, or use --force", arguments.out));
+  const std::string profile = io::profile_of_vendor_file(arguments.reading.files.front(), arguments.depth_mode);
+  config::Diagnostics diagnostics;
+  const io::CameraPtr camera = io::read_profile(config::parse_document(arguments.out, profile), diagnostics);
+  if (!camera) throw config::ConfigurationError(diagnostics);
+  io::write_file(arguments.out, profile);
+  if (common.quiet) return done;
+  std::size_t without = 0;
+  const tofgraph_camera& view = camera->view();
+  for (std::size_t i = 0; i < std::size_t{view.width} * view.height; ++i)
+    without += std::isnan(view.rays[3 * i]) ? 1 : 0;
+  print_message(fmt::format("wrote {}: {} x {} px{}", arguments.out, view.width, view.height,
+                            without == 0 ? ""
+                                         : fmt::format("; {} have no ray: the lens model cannot be inverted there",
+                                                       config::counted(without, "pixel"))));
+  return done;
 }
 
 int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.inspect) {
-    const InspectFileArguments inspect{arguments.files, common.plugin_folders};
+    const InspectFileArguments inspect{arguments.reading.files, common.plugin_folders};
     return run_module("convert", &inspect);
   }
   if (arguments.out.empty())
     throw config::ConfigurationError(
         "--out is missing: the capture to be written\n  example: tofgraph convert depth.npy -o depth.h5 --camera "
         "./my_camera.yaml --as depth --unit mm");
-  return run_once(pipeline_of(arguments), arguments.run, common);
+  if (arguments.out.ends_with(".yaml") || arguments.out.ends_with(".yml")) return convert_camera(arguments, common);
+  if (!arguments.depth_mode.empty())
+    throw config::ConfigurationError("--depth-mode: error: is for camera files, with --out PROFILE.yaml");
+  return run_once(reading_pipeline(arguments.reading, arguments.out), arguments.reading.run, common);
 }
 
 }  // namespace
@@ -72,26 +123,20 @@ void add_convert(CLI::App& app, Common& common) {
       "Examples: tofgraph convert --inspect recording.npz\n"
       "          tofgraph convert recording.npz -o recording.h5 --camera ./my_camera.yaml --as depth=z --unit mm\n"
       "          tofgraph convert depth_*.png -o depth.h5 --camera ./my_camera.yaml --as depth --unit mm --invalid 0\n"
+      "          tofgraph convert camera_info.yaml -o my_camera.yaml    a camera file of ROS, OpenCV, librealsense, "
+      "Azure\n"
+      "                                                                 Kinect or mrcal as a profile\n"
       "Formats: tofgraph list formats");
-  command->add_option("IN", a->files, "One file, or the files of a series, one a frame")->required();
-  command->add_option("-o,--out", a->out, "The capture (.h5)")->option_text("FILE");
+  command->add_option("IN", a->reading.files, "One file, or the files of a series, one a frame")->required();
+  command->add_option("-o,--out", a->out, "The capture (.h5), or a profile (.yaml) of a camera file")
+      ->option_text("FILE");
   command->add_flag("--inspect", a->inspect, "Show what is inside, and a layout to start from; writes nothing");
-  command->add_option("--camera", a->run.camera, "A profile by name or path; default: that of the file or the layout")
-      ->option_text("CAMERA");
-  command->add_option("--layout", a->layout, "A layout file: what each array is")->option_text("FILE");
+  a->reading.add_to(*command);
   command
-      ->add_option("--as", a->as,
-                   "The channel of the array: depth, range, distance, amplitude, intensity, phases, taps, points, "
-                   "sigma; CHANNEL=ARRAY,.. for several arrays")
-      ->option_text("CHANNEL");
-  command->add_option("--unit", a->unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
-  command->add_option("--axes", a->axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
-  command->add_option("--invalid", a->invalid, "Values that mean no measurement, e.g. 0,65535")->option_text("VALUES");
-  command->add_option("--integration-time", a->integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
-  command->add_option("--modulation-frequency", a->modulation_frequency, "Of every frame; default: the profile's")
-      ->option_text("FREQUENCY");
-  command->add_option("--frame-rate", a->frame_rate, "For the time stamps, e.g. '30 Hz'")->option_text("RATE");
-  command->add_flag("--force", a->run.force, "Replace an existing capture");
+      ->add_option("--depth-mode", a->depth_mode,
+                   "Of the camera file of an Azure Kinect: nfov, nfov_binned, wfov or wfov_binned")
+      ->option_text("MODE");
+  command->add_flag("--force", a->reading.run.force, "Replace an existing capture");
   command->callback([a, &common] { common.command = [a, &common] { return convert(*a, common); }; });
 }
 

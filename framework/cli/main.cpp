@@ -111,6 +111,7 @@ int main(int argc, char** argv) {
   cli::add_diagnose(app, common);
   cli::add_evaluate(app, common);
   cli::add_convert(app, common);
+  cli::add_inspect(app, common);
   cli::add_camera(app, common);
   try {
     app.parse(argc, argv);

@@ -32,15 +32,6 @@ std::uint32_t type_of(std::string_view channel, const FileArray& array) {
   return array.kind == TOFGRAPH_ELEMENT_SIGNED && array.bytes <= 2 ? TOFGRAPH_TYPE_I16 : TOFGRAPH_TYPE_I32;
 }
 
-/// SI value of one unit.
-double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
-  const config::Quantity one = config::parse_scale(unit, wanted);
-  if (!one.ok() || !(one.value > 0))
-    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
-                                   wanted == "m" ? "mm" : wanted));
-  return one.value;
-}
-
 /// Type, size and order of an array, whose frames may differ in number.
 std::string described(const FileArray& array, std::size_t frame_axis) {
   std::vector<std::string> extent;
@@ -108,7 +99,10 @@ void ForeignFrames::set_channels() {
   const std::string where = request_.files[0].string();
   std::vector<ChannelLayout> wanted = request_.layout.channels;
   if (wanted.empty()) {  // arrays whose names say what they are
-    for (const FileArray& array : opened_->arrays()) {
+    const auto& arrays = opened_->arrays();
+    const bool cloud = std::ranges::find(arrays, "points", &FileArray::name) != arrays.end();
+    for (const FileArray& array : arrays) {
+      if (cloud && array.name == "sigma") continue;  // of a point, which has no length of its own
       if (std::ranges::find(layout_channels, std::string_view(array.name)) != std::end(layout_channels))
         wanted.push_back({.channel = array.name, .array = array.name});
     }
@@ -143,6 +137,7 @@ void ForeignFrames::set_channels() {
     lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty() || rounded;
     channels_.push_back(std::move(channel));
   }
+  check_scattered();
   set_length_of_sigma();
   const bool flags = std::ranges::find(channels_, "flags", &ForeignChannel::name) != channels_.end();
   if (lengths && !flags) channels_.push_back({"flags", "", "", TOFGRAPH_TYPE_U16, {camera().height, camera().width}});
@@ -176,7 +171,8 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   check_layout(first, array, layout);
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
   if (array.reversed) std::ranges::reverse(axes);  // now as in memory
-  const std::vector<Axis> out = axes_of_channel(layout.channel);
+  source.scattered = is_scattered(axes);
+  const std::vector<Axis> out = axes_of_channel(layout.channel, source.scattered);
   const auto extent_of = [&](Axis axis) {
     const auto at = std::ranges::find(axes, axis);
     return at == axes.end() ? std::uint64_t{1} : array.extent[static_cast<std::size_t>(at - axes.begin())];
@@ -231,60 +227,6 @@ void ForeignFrames::count_frames() {
   }
 }
 
-std::vector<double> ForeignFrames::values_of(const PerFrame& what, std::string_view unit) {
-  if (what.array.empty()) return std::isnan(what.value) ? std::vector<double>{} : std::vector<double>{what.value};
-  const double scale = scale_of(what.unit, std::string(unit), request_.files[0].string());
-  std::vector<double> values;
-  for (std::size_t f = 0; f < request_.files.size(); ++f) {
-    const ForeignFile& one = file(f);
-    const std::size_t index = one.find(what.array);
-    const FileArray& array = one.arrays()[index];
-    if (array.elements() == 0 || array.elements() > frames_)
-      throw ForeignError(fmt::format("{}: '{}' is {}, expected one value for each of {}", one.path().string(),
-                                     what.array, shape_text(array), config::counted(frames_, "frame")));
-    std::vector<std::uint8_t> bytes(array.elements() * array.bytes);
-    one.read(index, 0, array.extent[0], bytes.data());
-    for (const double value : numbers_of(array, bytes)) values.push_back(value * scale);
-  }
-  if (values.size() != 1 && values.size() != frames_)
-    throw ForeignError(fmt::format("{}: '{}' has {}, there are {}", request_.files[0].string(), what.array,
-                                   config::counted(values.size(), "value"), config::counted(frames_, "frame")));
-  return values;
-}
-
-void ForeignFrames::read_per_frame() {
-  integration_time_ = values_of(request_.layout.integration_time, "s");
-  modulation_frequency_ = values_of(request_.layout.modulation_frequency, "Hz");
-  timestamp_ = values_of(request_.layout.timestamp, "s");
-  if (modulation_frequency_.empty() && camera().modulation_frequency > 0)
-    modulation_frequency_ = {camera().modulation_frequency};
-}
-
-std::uint64_t ForeignFrames::known() const {
-  const bool times = timestamp_.size() == frames_ || std::isfinite(request_.layout.frame_rate);
-  return (times ? TOFGRAPH_KNOWS_TIMESTAMP + 0U : 0U) |
-         (integration_time_.empty() ? 0U : TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U) |
-         (modulation_frequency_.empty() ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U);
-}
-
-tofgraph_metadata ForeignFrames::metadata(std::uint64_t frame) const {
-  const auto at = [frame](const std::vector<double>& values) {
-    return values.empty() ? io::unknown : values[values.size() == 1 ? 0 : frame];
-  };
-  tofgraph_metadata metadata{};
-  metadata.size = sizeof metadata;
-  metadata.device_number = numbers_.empty() ? frame : numbers_[frame] - numbers_[0];
-  metadata.integration_time = at(integration_time_);
-  metadata.modulation_frequency = at(modulation_frequency_);
-  metadata.temperature = metadata.time_since_power_on = io::unknown;
-  double seconds = std::isfinite(request_.layout.frame_rate)
-                       ? static_cast<double>(metadata.device_number) / request_.layout.frame_rate
-                       : 0;
-  if (timestamp_.size() == frames_) seconds = timestamp_[frame];
-  metadata.timestamp_ns = static_cast<std::int64_t>(std::llround(seconds * 1e9));
-  return metadata;
-}
-
 const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f, std::uint64_t frame) {
   const ForeignFile& one = file(f);
   const FileArray& array = one.arrays()[source.array];
@@ -319,6 +261,13 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
 
 void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
   if (channel >= sources_.size()) return;  // flags that no array has
+  if (sources_[channel].scattered) return read_scattered(frame, channel, out, flags);
+  convert(frame, channel, out, flags);
+  if (channels_[channel].name == "points")
+    mark_invalid_points(static_cast<float*>(out), flags, std::uint64_t{camera().width} * camera().height);
+}
+
+void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
   const Source& source = sources_[channel];
   const auto after = std::ranges::upper_bound(first_frame_, frame);
   const auto f = static_cast<std::size_t>(after - first_frame_.begin()) - 1;
@@ -326,7 +275,6 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
   const FileArray& array = opened_->arrays()[source.array];
   const ForeignChannel& made = channels_[channel];
   const std::string_view name = made.name;
-  const std::uint64_t pixels = std::uint64_t{camera().width} * camera().height;
   scatter(array, in, source.steps,
           {.type = made.type,
            .scale = source.scale,
@@ -334,10 +282,9 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
            .mask = source.layout.mask,
            .invalid = source.layout.invalid,
            .is_length = is_length_channel(name) && name != "points",
-           .pixels = pixels,
+           .pixels = std::uint64_t{camera().width} * camera().height,
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);
-  if (name == "points") mark_invalid_points(static_cast<float*>(out), flags, pixels);
 }
 
 }  // namespace tofgraph::foreign

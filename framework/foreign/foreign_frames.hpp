@@ -54,6 +54,7 @@ class ForeignFrames {
     std::size_t frame_axis = npos;
     std::uint64_t elements = 1;  // of a frame
     double scale = 1;
+    bool scattered = false;  // points in no order, or their values
   };
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
@@ -65,6 +66,15 @@ class ForeignFrames {
   void count_frames();
   void read_per_frame();
   std::vector<double> values_of(const PerFrame& what, std::string_view unit);
+  /// Time stamps in ns from whole numbers of 64 bits; empty: other types or units.
+  std::vector<std::int64_t> exact_times(const PerFrame& what);
+  /// @throws ForeignError values of points in no order without these points
+  void check_scattered() const;
+  /// Pixel of each point of a scattered cloud.
+  const std::vector<std::size_t>& projected(std::uint64_t frame);
+  /// Converts one frame of a channel, in the order of the channel's elements.
+  void convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
+  void read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
   /// The elements of a frame in the array's order.
   const std::uint8_t* elements(const Source& source, std::size_t file, std::uint64_t frame);
 
@@ -76,8 +86,11 @@ class ForeignFrames {
   std::vector<std::uint64_t> first_frame_;  // of each file
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
-  std::vector<double> integration_time_, modulation_frequency_, timestamp_;  // one, one a frame, or none
-  std::vector<std::uint64_t> numbers_;                                       // in the names of a series; empty: none
+  std::vector<double> integration_time_, modulation_frequency_;  // one, one a frame, or none
+  std::vector<std::int64_t> timestamp_ns_;                       // one a frame, or none
+  std::vector<std::uint64_t> numbers_;                           // in the names of a series; empty: none
+  std::vector<std::size_t> projected_;                           // pixels of the points of projected_frame_
+  std::uint64_t projected_frame_ = ~std::uint64_t{0};
   std::vector<std::uint8_t> buffer_;
   std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays of the open file whose frames are spread
   std::uint64_t frames_ = 0;

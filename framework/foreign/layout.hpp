@@ -16,8 +16,8 @@
 namespace tofgraph::foreign {
 
 /// Meaning of an axis of an array.
-enum class Axis { frame, exposure, tap, row, column, coordinate };
-inline constexpr std::string_view axis_names[] = {"frame", "exposure", "tap", "row", "column", "coordinate"};
+enum class Axis { frame, exposure, tap, row, column, coordinate, point };
+inline constexpr std::string_view axis_names[] = {"frame", "exposure", "tap", "row", "column", "coordinate", "point"};
 
 /// Axes from their names, "frame row column". @returns nothing for an unknown name or one that occurs twice
 std::optional<std::vector<Axis>> parse_axes(std::string_view names);

@@ -33,6 +33,8 @@ bool fits(Axis axis, std::uint64_t extent, const tofgraph_camera* camera) {
       return camera == nullptr || extent == camera->width;
     case Axis::coordinate:
       return extent == 3;
+    case Axis::point:
+      return true;
   }
   return false;
 }
@@ -52,8 +54,19 @@ double largest_of(const FileArray& array) {
 
 }  // namespace
 
-std::vector<Axis> axes_of_channel(std::string_view channel) {
+double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
+  const config::Quantity one = config::parse_scale(unit, wanted);
+  if (!one.ok() || !(one.value > 0))
+    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
+                                   wanted == "m" ? "mm" : wanted));
+  return one.value;
+}
+
+bool is_scattered(const std::vector<Axis>& axes) { return std::ranges::find(axes, Axis::point) != axes.end(); }
+
+std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered) {
   std::vector<Axis> axes = {Axis::row, Axis::column};
+  if (scattered) axes = {Axis::point};
   if (channel == "taps") axes.insert(axes.begin(), {Axis::exposure, Axis::tap});
   if (channel == "phases") axes.insert(axes.begin(), Axis::exposure);
   if (channel == "points") axes.push_back(Axis::coordinate);
@@ -61,8 +74,8 @@ std::vector<Axis> axes_of_channel(std::string_view channel) {
 }
 
 std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
-                                             const tofgraph_camera* camera) {
-  std::vector<Axis> axes = axes_of_channel(channel);
+                                             const tofgraph_camera* camera, bool scattered) {
+  std::vector<Axis> axes = axes_of_channel(channel, scattered);
   if (shape.size() == axes.size() + 1) axes.push_back(Axis::frame);
   std::vector<std::vector<Axis>> possible;
   if (shape.size() != axes.size()) return possible;
@@ -159,7 +172,8 @@ std::vector<Axis> axes_of(const ForeignFile& file, std::size_t index, const Chan
   std::vector<std::uint64_t> shape = shape_of(array);
   std::vector<Axis> axes = layout.axes;
   if (axes.empty() && !array.axes.empty()) axes = parse_axes(array.axes).value_or(axes);
-  const auto possible = possible_axes(shape, layout.channel, &camera);
+  const bool scattered = is_scattered(axes) && (layout.channel == "points" || unit_of(layout.channel) == "counts");
+  const auto possible = possible_axes(shape, layout.channel, &camera, scattered);
   if (file.is_headerless() && axes.size() + 1 == shape.size()) axes.insert(axes.begin(), Axis::frame);
   if (axes.empty()) {
     if (possible.size() > 1) {

@@ -11,11 +11,13 @@
 namespace tofgraph::foreign {
 
 /// Orders of the axes in which an array of this shape can be a channel of this camera.
-/// @param camera null: of any size
+/// @param camera null: of any size @param scattered of points in no order, instead of an image
 std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
-                                             const tofgraph_camera* camera);
-/// Axes that a channel of this name has beside `frame`.
-std::vector<Axis> axes_of_channel(std::string_view channel);
+                                             const tofgraph_camera* camera, bool scattered = false);
+/// Axes that a channel of this name has beside `frame`. @param scattered of points in no order, instead of an image
+std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered = false);
+/// Returns whether the axes are those of points in no order.
+bool is_scattered(const std::vector<Axis>& axes);
 
 /// Smallest and largest value of the first elements of an array that are finite, positive and not the type's largest.
 struct ValueRange {
@@ -28,6 +30,8 @@ ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t co
 /// Elements of an array as double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
 
+/// SI value of one unit. @param where names the file @throws ForeignError a unit of another dimension
+double scale_of(const std::string& unit, const std::string& wanted, const std::string& where);
 /// Unit of a channel in captures: m, counts or none.
 std::string unit_of(std::string_view channel);
 /// Checks the settings of a channel. @throws ForeignError those that its array cannot have

@@ -100,24 +100,25 @@ struct PointCloud final : Filter {
                          .text = "auto: the first of depth, range, distance that exists"}};
   Param<Choice> assume{this,
                        "assume",
-                       {.choices = "range",
+                       {.choices = "range lens_depth",
                         .text = "range: 'distance' already is a straight distance from the lens centre; without this "
-                                "distances are refused"}};
+                                "distances are refused. lens_depth: 'depth' counts from the lens centre, as in ROS and "
+                                "OpenCV, not from the sensor plane"}};
 
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
     const std::string_view source = length.channel();
-    if (source == "distance" && !assume.given()) {
+    if (source == "distance" && *assume != "range") {
       throw ConfigError(
           "assume",
           "'distance' is half of the travelled path, not a range: put optimized_bistatic before it, or write "
           "assume: range if the camera's distances already are ranges");
     }
-    if (source == "depth" && !(camera.focal_length > 0)) {
+    if (source == "depth" && *assume != "lens_depth" && !(camera.focal_length > 0)) {
       throw std::runtime_error(
           std::string("depth counts from the sensor plane, but the camera '") + camera.name +
           "' has no focal length in metres: its profile must give lengths, e.g. pixel_pitch: 40 um and "
-          "focal_length: 12.8 mm");
+          "focal_length: 12.8 mm; or write assume: lens_depth if the depths count from the lens centre, as in ROS");
     }
     if (sigma.present() && setup.find("sigma")->of != source) {
       throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of +
@@ -157,7 +158,7 @@ struct PointCloud final : Filter {
  private:
   /// Rays of length 1, or for depths of z = 1; and how much longer than the length a pixel's ray is.
   void make_directions(const tofgraph_camera& camera, bool depth) {
-    offset_ = depth ? static_cast<float>(camera.focal_length) : 0.0F;
+    offset_ = depth && *assume != "lens_depth" ? static_cast<float>(camera.focal_length) : 0.0F;
     for (std::size_t i = 0; i < rows_ * columns_; ++i) {
       const float* ray = camera.rays + 3 * i;
       const double along_z = ray[2];

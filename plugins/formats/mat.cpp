@@ -5,8 +5,11 @@
 #include <tofgraph/format.hpp>
 
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string_view>
+
+#include "plugins/formats/mat_check.hpp"
 
 namespace tofgraph {
 
@@ -20,8 +23,10 @@ struct MatFile final : FileFormat {
   }
 
   explicit MatFile(const std::string& path) {
+    const MatCheck checked(path);
     file_.reset(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
     if (!file_) throw std::runtime_error("is a damaged MATLAB file");
+    size_ = std::filesystem::file_size(path);
     while (std::unique_ptr<matvar_t, FreeVariable> variable{Mat_VarReadNextInfo(file_.get())}) add_variable(*variable);
     if (arrays().empty()) throw std::runtime_error("has no variable that is an array of real numbers");
   }
@@ -79,6 +84,13 @@ struct MatFile final : FileFormat {
     array.name = variable.name;
     array.text = "MATLAB";
     array.reversed = true;
+    // Numbers may be stored in an eighth of their bytes, and deflate is at most 1032 times smaller.
+    constexpr double best_compression = 8 * 1032;
+    double bytes = array.bytes;
+    for (const std::uint64_t extent : array.extent) bytes *= static_cast<double>(extent);
+    if (bytes > best_compression * static_cast<double>(size_))
+      throw std::runtime_error("is damaged: the variable '" + array.name +
+                               "' announces more values than the file holds");
     if (array.elements() > 0) add(std::move(array));
   }
   static std::uint32_t bytes_of(matio_classes type) {
@@ -98,6 +110,7 @@ struct MatFile final : FileFormat {
   }
 
   std::unique_ptr<mat_t, CloseFile> file_;
+  std::uint64_t size_ = 0;  // bytes
 };
 
 }  // namespace tofgraph

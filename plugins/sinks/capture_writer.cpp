@@ -68,13 +68,13 @@ struct CaptureWriter final : Sink {
       const std::string_view name = channel.name;
       if (name != "rays" && (wanted.empty() || std::ranges::count(wanted, name) > 0)) choose(channel);
     }
-    const bool measured =
-        std::ranges::any_of(chosen_, [](const io::CaptureChannel& c) { return is_measurement(c.name); });
+    const bool measured = std::ranges::any_of(chosen_, is_measurement);
     if (!measured) {
       throw ConfigError(
           "channels",
           fmt::format(
-              "a capture needs at least one of taps, phases, distance, range, depth, amplitude, intensity; what "
+              "a capture needs at least one of taps, phases, distance, range, depth, amplitude, intensity, points "
+              "of an image; what "
               "would be recorded is {}",
               names(setup)));
     }
@@ -99,9 +99,12 @@ struct CaptureWriter final : Sink {
   }
 
  private:
-  static bool is_measurement(std::string_view name) {
-    return name == "taps" || name == "phases" || name == "distance" || name == "range" || name == "depth" ||
-           name == "amplitude" || name == "intensity";
+  /// Points in no order are one row: they are no image of the camera.
+  static bool is_measurement(const io::CaptureChannel& channel) {
+    const std::string_view name = channel.name;
+    return (name == "points" && channel.extent.size() == 3 && channel.extent[0] > 1) || name == "taps" ||
+           name == "phases" || name == "distance" || name == "range" || name == "depth" || name == "amplitude" ||
+           name == "intensity";
   }
 
   static std::string names(const Setup& setup) {

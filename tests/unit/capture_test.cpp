@@ -180,7 +180,7 @@ TEST_F(CaptureFile, NoFramesAndNoMeasurement) {
   expect_words(why(), {"has no group /frames"});
   { RawCapture(path).head(3, 2); }
   expect_words(why(), {"/frames holds nothing: at least one of taps, phases, distance, range, depth, amplitude, "
-                       "intensity is expected"});
+                       "intensity, points is expected"});
   { RawCapture(path).head(3, 2).dataset("sigma", {1, 2, 3}, ramp(6)); }
   expect_words(why(), {"/frames holds sigma: at least one"});
   { RawCapture(path).head(3, 2).dataset<float>("range", {0, 2, 3}, {}, {1, 2, 3}).metadata(0); }
@@ -252,7 +252,8 @@ TEST_F(CaptureFile, NothingElsewhereIsFollowed) {
     capture.head(3, 2).metadata(1);
     H5Lcreate_external(other.c_str(), "/frames/range", capture.frames_group(), "range", H5P_DEFAULT, H5P_DEFAULT);
   }
-  expect_words(why(), {"at least one of taps, phases, distance, range, depth, amplitude, intensity is expected"});
+  expect_words(why(),
+               {"at least one of taps, phases, distance, range, depth, amplitude, intensity, points is expected"});
 }
 
 }  // namespace

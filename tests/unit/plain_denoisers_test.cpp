@@ -101,6 +101,47 @@ TEST(FlyingPixels, MarksThoseThatMixTheTwoSidesOfAnEdgeAndNoOthers) {
   }
 }
 
+/// Without sigma the limit follows from the frame's own noise; the fixed threshold alone marks many pixels of a noisy
+/// image.
+TEST(FlyingPixels, TakesTheNoiseFromTheFrameWhereSigmaIsMissing) {
+  Image depth = test::box_scene(size, 0).depth;
+  std::vector<bool> mixed(depth.values.size());
+  const Image clean = depth;
+  for (std::ptrdiff_t r = 1; r + 1 < depth.rows; ++r) {
+    for (std::ptrdiff_t c = 1; c + 1 < depth.columns; ++c) {
+      const auto i = static_cast<std::size_t>(r * depth.columns + c);
+      if (std::abs(clean.at(r, c - 1) - clean.at(r, c + 1)) < 0.2 || mixed[i - 1]) continue;
+      mixed[i] = true;
+      depth(r, c) = static_cast<float>(0.5 * clean.at(r, c - 1) + 0.5 * clean.at(r, c + 1));
+    }
+  }
+  test::add_noise(depth, 0.012, 5);
+  const auto marked = [&](const std::string& line, bool with_sigma) {
+    Harness stage(line);
+    stage.camera("camcube2");
+    stage.put<float>("depth", {size, size}, depth.values);
+    if (with_sigma) stage.put<float>("sigma", {size, size}, std::vector<float>(size * size, 0.012F), of_depth);
+    stage.run();
+    std::size_t right = 0, wrong = 0;
+    const auto flags = stage.get<std::uint16_t>("flags");
+    for (std::size_t i = 0; i < flags.size(); ++i) {
+      right += flags[i] != 0 && mixed[i] ? 1 : 0;
+      wrong += flags[i] != 0 && !mixed[i] ? 1 : 0;
+    }
+    return std::pair{right, wrong};
+  };
+  const auto all = static_cast<std::size_t>(std::count(mixed.begin(), mixed.end(), true));
+  const auto before = marked("flying_pixels deviations=0", false), own = marked("flying_pixels", false),
+             known = marked("flying_pixels", true);
+  std::printf("of %zu mixed pixels %zu, %zu, %zu marked; of %zu others %zu, %zu, %zu (no noise, own noise, sigma)\n",
+              all, before.first, own.first, known.first, depth.values.size() - all, before.second, own.second,
+              known.second);
+  EXPECT_GT(before.second, depth.values.size() / 100);
+  EXPECT_LT(own.second, depth.values.size() / 1000);
+  EXPECT_GT(own.first, all * 95 / 100);
+  EXPECT_NEAR(static_cast<double>(own.first), static_cast<double>(known.first), 0.05 * static_cast<double>(all));
+}
+
 /// Walls of boxes are seen under 80.1 degrees and less from their normal: surfaces, if steep ones.
 TEST(FlyingPixels, LeavesSteepSurfacesAlone) {
   Image depth(size, size);

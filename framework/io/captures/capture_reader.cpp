@@ -36,7 +36,8 @@ constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file 
 constexpr unsigned trial_seconds = 10;             // of the processor
 
 /// Channels of which a capture needs at least one.
-constexpr const char* measurements[] = {"taps", "phases", "distance", "range", "depth", "amplitude", "intensity"};
+constexpr const char* measurements[] = {"taps",  "phases",    "distance",  "range",
+                                        "depth", "amplitude", "intensity", "points"};
 
 std::string shown(const std::vector<std::string>& names) {
   return names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "));

@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/inspect.hpp"
+
+#include "cli/convert.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <unistd.h>
+#include <array>
+#include <fstream>
+
+namespace tofgraph::cli {
+namespace {
+
+constexpr std::uint64_t max_frames = 32;  ///< of a file of another program
+
+/// A folder of its own, as long as the object lives.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "tofgraph-inspect-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw config::ConfigurationError(
+          fmt::format("error: no folder can be made in {}", std::filesystem::temp_directory_path().string()));
+    path_ = pattern;
+  }
+  ~ScratchFolder() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// True for HDF5 files that begin with their signature: MATLAB's have a header before it.
+bool is_capture(const std::filesystem::path& file) {
+  std::array<char, 4> head{};
+  std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+  return std::string_view(head.data(), head.size()) == "\x89HDF";
+}
+
+int inspect(ReadingArguments reading, InspectArguments arguments, const Common& common) {
+  arguments.name = reading.files.size() == 1
+                       ? reading.files.front()
+                       : fmt::format("{} and {} more", reading.files.front(), reading.files.size() - 1);
+  arguments.camera = reading.run.camera;
+  arguments.capture = reading.files.front();
+  if (reading.files.size() == 1 && is_capture(arguments.capture)) return run_module("inspect", &arguments);
+  const ScratchFolder scratch;
+  arguments.capture = scratch.path() / "recording.h5";
+  arguments.camera.clear();
+  reading.run.frames = max_frames;
+  Common silent = common;
+  silent.quiet = true;
+  const int code = run_once(reading_pipeline(reading, arguments.capture.string()), reading.run, silent);
+  return code == done ? run_module("inspect", &arguments) : code;
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app, Common& common) {
+  auto reading = std::make_shared<ReadingArguments>();
+  auto arguments = std::make_shared<InspectArguments>();
+  CLI::App* command = app.add_subcommand("inspect", "Find out what is wrong with a recording");
+  command->footer(
+      "Looks for planes (walls, floors, boards) and tells under which assumption they become flat: range or depth, "
+      "lens,\n"
+      "mirrored or turned images; for wrong units, swapped raw images, bad pixels, stripes. Each finding has the line\n"
+      "that mends it; what the scene cannot decide is listed. The exit code is 0 whatever is found.\n"
+      "Examples: tofgraph inspect capture.h5\n"
+      "          tofgraph inspect capture.h5 --camera ./my_camera.yaml -o inspection.html\n"
+      "          tofgraph inspect depth.npy --camera ./my_camera.yaml --as depth --unit mm");
+  command->add_option("FILE", reading->files, "A capture (.h5), or files of another program, as for convert")
+      ->required();
+  command->add_option("-o,--out", arguments->out, "A page (HTML) with maps of the deviations")->option_text("FILE");
+  command->add_flag("--json", arguments->json, "As JSON");
+  command->add_flag("--force", arguments->force, "Replace an existing page");
+  reading->add_to(*command);
+  command->callback([reading, arguments, &common] {
+    common.command = [reading, arguments, &common] { return inspect(*reading, *arguments, common); };
+  });
+}
+
+}  // namespace tofgraph::cli

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "foreign/scattered_points.hpp"
+
+#include "foreign/foreign_frames.hpp"
+
+#include <tofgraph/channels.hpp>
+#include <tofgraph/physics/lens.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tofgraph::foreign {
+
+std::vector<std::size_t> pixels_of_points(const tofgraph_camera& camera, const std::vector<float>& points) {
+  const physics::Lens lens(camera);
+  const PointRule rule("");
+  std::vector<std::size_t> pixels(points.size() / 3, no_pixel);
+  std::vector<std::size_t> owner(std::size_t{camera.width} * camera.height, no_pixel);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const float* p = &points[3 * i];
+    if (!rule.is_valid(p) || !(p[2] > 0)) continue;
+    const physics::ImagePoint at{static_cast<double>(p[0] / p[2]), static_cast<double>(p[1] / p[2])};
+    if (!lens.invertible_at(at)) continue;
+    const physics::ImagePoint pixel = physics::pixel_at(camera, lens.distort(at));
+    const double u = std::round(pixel.x), v = std::round(pixel.y);
+    if (!(u >= 0 && v >= 0 && u < camera.width && v < camera.height)) continue;
+    const std::size_t index = static_cast<std::size_t>(v) * camera.width + static_cast<std::size_t>(u);
+    std::size_t& before = owner[index];
+    if (before != no_pixel && points[3 * before + 2] <= p[2]) continue;
+    if (before != no_pixel) pixels[before] = no_pixel;
+    before = i;
+    pixels[i] = index;
+  }
+  return pixels;
+}
+
+const std::vector<std::size_t>& ForeignFrames::projected(std::uint64_t frame) {
+  if (projected_frame_ == frame) return projected_;
+  const std::size_t channel =
+      static_cast<std::size_t>(std::ranges::find(channels_, "points", &ForeignChannel::name) - channels_.begin());
+  std::vector<float> points(sources_[channel].elements);
+  convert(frame, channel, points.data(), nullptr);
+  projected_ = pixels_of_points(camera(), points);
+  projected_frame_ = frame;
+  return projected_;
+}
+
+void ForeignFrames::read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
+  const Source& source = sources_[channel];
+  const std::size_t pixels = std::size_t{camera().width} * camera().height;
+  const std::vector<std::size_t>& at = projected(frame);
+  if (channels_[channel].type == TOFGRAPH_TYPE_U16) {
+    std::vector<std::uint16_t> values(source.elements);
+    convert(frame, channel, values.data(), nullptr);
+    return place(at, values, source.elements / at.size(), std::uint16_t{0}, static_cast<std::uint16_t*>(out), pixels);
+  }
+  std::vector<float> values(source.elements);
+  convert(frame, channel, values.data(), nullptr);
+  auto* image = static_cast<float*>(out);
+  place(at, values, source.elements / at.size(), std::numeric_limits<float>::quiet_NaN(), image, pixels);
+  if (channels_[channel].name == "points") mark_invalid_points(image, flags, pixels);
+}
+
+void ForeignFrames::check_scattered() const {
+  const auto points = std::ranges::find(channels_, "points", &ForeignChannel::name);
+  const bool cloud =
+      points != channels_.end() && sources_[static_cast<std::size_t>(points - channels_.begin())].scattered;
+  for (const Source& source : sources_) {
+    if (!source.scattered) continue;
+    const std::string where = request_.files[0].string();
+    if (!cloud)
+      throw ForeignError(
+          fmt::format("{}: '{}' belongs to points in no order: read these as well, e.g. --as "
+                      "points,{}={}",
+                      where, source.like.name, source.layout.channel, source.like.name));
+    const Source& of = sources_[static_cast<std::size_t>(points - channels_.begin())];
+    if (source.elements != of.elements && 3 * source.elements != of.elements)
+      throw ForeignError(fmt::format("{}: '{}' has {} values, but there are {} points", where, source.like.name,
+                                     source.elements, of.elements / 3));
+  }
+}
+
+}  // namespace tofgraph::foreign

@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "inspection/inspection.hpp"
+
+#include "config/log.hpp"
+#include "config/quantity.hpp"
+#include "io/profile.hpp"
+#include "io/unknown.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace tofgraph::inspection {
+namespace {
+
+constexpr double min_gain = 25;           ///< of chi-square, of an assumption over what is stated
+constexpr double min_explained = 0.5;     ///< share of the mean square deviation
+constexpr double min_deviation = 0.0006;  ///< of the length: walls are seldom flatter
+constexpr double max_unevenness = 0.01;   ///< of a plane under the best assumption, relative
+constexpr std::size_t max_listed = 3;     ///< assumptions of different kinds
+
+double median_length(const Observation& o) {
+  std::vector<double> lengths;
+  for (const double length : o.length)
+    if (std::isfinite(length)) lengths.push_back(length);
+  if (lengths.empty()) throw std::runtime_error("has no pixel with a valid length: there is nothing to inspect");
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::ranges::nth_element(lengths, middle);
+  return *middle;
+}
+
+std::string millimetres(double length) { return fmt::format("{:.3g} mm", 1e3 * length); }
+
+void add_order(Inspection& result) {
+  const auto& other = result.observation.other_order;
+  if (!other) return;
+  Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
+  f.text = "the raw images are not in the stated order, or have other phases";
+  f.evidence = other->why;
+  f.mend = other->exposures.empty() ? "no order that fits was found: see docs/formats/profile.md, Exposures"
+                                    : "exposures: " + physics::exposures_yaml(other->exposures);
+  result.findings.push_back(f);
+}
+
+/// Factor by which the lengths seem to be wrong: 1, 1000 or 0.001.
+double add_unit(Inspection& result) {
+  const Observation& o = result.observation;
+  const double median = median_length(o);
+  const double range = o.unambiguous_range;
+  const auto sheet = o.camera->data_sheet.measuring_range;
+  const double most = std::isfinite(sheet[1]) ? 2 * sheet[1] : std::isfinite(range) ? 4 * range : 200;
+  double scale = 1;
+  if (median > most && median / 1000 < most && median / 1000 > 0.01) scale = 1e-3;
+  if (median < 0.02 && median * 1000 < most) scale = 1e3;
+  if (scale == 1) return 1;
+  Finding f{.kind = "unit", .explained = io::unknown};
+  f.text = fmt::format("the lengths are 1000 times too {}: {} are taken for {}", scale < 1 ? "large" : "small",
+                       scale < 1 ? "millimetres" : "metres", scale < 1 ? "metres" : "millimetres");
+  f.evidence =
+      fmt::format("the median is {}; {}", config::format_quantity(median, "m"),
+                  std::isfinite(range) ? fmt::format("the unambiguous range is {}", config::format_quantity(range, "m"))
+                                       : std::string("cameras of this kind measure 0.1 m to 100 m"));
+  f.mend = scale < 1 ? "unit: mm" : "unit: m";
+  f.size = std::abs(median * (1 - scale));
+  result.findings.push_back(f);
+  return scale;
+}
+
+std::string distortion_text(const Candidate& candidate) {
+  return fmt::format("distortion: [{:.4g}]", fmt::join(candidate.assumption.distortion, ", "));
+}
+
+/// Sentence and line of YAML of an assumption.
+std::pair<std::string, std::string> words_of(const Candidate& c, const Observation& o) {
+  const Assumption& a = c.assumption;
+  if (c.kind == "channel") return {fmt::format("the lengths are {}, not {}", a.channel, o.channel), "as: " + a.channel};
+  if (c.kind == "lens_sign") return {"the radial distortion of the profile has the wrong sign", distortion_text(c)};
+  if (c.kind == "lens_missing") return {"the profile lacks the distortion of the lens", distortion_text(c)};
+  if (c.kind == "lens_superfluous")
+    return {"the images are free of distortion already, but the profile states one", "distortion: [0, 0, 0, 0, 0]"};
+  if (c.kind == "focal_length") {
+    const tofgraph_camera& camera = o.camera->view();
+    return {fmt::format("the focal length is {:.3g} % off", 100 * (a.focal_scale - 1)),
+            fmt::format("focal_length: [{:.5g} px, {:.5g} px]", camera.focal_px[0] * a.focal_scale,
+                        camera.focal_px[1] * a.focal_scale)};
+  }
+  if (c.kind == "zero_offset")
+    return {fmt::format("all lengths are {} too {}", millimetres(std::abs(a.offset * a.scale)),
+                        a.offset > 0 ? "large" : "small"),
+            "tofgraph calibrate offset, or the effect zero_offset in the camera's model"};
+  return {
+      fmt::format("the images are {} against the profile",
+                  std::string_view(a.orientation.mirror) == "none"
+                      ? fmt::format("turned by {} deg", 360 - a.orientation.turn)
+                      : fmt::format("mirrored{}", a.orientation.turn != 0 ? " and turned" : "")),
+      fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
+}
+
+/// Surfaces that some assumption makes flat; spheres and the like are left out.
+bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
+  std::vector<double> least = stated.surface_rms;
+  for (const Candidate& c : candidates) {
+    for (std::size_t s = 0; s < least.size(); ++s) least[s] = std::min(least[s], c.flatness.surface_rms[s]);
+  }
+  std::vector<bool> keep;
+  for (const double rms : least) keep.push_back(rms < max_unevenness);
+  const bool all = std::ranges::all_of(keep, [](bool kept) { return kept; });
+  if (!all) test.keep(keep);
+  return !all;
+}
+
+/// Questions whose other answers would leave these planes as flat as they are.
+void add_undecided(const std::vector<Candidate>& candidates, const Flatness& reference, Inspection& result,
+                   const std::string& answered) {
+  static constexpr std::pair<const char*, const char*> questions[] = {
+      {"channel", "whether the lengths are depth, range or distance"},
+      {"orientation", "whether the images are mirrored or turned"},
+      {"lens", "whether the distortion of the lens is right"}};
+  for (const auto& [question, words] : questions) {
+    if (answered == question) continue;
+    std::vector<std::string> equal;
+    for (const Candidate& c : candidates) {
+      if (c.question == question && c.parameters == 0 && c.flatness.chi2 < reference.chi2 + min_gain)
+        equal.push_back(words_of(c, result.observation).second);
+    }
+    if (!equal.empty())
+      result.undecided.push_back(
+          fmt::format("{}: {} would change the planes by less than the noise", words, fmt::join(equal, " or ")));
+  }
+}
+
+void add_flatness(Inspection& result, double scale) {
+  const Observation& o = result.observation;
+  FlatnessTest test(o, surfaces_of(o));
+  Assumption said = test.stated();
+  said.scale = scale;
+  Flatness stated = test(said);
+  std::vector<Candidate> candidates = candidates_of(test, scale);
+  if (test.surfaces().count > 0 && keep_planes(test, stated, candidates)) {
+    stated = test(said);
+    candidates = candidates_of(test, scale);
+  }
+  result.surfaces = test.surfaces();
+  if (test.surfaces().count == 0) {
+    result.undecided.emplace_back(
+        "range or depth, lens, orientation: no plane was found that is large enough; record a wall, a floor or a "
+        "board that fills much of the image, at a slant");
+    return;
+  }
+  result.stated_rest = stated.rest;
+  const double length = median_length(o) * scale;
+  const Candidate* first = nullptr;
+  std::set<std::string> kinds;
+  for (const Candidate& c : candidates) {
+    const double explained = 1 - c.flatness.rms * c.flatness.rms / (stated.rms * stated.rms);
+    if (stated.rms < min_deviation * length || stated.chi2 - c.score() < min_gain || explained < min_explained)
+      continue;
+    if (first != nullptr && (kinds.contains(c.kind) || kinds.size() >= max_listed)) continue;
+    const auto [text, mend] = words_of(c, o);
+    Finding f{c.kind, text, "", mend, stated.rms, explained};
+    f.evidence = fmt::format("planes deviate by {} (RMS) as stated, by {} so; explains {:.0f} % of it",
+                             millimetres(stated.rms), millimetres(c.flatness.rms), 100 * explained);
+    if (first == nullptr)
+      first = &c;
+    else if (c.score() < first->score() + min_gain)
+      f.evidence += "; this scene cannot tell it from the one before";
+    kinds.insert(c.kind);
+    result.findings.push_back(f);
+  }
+  if (first != nullptr) {
+    result.best_rest = first->flatness.rest;
+    result.best = first->kind;
+  } else if (stated.rms > min_deviation * length && stated.chi2 > 2 * static_cast<double>(stated.count)) {
+    result.facts.push_back(
+        fmt::format("planes deviate by {} (RMS) from flatness, and none of the known errors "
+                    "explains half of it: multipath, wiggling, or surfaces that are not flat",
+                    millimetres(stated.rms)));
+  }
+  add_undecided(candidates, first != nullptr ? first->flatness : stated, result,
+                first != nullptr ? first->question : "");
+  result.facts.push_back(
+      fmt::format("{} with {:.0f} % of the pixels; deviation from planes {} (RMS) as stated",
+                  config::counted(test.surfaces().count, "plane"),
+                  100.0 * static_cast<double>(stated.count * test.surfaces().side * test.surfaces().side) /
+                      static_cast<double>(o.pixels()),
+                  millimetres(stated.rms)));
+}
+
+}  // namespace
+
+Inspection inspect(const io::CaptureReader& capture, const io::CameraPtr& camera, const std::string& name) {
+  Inspection result;
+  result.name = name;
+  result.observation = observe(capture, camera);
+  add_order(result);
+  const double scale = add_unit(result);
+  if (!result.observation.other_order || !result.observation.other_order->exposures.empty())
+    add_flatness(result, scale);
+  add_pixel_findings(result);
+  return result;
+}
+
+}  // namespace tofgraph::inspection

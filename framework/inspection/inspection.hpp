@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Errors of a recording, found from the recording alone: wrong unit, range taken for depth, a wrong lens, images that
+/// are mirrored, turned or in another order. Each finding is a candidate with its evidence.
+#pragma once
+
+#include "inspection/candidates.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::inspection {
+
+struct Finding {
+  std::string kind;      ///< exposures, unit, channel, lens_sign, .., bad_pixels, stripes, amplitude, saturated, ..
+  std::string text;      ///< a sentence
+  std::string evidence;  ///< with figures
+  std::string mend;      ///< the line of YAML, or what to do
+  double size = 0;       ///< m; NaN: no length
+  double explained = 0;  ///< share of the deviation from planes, 0 to 1; NaN: does not apply
+};
+
+/// Result for one recording.
+struct Inspection {
+  std::string name;
+  Observation observation;
+  std::vector<Finding> findings;       ///< the most likely first
+  std::vector<std::string> undecided;  ///< questions that this scene cannot answer
+  std::vector<std::string> facts;
+  Surfaces surfaces;
+  std::vector<double> stated_rest, best_rest;  ///< of each block from its plane, m; best: empty without a finding
+  std::string best;                            ///< kind of the finding of best_rest
+};
+
+/// @param camera null: that of the capture's profile @throws std::runtime_error what keeps it from being inspected
+Inspection inspect(const io::CaptureReader& capture, const io::CameraPtr& camera, const std::string& name);
+
+/// Findings about single pixels: bad ones, stripes, distance that depends on the amplitude, saturation.
+void add_pixel_findings(Inspection& inspection);
+
+/// For people.
+std::string text_of(const Inspection& inspection);
+nlohmann::json json_of(const Inspection& inspection);
+/// A page (HTML) with the findings and maps of the deviation from planes. @throws std::runtime_error
+void write_page(const Inspection& inspection, const std::filesystem::path& file);
+
+}  // namespace tofgraph::inspection

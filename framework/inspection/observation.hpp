@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Mean and noise of a recording, per pixel: the basis of all questions that `tofgraph inspect` answers.
+#pragma once
+
+#include "io/camera.hpp"
+#include "io/captures/capture.hpp"
+
+#include <tofgraph/physics/exposure_order.hpp>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tofgraph::inspection {
+
+/// Shares of the pixels of all frames that were read, 0 to 1.
+struct Shares {
+  double missing = 0;  ///< zero, negative, NaN or flagged as invalid
+  double saturated = 0, wrapped = 0, low_signal = 0;
+  double no_ray = 0;  ///< outside the lens model of the profile
+};
+
+/// The first frames of a recording. Images are row by row, lengths in m.
+struct Observation {
+  io::CameraPtr camera;
+  std::string channel;   ///< of the lengths: depth, range or distance; "points" are taken as depths
+  bool decoded = false;  ///< the lengths are decoded from taps or phases
+  std::size_t width = 0, height = 0, frames = 0;
+  double integration_time = 0;    ///< s; NaN: not recorded
+  double unambiguous_range = 0;   ///< m; NaN: unknown
+  std::vector<double> length;     ///< mean of the valid frames; NaN: none
+  std::vector<double> deviation;  ///< standard deviation over time; NaN: fewer than four frames
+  std::vector<double> amplitude;  ///< mean, counts; empty: not recorded
+  Shares shares;
+  std::optional<physics::OtherOrder> other_order;  ///< exposures that fit the raw images better than those stated
+
+  std::size_t pixels() const { return width * height; }
+};
+
+/// Reads up to `max_frames` frames. Raw images are decoded, with the better order of the exposures where one was found.
+/// @param camera null: that of the capture's profile
+/// @throws std::runtime_error when the capture has no lengths and no raw images, or another size than the camera
+Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std::size_t max_frames = 32);
+
+}  // namespace tofgraph::inspection

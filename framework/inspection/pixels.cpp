@@ -1,0 +1,214 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "inspection/inspection.hpp"
+
+#include "config/log.hpp"
+#include "config/quantity.hpp"
+#include "io/unknown.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tofgraph::inspection {
+namespace {
+
+constexpr std::size_t min_frames_of_still = 8;
+constexpr double max_still = 0.002;     ///< share of the pixels: more of them are a matter of rounding
+constexpr std::size_t min_bad = 3;      ///< pixels
+constexpr double min_significance = 6;  ///< standard errors
+constexpr double min_walk = 0.001;      ///< m per factor 2 of the amplitude
+constexpr double min_contrast = 0.03;   ///< standard deviation of log(amplitude) within blocks
+constexpr double notable_share = 0.01;  ///< of the pixels
+
+Finding finding(std::string kind, std::string text, std::string evidence, std::string mend, double size) {
+  return {std::move(kind), std::move(text), std::move(evidence), std::move(mend), size, io::unknown};
+}
+
+/// True where none of the eight neighbours is within `limit`: pixels of an edge have a neighbour on their own side.
+bool differs_from_all(const Observation& o, std::size_t i, double limit) {
+  for (const std::size_t row : {i - o.width, i, i + o.width}) {
+    for (const std::size_t at : {row - 1, row, row + 1})
+      if (at != i && std::abs(o.length[at] - o.length[i]) < limit) return false;
+  }
+  return true;
+}
+
+/// Pixels that differ from their surface in the mean frame, never change, or never have a value among others that do.
+void add_bad_pixels(Inspection& result) {
+  const Observation& o = result.observation;
+  const Surfaces& s = result.surfaces;
+  std::size_t wild = 0, still = 0, dead = 0, all_still = 0;
+  double size = 0;
+  for (std::size_t row = 1; row + 1 < o.height; ++row) {
+    for (std::size_t column = 1; column + 1 < o.width; ++column) {
+      const std::size_t i = row * o.width + column;
+      const bool alone = std::isfinite(o.length[i - 1]) && std::isfinite(o.length[i + 1]) &&
+                         std::isfinite(o.length[i - o.width]) && std::isfinite(o.length[i + o.width]);
+      if (std::isnan(o.length[i])) {
+        dead += alone ? 1 : 0;
+        continue;
+      }
+      const double rest = s.rest.empty() ? io::unknown : std::abs(s.rest[i]);
+      if (rest > 8 * s.pixel_noise + 0.01 * o.length[i] && differs_from_all(o, i, rest / 2)) {
+        ++wild;
+        size = std::max(size, rest);
+      }
+      all_still += o.deviation[i] == 0 ? 1 : 0;
+      still += alone && o.deviation[i] == 0 && o.deviation[i - 1] > 0 && o.deviation[i + 1] > 0 ? 1 : 0;
+    }
+  }
+  // Rounded values stand still by chance.
+  if (o.frames < min_frames_of_still || static_cast<double>(all_still) > max_still * static_cast<double>(o.pixels()))
+    still = 0;
+  if (wild + still + dead < min_bad) return;
+  result.findings.push_back(finding(
+      "bad_pixels", fmt::format("{} are bad", config::counted(wild + still + dead, "pixel")),
+      fmt::format("{} differ from the surface around them, {} never change, {} have no value among neighbours that do",
+                  wild, still, dead),
+      "bad_pixels: MAP, made by tofgraph calibrate noise", size));
+}
+
+/// Rows or columns that differ from their neighbours by more than noise does.
+void add_stripes(Inspection& result) {
+  const Observation& o = result.observation;
+  const Surfaces& s = result.surfaces;
+  if (s.rest.empty()) return;
+  for (const bool rows : {true, false}) {
+    const std::size_t lines = rows ? o.height : o.width, across = rows ? o.width : o.height;
+    double excess = 0, judged = 0;
+    for (std::size_t line = 0; line < lines; ++line) {
+      double sum = 0, count = 0;
+      for (std::size_t k = 0; k < across; ++k) {
+        const std::size_t i = rows ? line * o.width + k : k * o.width + line;
+        if (!std::isfinite(s.rest[i]) || std::abs(s.rest[i]) > 5 * s.pixel_noise) continue;
+        sum += s.rest[i];
+        ++count;
+      }
+      if (count < 20) continue;
+      ++judged;
+      excess += sum / count * (sum / count) - s.pixel_noise * s.pixel_noise / count;
+    }
+    const double size = judged > 0 ? std::sqrt(std::max(excess / judged, 0.0)) : 0;
+    if (judged < 20 || size < std::max(0.3 * s.pixel_noise, 0.0005)) continue;
+    result.findings.push_back(finding(
+        "stripes", fmt::format("{} differ from each other", rows ? "rows" : "columns"),
+        fmt::format("their means scatter by {:.2g} mm about the surface, beyond noise: interference, or a readout "
+                    "that differs from line to line",
+                    1e3 * size),
+        "tofgraph calibrate fixed-pattern where they stand still", size));
+  }
+}
+
+/// Sums of a regression of the lengths on log(amplitude).
+struct WalkSums {
+  double xx = 0, xy = 0, n = 0;
+};
+
+/// Adds a block: both are taken without their mean and slope within the block, as the surface may be slanted there.
+void add_block(const Observation& o, const Surfaces& s, const Block& block, WalkSums& sums) {
+  const auto half = static_cast<std::ptrdiff_t>(s.side / 2);
+  struct Pixel {
+    double u, v, x, rest;
+  };
+  std::vector<Pixel> pixels;
+  double mean = 0, xu = 0, xv = 0, uu = 0, vv = 0;
+  for (std::ptrdiff_t v = -half; v <= half; ++v) {
+    for (std::ptrdiff_t u = -half; u <= half; ++u) {
+      const auto i =
+          static_cast<std::size_t>((static_cast<std::ptrdiff_t>(block.row) + v) * static_cast<std::ptrdiff_t>(o.width) +
+                                   static_cast<std::ptrdiff_t>(block.column) + u);
+      if (!(o.amplitude[i] > 0) || !(std::abs(s.rest[i]) < 20 * s.pixel_noise)) continue;
+      const Pixel p{static_cast<double>(u), static_cast<double>(v), std::log(o.amplitude[i]), s.rest[i]};
+      pixels.push_back(p);
+      mean += p.x, xu += p.x * p.u, xv += p.x * p.v, uu += p.u * p.u, vv += p.v * p.v;
+    }
+  }
+  if (pixels.size() < s.side * s.side - 3) return;
+  mean /= static_cast<double>(pixels.size());
+  for (const Pixel& p : pixels) {
+    const double x = p.x - mean - xu / uu * p.u - xv / vv * p.v;
+    sums.xx += x * x;
+    sums.xy += x * p.rest;
+    ++sums.n;
+  }
+}
+
+/// Distance that depends on the amplitude within small parts of surfaces.
+void add_walk(Inspection& result) {
+  const Observation& o = result.observation;
+  const Surfaces& s = result.surfaces;
+  if (o.amplitude.empty() || s.rest.empty()) return;
+  WalkSums sums;
+  for (const Block& block : s.blocks) add_block(o, s, block, sums);
+  if (sums.n < 500 || std::sqrt(sums.xx / sums.n) < min_contrast) return;
+  const double slope = sums.xy / sums.xx * std::log(2.0);
+  const double error = s.pixel_noise / std::sqrt(sums.xx) * std::log(2.0);
+  if (std::abs(slope) < min_walk || std::abs(slope) < min_significance * error) return;
+  result.findings.push_back(finding(
+      "amplitude", fmt::format("the {} {} with the amplitude", o.channel, slope > 0 ? "rises" : "falls"),
+      fmt::format("by {:.2g} mm +- {:.1g} mm per factor 2 of the amplitude, within surfaces", 1e3 * slope, 1e3 * error),
+      "tofgraph calibrate offset with targets of several reflectivities, or the effect amplitude_walk", slope));
+}
+
+void add_shares(Inspection& result) {
+  const Shares& shares = result.observation.shares;
+  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100 * share); };
+  if (shares.saturated > notable_share)
+    result.findings.push_back(finding("saturated", percent(shares.saturated) + " of the pixels are saturated",
+                                      "flag saturated", "a shorter integration time, or the stage hdr_fusion",
+                                      io::unknown));
+  if (shares.no_ray > 0)
+    result.findings.push_back(finding("outside_lens", percent(shares.no_ray) + " of the pixels have no ray",
+                                      "the lens model of the profile cannot be inverted there", "check `distortion`",
+                                      io::unknown));
+  result.facts.push_back(
+      fmt::format("without a valid length {}, saturated {}, wrapped {}, low signal {}, outside the "
+                  "lens model {} of the pixels",
+                  percent(shares.missing), percent(shares.saturated), percent(shares.wrapped),
+                  percent(shares.low_signal), percent(shares.no_ray)));
+}
+
+/// log(noise) against log(amplitude): -0.5 for shot noise, -1 for read noise.
+void add_noise(Inspection& result) {
+  const Observation& o = result.observation;
+  double n = 0, x1 = 0, y1 = 0, xx = 0, xy = 0;
+  std::vector<double> deviations;
+  for (std::size_t i = 0; i < o.pixels(); ++i) {
+    if (!(o.deviation[i] > 0)) continue;
+    deviations.push_back(o.deviation[i]);
+    if (o.amplitude.empty() || !(o.amplitude[i] > 0)) continue;
+    const double x = std::log(o.amplitude[i]), y = std::log(o.deviation[i]);
+    ++n;
+    x1 += x, y1 += y, xx += x * x, xy += x * y;
+  }
+  if (deviations.empty()) {
+    result.undecided.emplace_back("the noise over time: there are fewer than four frames");
+    return;
+  }
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::ranges::nth_element(deviations, middle);
+  std::string text = fmt::format("noise of a pixel over time {:.3g} mm (median)", 1e3 * *middle);
+  const double spread = n > 0 ? xx / n - x1 / n * (x1 / n) : 0;
+  if (spread > 0.09) {  // a factor of 1.35 at least
+    const double slope = (xy / n - x1 / n * (y1 / n)) / spread;
+    const char* kind = slope < -0.85 ? "read noise" : slope < -0.3 ? "shot noise" : "neither shot nor read noise";
+    text += fmt::format(", proportional to amplitude^{:.2f}: {}", slope, kind);
+  } else if (!o.amplitude.empty()) {
+    result.undecided.emplace_back("whether it is shot noise: the amplitude differs too little within the image");
+  }
+  result.facts.push_back(text);
+}
+
+}  // namespace
+
+void add_pixel_findings(Inspection& result) {
+  add_shares(result);
+  add_bad_pixels(result);
+  add_stripes(result);
+  add_walk(result);
+  add_noise(result);
+}
+
+}  // namespace tofgraph::inspection

@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Point clouds as arrays of a file format: the points, and each further field.
+#pragma once
+
+#include <tofgraph/format.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace tofgraph {
+
+/// A number of each point.
+struct CloudField {
+  std::string name;
+  std::uint32_t kind = TOFGRAPH_ELEMENT_FLOAT, bytes = 4;
+  std::uint64_t offset = 0;  ///< in a point
+};
+
+/// Points one after the other, in the byte order of this machine.
+struct Cloud {
+  std::uint64_t width = 0, height = 1, step = 0;  ///< px; bytes of a point
+  std::vector<CloudField> fields;
+  std::vector<std::uint8_t> data;
+
+  std::uint64_t points() const { return width * height; }
+};
+
+/// Stores a number, written as text, as an element. @returns false where it is none, or does not fit
+inline bool store_number(std::string_view text, const CloudField& field, std::uint8_t* to) {
+  const auto store = [&]<class T>(T value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return false;
+    std::memcpy(to, &value, sizeof value);
+    return true;
+  };
+  if (text.starts_with('+')) text.remove_prefix(1);
+  if (field.kind == TOFGRAPH_ELEMENT_FLOAT) return field.bytes == 4 ? store(float{}) : store(double{});
+  const bool is_signed = field.kind == TOFGRAPH_ELEMENT_SIGNED;
+  switch (field.bytes) {
+    case 1:
+      return is_signed ? store(std::int8_t{}) : store(std::uint8_t{});
+    case 2:
+      return is_signed ? store(std::int16_t{}) : store(std::uint16_t{});
+    case 4:
+      return is_signed ? store(std::int32_t{}) : store(std::uint32_t{});
+    default:
+      return is_signed ? store(std::int64_t{}) : store(std::uint64_t{});
+  }
+}
+
+/// A whole file in memory. @throws std::runtime_error
+inline std::string content_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(path, error);
+  if (!in || error) throw std::runtime_error("cannot be read");
+  std::string content(size, '\0');
+  in.read(content.data(), static_cast<std::streamsize>(size));
+  if (!in) throw std::runtime_error("cannot be read to its end: did it shrink?");
+  return content;
+}
+
+/// Words of a text, one after the other.
+class Words {
+ public:
+  explicit Words(std::string_view text) : left_(text) {}
+  /// The next word; empty: there is none.
+  std::string_view next() {
+    const std::size_t begin = std::min(left_.find_first_not_of(" \t\r\n"), left_.size());
+    const std::size_t end = std::min(left_.find_first_of(" \t\r\n", begin), left_.size());
+    const std::string_view word = left_.substr(begin, end - begin);
+    left_.remove_prefix(end);
+    return word;
+  }
+  std::uint64_t whole_number() {
+    const std::string_view word = next();
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || value > std::uint64_t{1} << 40U)
+      throw std::runtime_error("has '" + std::string(word.substr(0, 40)) + "' where a number is expected");
+    return value;
+  }
+
+ private:
+  std::string_view left_;
+};
+
+/// One cloud. Organised clouds are images (row column), others lists of points (point).
+class CloudFormat : public FileFormat {
+ public:
+  void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) override {
+    const std::uint64_t columns = cloud_.height > 1 ? cloud_.width : 1;
+    const std::size_t each = arrays()[array].axes.ends_with("coordinate") ? 3 : 1;
+    auto* to = static_cast<std::uint8_t*>(out);
+    for (std::uint64_t p = first * columns; p < (first + count) * columns; ++p) {
+      for (std::size_t k = 0; k < each; ++k) {
+        const CloudField& field = cloud_.fields[of_array_[array] + k];
+        std::memcpy(to, &cloud_.data[p * cloud_.step + field.offset], field.bytes);
+        to += field.bytes;
+      }
+    }
+  }
+
+ protected:
+  /// Takes over a cloud and lists its fields. @throws std::runtime_error without points
+  void set_cloud(Cloud cloud, const std::string& text) {
+    cloud_ = std::move(cloud);
+    if (cloud_.points() == 0) throw std::runtime_error("has no points");
+    for (std::size_t i = 0; i < cloud_.fields.size(); ++i) {
+      const std::vector<CloudField>& fields = cloud_.fields;
+      if (fields[i].name == "_") continue;  // padding
+      const bool xyz = i + 2 < fields.size() && fields[i].name == "x" && fields[i + 1].name == "y" &&
+                       fields[i + 2].name == "z" && fields[i + 1].bytes == fields[i].bytes &&
+                       fields[i + 2].bytes == fields[i].bytes && fields[i + 1].kind == fields[i].kind &&
+                       fields[i + 2].kind == fields[i].kind;
+      FileArray array{.kind = fields[i].kind, .bytes = fields[i].bytes, .name = xyz ? "points" : fields[i].name};
+      array.text = text;
+      array.extent = {cloud_.width};
+      if (cloud_.height > 1) array.extent.insert(array.extent.begin(), cloud_.height);
+      array.axes = cloud_.height > 1 ? "row column" : "point";
+      if (xyz) {
+        array.extent.push_back(3);
+        array.axes += " coordinate";
+      }
+      add(std::move(array));
+      of_array_.push_back(i);
+      if (xyz) i += 2;
+    }
+    if (arrays().empty()) throw std::runtime_error("has no fields that can be read");
+  }
+
+ private:
+  Cloud cloud_;
+  std::vector<std::size_t> of_array_;  // first field of each array
+};
+
+}  // namespace tofgraph
