@@ -60,7 +60,7 @@ std::unique_ptr<graph::Graph> build(const Description& description, std::vector<
   return built;
 }
 
-/// The node whose frames are wanted: the named one, or the last that is no sink.
+/// The node whose frames are wanted: the named one, or the last that is not a sink.
 std::string node_of(const graph::Graph& graph, const std::string& wanted) {
   std::string last;
   for (const auto& node : graph.nodes()) {

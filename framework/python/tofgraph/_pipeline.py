@@ -62,7 +62,7 @@ def _plain(value):
 
 
 class Pipeline:
-    """A pipeline, checked when it runs; iterate over it to receive the frames of its last node that is no sink.
+    """A pipeline, checked when it runs; iterate over it to receive the frames of its last node that is not a sink.
 
     @param pipeline a file, the one-line form, or a list of nodes: dictionaries, tofgraph.stage.NAME(..), or classes and
         objects of stages written in Python
@@ -120,7 +120,7 @@ class Pipeline:
     def frames(self, node="", *, count=0, threads=0, capacity=4):
         """Runs the pipeline and gives the frames that leave a node.
 
-        @param node name of the node; default: the last that is no sink
+        @param node name of the node; default: the last that is not a sink
         @param count at most so many frames; 0: all
         @param threads that work on frames; 0: one a core
         @param capacity frames that may wait for Python
