@@ -112,8 +112,7 @@ HeldFrame::HeldFrame(const tofgraph_frame& frame) : pool(frame.pool->shared_from
 }
 
 tofgraph_frame& StageFrame::get() const {
-  if (frame_ == nullptr)
-    throw std::runtime_error("the frame is no longer there: a stage has it only until process() returns");
+  if (frame_ == nullptr) throw std::runtime_error("the frame is valid only until process() returns");
   return *frame_;
 }
 
@@ -122,6 +121,8 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
   if (given.ndim() < 1 || given.ndim() > 4)
     throw py::value_error("channel '" + channel + "' has one to four dimensions, the array has " +
                           std::to_string(given.ndim()));
+  if (py::isinstance(given, py::module_::import("numpy.ma").attr("MaskedArray")))
+    throw py::type_error("channel '" + channel + "': a masked array has no place for its mask; use .filled(numpy.nan)");
   const std::uint32_t type = type_of(given.dtype());
   const bool whole = (given.flags() & py::array::c_style) != 0 && given.owndata();
   py::array array = whole ? given : py::array(given.attr("copy")("C"));
@@ -148,12 +149,21 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
 
 py::array StageFrame::modify(const std::string& channel) const {
   tofgraph_frame& frame = get();
-  static_cast<void>(find(frame.channels, channel));
+  const tofgraph_frame::Channel& now = find(frame.channels, channel);
+  // A second call would see the first one's array as another reader, and copy.
+  if (const auto lent = modified_.find(channel); lent != modified_.end() && lent->second.data() == now.buffer.data())
+    return lent->second;
   tofgraph_view view{};
   view.size = sizeof view;
   if (graph::host_table().modify(&frame, channel.c_str(), &view) != TOFGRAPH_STATUS_OK)
     throw std::runtime_error("channel '" + channel + "' cannot be changed");
-  return array_of(*frame.find(channel), frame.pool->shared_from_this(), true);
+  return modified_[channel] = array_of(*frame.find(channel), frame.pool->shared_from_this(), true);
+}
+
+void StageFrame::end() {
+  for (auto& [name, array] : modified_) array.attr("flags").attr("writeable") = false;
+  modified_.clear();
+  frame_ = nullptr;
 }
 
 void add_frames(py::module_& module) {

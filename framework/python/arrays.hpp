@@ -8,6 +8,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,7 +41,8 @@ struct HeldFrame {
 class StageFrame {
  public:
   explicit StageFrame(tofgraph_frame* frame) : frame_(frame) {}
-  void end() { frame_ = nullptr; }
+  /// From now on what was lent cannot be written.
+  void end();
   /// @throws std::runtime_error after the call
   tofgraph_frame& get() const;
   /// Puts an array in a channel's place, without a copy where the array owns its memory and has no gaps.
@@ -50,6 +52,7 @@ class StageFrame {
 
  private:
   tofgraph_frame* frame_;
+  mutable std::map<std::string, py::array> modified_;  ///< that modify() lent
 };
 
 /// The classes `Frame` and `StageFrame`.

@@ -45,7 +45,11 @@ std::unique_ptr<graph::Graph> build(const Description& description, std::vector<
     options.message = [tell = description.message](const std::string& node, const std::string& text, bool warning) {
       if (Py_IsInitialized() == 0) return;
       const py::gil_scoped_acquire lock;
-      tell(node, text, warning);
+      try {
+        tell(node, text, warning);
+      } catch (py::error_already_set& error) {
+        error.discard_as_unraisable("a message of tofgraph");
+      }
     };
   }
   config::Diagnostics diagnostics;
@@ -90,7 +94,12 @@ class Run {
     if (keep_frames) options.receivers[node_of(*graph_, node)] = [this](tofgraph_frame& frame) { receive(frame); };
     runner_ = std::make_unique<graph::Runner>(*graph_, options);
     thread_ = std::thread([this] {
-      graph::RunResult result = runner_->run();
+      graph::RunResult result;
+      try {
+        result = runner_->run();
+      } catch (const std::exception& error) {
+        result.error = error.what();
+      }
       const std::scoped_lock lock(mutex_);
       result_ = std::move(result);
       over_ = true;
@@ -126,10 +135,11 @@ class Run {
   /// Ends the run in order; frames that wait are dropped.
   void close() {
     const py::gil_scoped_release unlocked;
+    std::deque<std::shared_ptr<HeldFrame>> dropped;  // destroyed without the mutex: arrays wait for the interpreter
     {
       const std::scoped_lock lock(mutex_);
       closing_ = true;
-      queue_.clear();
+      dropped.swap(queue_);
       changed_.notify_all();
     }
     if (runner_) runner_->stop();
@@ -169,8 +179,9 @@ class Run {
         there = changed_.wait_for(lock, std::chrono::milliseconds(100), condition);
       }
       if (!there && PyErr_CheckSignals() != 0) {
+        py::error_already_set interrupt;
         close();
-        throw py::error_already_set();
+        throw interrupt;
       }
     }
   }
@@ -251,7 +262,7 @@ PYBIND11_MODULE(_core, module) {
   namespace py = pybind11;
   module.doc() = "Pipelines of tofgraph and their frames";
   module.attr("version") = TOFGRAPH_VERSION;
-  py::register_exception_translator(translate);
+  py::register_local_exception_translator(translate);
   add_frames(module);
   add_setup(module);
   py::class_<OwnStage>(module, "OwnStage");
@@ -283,6 +294,7 @@ PYBIND11_MODULE(_core, module) {
       .def("close", &Run::close)
       .def("result", &Run::result)
       .def_property_readonly("warnings", &Run::warnings);
-  module.def("describe", &describe, py::arg("name"), py::arg("plugin_folders"));
-  module.def("stages", &stages, py::arg("plugin_folders"));
+  module.def("describe", &describe, py::arg("name"), py::arg("plugin_folders"),
+             py::call_guard<py::gil_scoped_release>());
+  module.def("stages", &stages, py::arg("plugin_folders"), py::call_guard<py::gil_scoped_release>());
 }

@@ -52,7 +52,8 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
   try {
     return call();
   } catch (py::error_already_set& error) {
-    const bool names_one = py::hasattr(error.value(), "parameter");
+    const bool names_one =
+        py::isinstance(error.value(), py::module_::import("tofgraph._errors").attr("ParameterError"));
     const std::string parameter = names_one ? py::str(error.value().attr("parameter")).cast<std::string>() : "";
     const std::string text = names_one ? py::str(error.value()).cast<std::string>() : described(error);
     host->fail(context, names_one ? parameter.c_str() : nullptr, text.c_str());
@@ -85,7 +86,8 @@ int create(const tofgraph_host* host, void* context, const tofgraph_value* value
     const Strided<const tofgraph_value> given{values, stride, plugin.parameter_count};
     for (std::size_t i = 0; i < plugin.parameter_count; ++i) {
       const tofgraph_parameter& parameter = plugin.own_parameters[i];
-      py::setattr(made->self, parameter.name, value_of(parameter, given[i]));
+      const bool unset = given[i].given == 0 && parameter.default_value == nullptr;
+      py::setattr(made->self, parameter.name, unset ? py::object(py::none()) : value_of(parameter, given[i]));
     }
     *self = made.release();
     return TOFGRAPH_STATUS_OK;
@@ -123,7 +125,7 @@ class PythonSetup {
   PythonSetup(const Working& stage, const tofgraph_stream& stream) : stage_(&stage), stream_(&stream) {}
   void end() { stream_ = nullptr; }
   const tofgraph_stream& stream() const {
-    if (stream_ == nullptr) throw std::runtime_error("the setup is no longer there: prepare() has returned");
+    if (stream_ == nullptr) throw std::runtime_error("the setup is valid only until prepare() returns");
     return *stream_;
   }
   py::object camera() const { return described(stream().camera); }
@@ -142,6 +144,7 @@ class PythonSetup {
     channel.name = name.c_str();
     channel.unit = unit.c_str();
     channel.of = channel.applied = channel.from = "";
+    if (dtype.is_none()) throw py::type_error("channel '" + name + "' needs a dtype, e.g. numpy.float32");
     channel.type = type_of(py::dtype::from_args(dtype));
     if (shape.empty() || shape.size() > 4) throw py::value_error("a channel has one to four dimensions");
     channel.rank = static_cast<std::uint32_t>(shape.size());
@@ -163,6 +166,18 @@ class PythonSetup {
   const tofgraph_stream* stream_;
 };
 
+/// Ends what was lent for a call, also where the call raised: Python may have kept it.
+template <class T> class Ending {
+ public:
+  explicit Ending(T& lent) : lent_(lent) {}
+  ~Ending() { lent_.end(); }
+  Ending(const Ending&) = delete;
+  Ending& operator=(const Ending&) = delete;
+
+ private:
+  T& lent_;
+};
+
 Working& working(void* self) { return *static_cast<Working*>(self); }
 
 int prepare(void* self, const tofgraph_stream* const* streams, std::uint64_t /*count*/) {
@@ -170,8 +185,8 @@ int prepare(void* self, const tofgraph_stream* const* streams, std::uint64_t /*c
   return guarded(stage.host, stage.context, [&] {
     if (!py::hasattr(stage.self, "prepare")) return TOFGRAPH_STATUS_OK + 0;
     const py::object setup = py::cast(PythonSetup(stage, **streams));
+    const Ending end(setup.cast<PythonSetup&>());
     stage.self.attr("prepare")(setup);
-    setup.cast<PythonSetup&>().end();
     return TOFGRAPH_STATUS_OK + 0;
   });
 }
@@ -180,9 +195,12 @@ int process(void* self, tofgraph_frame* const* frames, std::uint64_t /*count*/) 
   Working& stage = working(self);
   return guarded(stage.host, stage.context, [&] {
     const py::object frame = py::cast(StageFrame(*frames));
+    const Ending end(frame.cast<StageFrame&>());
     const py::object result = stage.self.attr("process")(frame);
-    frame.cast<StageFrame&>().end();
-    return result.is(py::bool_(false)) ? TOFGRAPH_STATUS_END + 0 : TOFGRAPH_STATUS_OK + 0;
+    if (result.is_none()) return TOFGRAPH_STATUS_OK + 0;
+    if (!py::isinstance<py::bool_>(result) && !py::isinstance(result, py::module_::import("numpy").attr("bool_")))
+      throw py::type_error("process() returns True, False or nothing");
+    return result.cast<bool>() ? TOFGRAPH_STATUS_OK + 0 : TOFGRAPH_STATUS_END + 0;
   });
 }
 

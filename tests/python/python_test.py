@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import textwrap
-import threading
+import time
 import unittest
 
 try:
@@ -92,12 +92,24 @@ class Frames(Folder):
             list(tg.Pipeline(nodes, "camcube2").frames("grap"))
 
     def test_may_be_left_before_the_end(self):
-        source = tg.stage.simulator(frames=0)  # endless
-        for frame in tg.Pipeline([source], "camcube2"):
+        class Endless(tg.Source):
+            """Never ends."""
+            distance = tg.Out("distance")
+            made = 0
+
+            def process(self, frame):
+                Endless.made += 1
+                frame["distance"] = np.ones((204, 204), np.float32)
+
+        for frame in tg.Pipeline([Endless], "camcube2"):
             if frame.number == 5:
                 break
-        gc.collect()
-        self.assertFalse([t for t in threading.enumerate() if t is not threading.main_thread()])
+        made = Endless.made
+        time.sleep(0.2)
+        self.assertEqual(Endless.made, made)
+        source = tg.stage.simulator(frames=0)  # endless, too
+        with self.assertRaisesRegex(ValueError, "capacity is 0"):
+            next(tg.Pipeline([source], "camcube2").frames(capacity=0))
         frames = tg.Pipeline([source], "camcube2").frames(count=4)
         self.assertEqual(len(list(frames)), 4)
 
@@ -159,7 +171,7 @@ class Mistakes(Folder):
 
         for members, expected in (({"depth": tg.In("depth", unit="mm/")}, "unit"),
                                   ({"depth": tg.In("depth", dtype="complex64")}, "float32, float64"),
-                                  ({"stage": tg.Param(1)}, "stage")):
+                                  ({"stage": tg.Param(1)}, "'stage'")):
             with self.subTest(expected), self.assertRaisesRegex((tg.ConfigurationError, TypeError), expected):
                 tg.Pipeline([*CHAIN, declared(**members)], "camcube2").check()
         with self.assertRaisesRegex(TypeError, "no process"):
@@ -231,6 +243,79 @@ class Stages(Folder):
             frame["depth"]
         with self.assertRaisesRegex(RuntimeError, "prepare"):
             setup.channels
+
+    def test_that_raise_keep_nothing_either(self):
+        kept = []
+
+        class Fails(tg.Filter):
+            """Keeps its frame and raises."""
+            depth = tg.InOut("depth")
+
+            def process(self, frame):
+                kept.append((frame, frame.modify("depth")))
+                raise ValueError("no")
+
+        with self.assertRaises(tg.RunError):
+            tg.Pipeline([*CHAIN, Fails], "camcube2").run()
+        frame, depth = kept[0]
+        with self.assertRaisesRegex(RuntimeError, "until process"):
+            frame["depth"]
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            depth[0, 0] = 1
+
+    def test_of_one_function_are_different_and_of_one_name_are_refused(self):
+        def times(factor, stage):
+            class Times(tg.Filter):
+                """Multiplies."""
+                name = stage
+                amplitude = tg.InOut("amplitude")
+
+                def process(self, frame):
+                    frame.modify("amplitude")[:] *= factor
+
+            return Times
+
+        plain = next(iter(tg.Pipeline(CHAIN, "camcube2")))["amplitude"].copy()
+        both = next(iter(tg.Pipeline([*CHAIN, times(2, "times_two"), times(3, "times_three")], "camcube2")))
+        np.testing.assert_array_equal(both["amplitude"], plain * np.float32(2) * np.float32(3))
+        with self.assertRaisesRegex(ValueError, "two classes are the stage 'times_two'"):
+            tg.Pipeline([*CHAIN, times(2, "times_two"), times(3, "times_two")], "camcube2")
+
+    def test_end_by_numpys_false_as_well(self):
+        class Two(tg.Source):
+            """Two frames."""
+            distance = tg.Out("distance")
+
+            def prepare(self, setup):
+                self.made = np.int64(0)
+
+            def process(self, frame):
+                frame["distance"] = np.ones((204, 204), np.float32)
+                self.made += 1
+                return self.made <= 2
+
+        class Wrong(Two):
+            """Returns a number."""
+
+            def process(self, frame):
+                return 3
+
+        self.assertEqual(len(list(tg.Pipeline([Two], "camcube2"))), 2)
+        with self.assertRaisesRegex(tg.RunError, "True, False or nothing"):
+            list(tg.Pipeline([Wrong], "camcube2"))
+
+    def test_lend_one_array_a_channel(self):
+        class Twice(tg.Filter):
+            """Asks twice."""
+            amplitude = tg.InOut("amplitude")
+
+            def process(self, frame):
+                first = frame.modify("amplitude")
+                frame.modify("amplitude")[0, 0] = 5
+                first[0, 1] = 6
+
+        frame = next(iter(tg.Pipeline([*CHAIN, Twice], "camcube2")))
+        self.assertEqual(list(frame["amplitude"][0, :2]), [5, 6])
 
     def test_may_be_sources_and_sinks(self):
         sums = []
@@ -339,7 +424,7 @@ class Guide(Folder):
         self.assertGreater(len(examples), 4)
         program = "\n".join(example.split("```")[0] for example in examples)
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=self.folder,
-                              timeout=300)
+                              timeout=300, env={k: v for k, v in os.environ.items() if k != "TOFGRAPH_PROGRAM"})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("5 there is no stage 'point_cluod'", done.stdout)
 

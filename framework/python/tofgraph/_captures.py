@@ -55,6 +55,8 @@ def write_capture(path, channels, *, camera, overwrite=False, compression=0, **m
         time_since_power_on (s): a number, or one a frame
     """
     arrays = {name: np.asarray(array) for name, array in channels.items()}
+    if not arrays:
+        raise ValueError("a capture has at least one channel")
     counts = {len(array) for array in arrays.values()}
     if len(counts) != 1:
         raise ValueError("channels have different numbers of frames: " +
@@ -86,8 +88,12 @@ def write_capture(path, channels, *, camera, overwrite=False, compression=0, **m
             self.next += 1
             return True
 
-    Pipeline([Node(stage=Arrays), stage.capture_writer(path=path, compression=compression)], camera,
-             overwrite=overwrite).run()
+    try:
+        Pipeline([Node(stage=Arrays), stage.capture_writer(path=path, compression=compression)], camera,
+                 overwrite=overwrite).run()
+    finally:  # the class stays as long as the program, its data must not
+        arrays.clear()
+        values.clear()
 
 
 UNITS = {"taps": "counts", "phases": "counts", "amplitude": "counts", "intensity": "counts", "distance": "m",

@@ -17,7 +17,7 @@ _running = weakref.WeakSet()
 
 @atexit.register
 def _stop_all():
-    """No pipeline may run when the interpreter goes."""
+    """No pipeline may run when the interpreter exits."""
     for run in list(_running):
         run.close()
 
@@ -28,13 +28,17 @@ class Node(dict):
     def __or__(self, other):
         return Chain([self]) | other
 
+    def __ror__(self, other):
+        return Chain([other]) | self
+
+    __ior__ = __or__
+
 
 class Chain(list):
     """Nodes one after the other."""
 
     def __or__(self, other):
-        more = other if isinstance(other, Chain) else [other]
-        return Chain([*self, *more])
+        return Chain([*self, *(other if isinstance(other, (list, tuple)) else [other])])
 
 
 class _Stages:
@@ -64,8 +68,8 @@ def _plain(value):
 class Pipeline:
     """A pipeline, checked when it runs; iterate over it to receive the frames of its last node that is not a sink.
 
-    @param pipeline a file, the one-line form, or a list of nodes: dictionaries, tofgraph.stage.NAME(..), or classes and
-        objects of stages written in Python
+    @param pipeline a file, the one-line form, or a list of nodes: dictionaries, tofgraph.stage.NAME(..), or classes of
+        stages written in Python
     @param camera a profile's name or path; default: the pipeline's
     @param stages classes of stages written in Python that a file or line names
     @param overwrite existing outputs may be replaced
@@ -73,7 +77,9 @@ class Pipeline:
     """
 
     def __init__(self, pipeline, camera="", *, stages=(), overwrite=False, plugin_path=()):
-        own = {cls.stage_name(): cls for cls in stages}
+        own = {}
+        for cls in stages:
+            self._add(own, cls)
         self._description = _core.Description()
         if isinstance(pipeline, (str, os.PathLike)):
             self._description.text = os.fspath(pipeline)
@@ -90,13 +96,21 @@ class Pipeline:
         self._description.message = self._message
 
     @staticmethod
-    def _node(node, own):
+    def _add(own, cls):
+        """Adds a class under its stage's name. @returns the name"""
+        name = cls.stage_name()
+        if own.setdefault(name, cls) is not cls:
+            raise ValueError(f"two classes are the stage '{name}': {own[name].__qualname__} and {cls.__qualname__}; "
+                             "give one of them another attribute `name`")
+        return name
+
+    @classmethod
+    def _node(cls, node, own):
         if isinstance(node, type) and issubclass(node, Stage):
             node = Node(stage=node)
         node = dict(node)
         if isinstance(node.get("stage"), type):
-            own[node["stage"].stage_name()] = node["stage"]
-            node["stage"] = node["stage"].stage_name()
+            node["stage"] = cls._add(own, node["stage"])
         return node
 
     @staticmethod
@@ -121,11 +135,13 @@ class Pipeline:
         """Runs the pipeline and gives the frames that leave a node.
 
         @param node name of the node; default: the last that is not a sink
-        @param count at most so many frames; 0: all
-        @param threads that work on frames; 0: one a core
+        @param count maximum number of frames; 0: all
+        @param threads that work on frames; 0: one per core
         @param capacity frames that may wait for Python
         @throws ConfigurationError, and RunError at the frame where the run failed
         """
+        if capacity < 1:
+            raise ValueError(f"capacity is {capacity}, expected at least 1, e.g. capacity=4")
         run = _core.Run(self._description, node, True, count, threads, capacity)
         _running.add(run)
         self._warn(run.warnings)

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the program `tofgraph` does: calibrations, the gap search, descriptions."""
+"""Calls of the program tofgraph: calibrations, the gap search, descriptions."""
 
 import json
+import logging
 import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import tempfile
 from types import SimpleNamespace
 
@@ -19,12 +19,12 @@ def program():
     """The path of the program tofgraph: TOFGRAPH_PROGRAM, else that of the build or installation, else of the PATH."""
     if "TOFGRAPH_PROGRAM" in os.environ:
         return os.environ["TOFGRAPH_PROGRAM"]
-    for parent in pathlib.Path(__file__).resolve().parents:
+    for parent in pathlib.Path(os.path.abspath(__file__)).parents:  # in a build the file itself is a link
         if (parent / "bin" / "tofgraph").is_file():
             return str(parent / "bin" / "tofgraph")
     found = shutil.which("tofgraph")
     if found is None:
-        raise ConfigurationError("the program tofgraph is not there: install the package tofgraph, or set "
+        raise ConfigurationError("the program tofgraph was not found: install the package tofgraph, or set "
                                  "TOFGRAPH_PROGRAM to its path")
     return found
 
@@ -37,8 +37,9 @@ def run_program(*arguments):
         raise ConfigurationError(done.stderr.strip())
     if done.returncode != 0:
         raise RunError(done.stderr.strip() or f"tofgraph ended with exit code {done.returncode}")
-    if done.stderr and sys.stderr.isatty():
-        print(done.stderr, file=sys.stderr, end="")
+    if done.stderr.strip():
+        level = logging.WARNING if "warning:" in done.stderr else logging.INFO
+        logging.getLogger("tofgraph").log(level, "%s", done.stderr.strip())
     return done.stdout
 
 
@@ -86,7 +87,9 @@ class Report:
         self._fields = json.loads(text, object_hook=lambda items: SimpleNamespace(**items))
 
     def __getattr__(self, name):
-        if name.startswith("_") or name not in self.json:
+        if name.startswith("_") or name == "json":
+            raise AttributeError(name)
+        if name not in self.json:
             raise AttributeError(f"the report has no '{name}'; it has {', '.join(self.json)}")
         return getattr(self._fields, name)
 

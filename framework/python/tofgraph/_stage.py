@@ -5,9 +5,11 @@
 import hashlib
 import inspect
 import re
+import threading
 
 from . import _core
 
+_lock = threading.Lock()  # a class becomes a plugin once
 IN, OUT, INOUT = 1, 2, 3
 KINDS = {"bool": 1, "integer": 2, "number": 3, "text": 4, "choice": 5, "numbers": 6, "input_file": 7,
          "input_folder": 10}
@@ -50,9 +52,14 @@ class Param:
 
     def __init__(self, default=None, *, kind=None, unit="", minimum=None, maximum=None, choices=(), required=None,
                  text=""):
+        default = default.item() if hasattr(default, "item") else default  # NumPy's scalars
         self.kind = kind or self._kind_of(default, unit, choices)
         if self.kind not in KINDS:
             raise ValueError(f"a parameter is {', '.join(KINDS)}, not {self.kind!r}")
+        if any(" " in choice for choice in choices):
+            raise ValueError("a choice is one word")
+        if self.kind not in ("integer", "number", "numbers") and (minimum, maximum) != (None, None):
+            raise ValueError(f"a {self.kind} has no bounds; a length needs unit='m'")
         self.fields = {"kind": KINDS[self.kind], "unit": unit, "minimum": minimum, "maximum": maximum,
                        "choices": " ".join(choices), "text": text, "default": self._written(default),
                        "required": default is None if required is None else required}
@@ -67,6 +74,8 @@ class Param:
             return "integer"
         if unit or isinstance(default, float):
             return "number"
+        if default is not None and not isinstance(default, str):
+            raise TypeError(f"the default {default!r} needs a kind: {', '.join(KINDS)}")
         return "text"
 
     @staticmethod
@@ -87,32 +96,34 @@ class Stage:
 
     @classmethod
     def _declaration(cls):
-        ports, parameters = [], []
+        members, ports, parameters = {}, [], []
         for base in reversed(cls.__mro__):
-            for name, member in vars(base).items():
-                if isinstance(member, _Port):
-                    ports.append({"name": name, "direction": member.direction, **member.fields})
-                elif isinstance(member, Param):
-                    parameters.append({"name": name, **member.fields})
+            members.update(vars(base))
+        for name, member in members.items():
+            if isinstance(member, _Port):
+                ports.append({"name": name, "direction": member.direction, **member.fields})
+            elif isinstance(member, Param):
+                parameters.append({"name": name, **member.fields})
         try:
             file, source = inspect.getsourcefile(cls) or "python", inspect.getsource(cls)
         except (OSError, TypeError):  # typed at a prompt
             file, source = "python", cls.__qualname__
-        return {"kind": cls.kind, "name": cls.stage_name(), "file": f"{file}:{cls.__qualname__}",
+        return {"kind": cls.kind, "name": cls.stage_name(), "file": f"{file}:{cls.__qualname__}:{cls.stage_name()}",
                 "summary": (inspect.getdoc(cls) or cls.__name__).splitlines()[0],
                 "hash": hashlib.sha256(source.encode()).hexdigest(), "ports": ports, "parameters": parameters}
 
     @classmethod
     def _plugin(cls):
-        if "_made" not in cls.__dict__:
-            if not callable(getattr(cls, "process", None)):
-                raise TypeError(f"stage {cls.__name__} has no process(self, frame)")
-            cls._made = _core.plugin_of(cls, cls._declaration())
+        if not callable(getattr(cls, "process", None)):
+            raise TypeError(f"stage {cls.__name__} has no process(self, frame)")
+        with _lock:
+            if "_made" not in cls.__dict__:
+                cls._made = _core.plugin_of(cls, cls._declaration())
         return cls._made
 
 
 class Source(Stage):
-    """Makes frames: process(frame) fills one, and returns False when there is no further."""
+    """Makes frames: process(frame) fills one, and returns False after the last frame."""
     kind = "source"
 
 
