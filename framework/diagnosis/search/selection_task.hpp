@@ -19,7 +19,7 @@ namespace tofgraph::diagnosis {
 // ---- Steps of a search, so that a reader can follow why an effect was accepted or rejected ----
 
 struct Step {
-  std::string what;  ///< ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, proved
+  std::string what;  ///< ranked, fitted, maps, taken out, allowed, questioned, valued, exchanged, proved
   std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
   std::string outcome;

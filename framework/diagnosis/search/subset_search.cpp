@@ -178,8 +178,9 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
       return best;
     size = subset.choices.size();
     if (std::ranges::find(tried, subset.choices, &FittedSet::choices) != tried.end()) continue;
-    std::optional<ModelFit> next = fitted_beyond(from, all, subset, information, tried);
-    tried.push_back({subset.choices, next});
+    std::optional<ModelFit> next = fitted(from.state, all, subset, information);
+    if (next) note_worse_than_nested(from, all, subset, *next, tried);
+    tried.push_back({subset.choices, next ? next->deviance : std::numeric_limits<double>::infinity()});
     const bool better = next && task_.bic(*next) < task_.bic(best) - settings.min_lead;
     task_.note({"fitted",
                 names_of(all, subset),
@@ -227,37 +228,19 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
   return fits;
 }
 
-/// Fit of a set that is never worse than a model which it contains: that without it, or with a part of it. Where the
-/// linear solution leads to a worse one, the fit begins again at that model, with the rest of the set off.
-std::optional<ModelFit> SubsetSearch::fitted_beyond(const ModelFit& from, const Alternatives& all, const Subset& subset,
-                                                    const Eigen::MatrixXd& information,
-                                                    std::span<const FittedSet> tried) {
-  std::optional<ModelFit> best = fitted(from.state, all, subset, information);
+/// Notes a fit that ended worse than a fitted model which the set contains: that without it, or with a part of it. To
+/// begin again at the nested model was tried: it made the folds of the published tables choose refinements that do not
+/// hold on other distances.
+void SubsetSearch::note_worse_than_nested(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                                          const ModelFit& fit, std::span<const FittedSet> tried) {
   const auto is_in_set = [&](std::size_t c) { return std::ranges::find(subset.choices, c) != subset.choices.end(); };
-  const ModelFit* nested = &from;
-  const std::vector<std::size_t>* part = nullptr;
+  double nested = from.deviance;
   for (const FittedSet& one : tried) {
-    if (one.fit && one.fit->deviance < nested->deviance && std::ranges::all_of(one.choices, is_in_set))
-      nested = &*one.fit, part = &one.choices;
+    if (std::ranges::all_of(one.choices, is_in_set)) nested = std::min(nested, one.deviance);
   }
-  const auto is_worse = [&] { return best && best->deviance > nested->deviance + settings.roughly_converged; };
-  if (best && !is_worse()) return best;
-  State start = nested->state;
-  for (const std::size_t c : subset.choices) {
-    if (part != nullptr && std::ranges::find(*part, c) != part->end()) continue;
-    const Eigen::VectorXd off = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(all.choices[c].columns.size()));
-    start = all.list[c].placed(std::move(start), {off.data(), all.choices[c].columns.size()});
-  }
-  try {
-    ModelFit again = fit_roughly_with_maps(task_.problem, std::move(start), task_.weight);
-    if (!best || again.deviance < best->deviance) best = std::move(again);
-  } catch (const simulation::EffectError&) {  // nothing from there
-  }
-  task_.note({"fitted again",
-              names_of(all, subset),
-              {{"gain", best ? from.deviance - best->deviance : NAN}},
-              is_worse() ? "worse than a model that it contains" : "from a model that it contains"});
-  return best;
+  if (fit.deviance <= nested + settings.roughly_converged) return;
+  task_.note(
+      {"fitted", names_of(all, subset), {{"excess", fit.deviance - nested}}, "worse than a model that it contains"});
 }
 
 /// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside

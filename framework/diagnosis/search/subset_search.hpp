@@ -16,10 +16,10 @@ struct Promise {
 };
 
 class SubsetSearch {
-  /// A set that was fitted, by its alternatives; no fit where it gives no number.
+  /// A set that was fitted, by its alternatives; infinite where it gives no number.
   struct FittedSet {
     std::vector<std::size_t> choices;
-    std::optional<ModelFit> fit;
+    double deviance;
   };
 
  public:
@@ -47,8 +47,8 @@ class SubsetSearch {
                                         std::vector<FittedSet>& tried, ModelFit& best);
   std::optional<ModelFit> fitted(const State& from, const Alternatives& all, const Subset& subset,
                                  const Eigen::MatrixXd& information) const;
-  std::optional<ModelFit> fitted_beyond(const ModelFit& from, const Alternatives& all, const Subset& subset,
-                                        const Eigen::MatrixXd& information, std::span<const FittedSet> tried);
+  void note_worse_than_nested(const ModelFit& from, const Alternatives& all, const Subset& subset, const ModelFit& fit,
+                              std::span<const FittedSet> tried);
 
   SelectionTask& task_;
   MapSearch& maps_;
