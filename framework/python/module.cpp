@@ -222,7 +222,7 @@ py::list mistakes_of(const config::ConfigurationError& error) {
   return mistakes;
 }
 
-void translate(std::exception_ptr thrown) {
+void translate(std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param): pybind11's signature
   const auto raise = [](const char* name, const py::object& arguments) {
     const py::object type = py::module_::import("tofgraph._errors").attr(name);
     const py::object error = type(*arguments);
@@ -265,7 +265,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_local_exception_translator(translate);
   add_frames(module);
   add_setup(module);
-  py::class_<OwnStage>(module, "OwnStage");
+  const py::class_<OwnStage> own_stage(module, "OwnStage");
   module.def("plugin_of", [](const py::object& stage_class, const py::dict& declaration) {
     return OwnStage{&plugin_of(stage_class, declaration)};
   });
