@@ -36,7 +36,7 @@ struct Pcd final : CloudFormat {
     bool stated = false;
     for (std::size_t at = 0; encoding_.empty();) {
       const std::size_t end = content.find('\n', at);
-      if (end == std::string::npos || end > 65536)
+      if (end > 65536)  // where it is not found, too
         throw std::runtime_error("has no whole PCD header: FIELDS, SIZE, TYPE, WIDTH, HEIGHT, POINTS, DATA");
       Words words(std::string_view(content).substr(at, end - at));
       at = body_ = end + 1;

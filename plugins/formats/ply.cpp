@@ -29,7 +29,7 @@ struct Ply final : CloudFormat {
     std::string_view element;
     for (std::size_t at = 0;;) {
       const std::size_t end = content.find('\n', at);
-      if (end == std::string::npos || end > 65536) throw std::runtime_error("has no whole PLY header");
+      if (end > 65536) throw std::runtime_error("has no whole PLY header");  // where it is not found, too
       Words words(std::string_view(content).substr(at, end - at));
       at = body_ = end + 1;
       const std::string_view key = words.next();
