@@ -17,7 +17,7 @@
 
 namespace tofgraph::inspection {
 
-/// How the images stand, as the stage `orient` mends it: mirrored, then turned clockwise.
+/// Orientation of the images, in the terms of the stage `orient` that corrects it: mirrored, then turned clockwise.
 struct Orientation {
   const char* mirror = "none";
   int turn = 0;                              ///< deg

@@ -19,7 +19,7 @@ namespace {
 
 using config::Value;
 
-/// What the files state.
+/// Contents of a camera file.
 struct VendorCamera {
   double width = 0, height = 0, fx = 0, fy = 0, cx = 0, cy = 0, skew = 0;  // px
   std::vector<double> distortion;                                          // in OpenCV's order

@@ -46,36 +46,39 @@ void release_array(void* owner) {
   Py_DECREF(static_cast<PyObject*>(owner));
 }
 
-template <class Class, class Get> void add_metadata(Class& frame, Get get) {
-  const auto number = [&](const char* name, auto member, const char* text) {
-    frame.def_property_readonly(
-        name, [get, member](const typename Class::type& self) { return get(self).*member; }, text);
-  };
-  number("number", &tofgraph_metadata::number, "place in the run, from 0");
-  number("device_number", &tofgraph_metadata::device_number, "counter of the device: gaps are lost frames");
-  number("timestamp_ns", &tofgraph_metadata::timestamp_ns, "start of the exposure, ns since 1970");
-  number("integration_time", &tofgraph_metadata::integration_time, "s; NaN: unknown");
-  number("modulation_frequency", &tofgraph_metadata::modulation_frequency, "Hz; NaN: unknown");
-  number("temperature", &tofgraph_metadata::temperature, "K; NaN: unknown");
-  number("time_since_power_on", &tofgraph_metadata::time_since_power_on, "s; NaN: unknown");
+/// Calls a function with name, member, bit and meaning of each field of the metadata that a source may set.
+void for_each_metadata(auto&& call) {
+  call("device_number", &tofgraph_metadata::device_number, 0U, "counter of the device: gaps are lost frames");
+  call("timestamp_ns", &tofgraph_metadata::timestamp_ns, TOFGRAPH_KNOWS_TIMESTAMP + 0U,
+       "start of the exposure, ns since 1970");
+  call("integration_time", &tofgraph_metadata::integration_time, TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U,
+       "s; NaN: unknown");
+  call("modulation_frequency", &tofgraph_metadata::modulation_frequency, TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U,
+       "Hz; NaN: unknown");
+  call("temperature", &tofgraph_metadata::temperature, TOFGRAPH_KNOWS_TEMPERATURE + 0U, "K; NaN: unknown");
+  call("time_since_power_on", &tofgraph_metadata::time_since_power_on, TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON + 0U,
+       "s; NaN: unknown");
 }
 
-void set_metadata(const StageFrame& frame, const std::string& name, const py::object& value) {
+template <class Class, class Get> void add_metadata(Class& frame, Get get) {
+  using Frame = typename Class::type;
+  frame.def_property_readonly(
+      "number", [get](const Frame& self) { return get(self).number; }, "place in the run, from 0");
+  for_each_metadata([&](const char* name, auto member, std::uint32_t /*bit*/, const char* text) {
+    frame.def_property_readonly(
+        name, [get, member](const Frame& self) { return get(self).*member; }, text);
+  });
+}
+
+void set_metadata(const StageFrame& frame, const std::string& wanted, const py::object& value) {
   tofgraph_metadata& metadata = frame.get().metadata;
-  if (name == "timestamp_ns")
-    metadata.timestamp_ns = value.cast<std::int64_t>();
-  else if (name == "device_number")
-    metadata.device_number = value.cast<std::uint64_t>();
-  else if (name == "integration_time")
-    metadata.integration_time = value.cast<double>();
-  else if (name == "modulation_frequency")
-    metadata.modulation_frequency = value.cast<double>();
-  else if (name == "temperature")
-    metadata.temperature = value.cast<double>();
-  else if (name == "time_since_power_on")
-    metadata.time_since_power_on = value.cast<double>();
-  else
-    throw py::key_error("frames have no metadata '" + name + "' that a stage may set");
+  bool found = false;
+  for_each_metadata([&](const char* name, auto member, std::uint32_t /*bit*/, const char* /*text*/) {
+    if (wanted != name) return;
+    metadata.*member = value.cast<std::remove_reference_t<decltype(metadata.*member)>>();
+    found = true;
+  });
+  if (!found) throw py::key_error("frames have no metadata '" + wanted + "' that a stage may set");
 }
 
 }  // namespace
@@ -91,6 +94,23 @@ std::uint32_t type_of(const py::dtype& dtype) {
     if (dtype.equal(py::dtype(type.name))) return type.type;
   throw py::type_error("channels hold float32, float64, uint8, uint16, int16 or int32, not " +
                        py::str(py::handle(dtype)).cast<std::string>());
+}
+
+std::uint64_t metadata_bits(const std::vector<std::string>& names) {
+  std::uint64_t bits = 0;
+  for (const std::string& wanted : names) {
+    bool found = false;
+    for_each_metadata([&](const char* name, auto /*member*/, std::uint32_t bit, const char* /*text*/) {
+      if (wanted == name) found = true, bits |= bit;
+    });
+    if (!found) throw py::key_error("frames have no metadata '" + wanted + "'");
+  }
+  return bits;
+}
+
+std::string unit_of(const std::string& channel) {
+  const ChannelInfo* known = known_channel(channel);
+  return known != nullptr ? known->unit : "";
 }
 
 py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writable) {
@@ -131,15 +151,14 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
   view.size = sizeof view;
   view.type = type;
   view.rank = static_cast<std::uint32_t>(array.ndim());
-  view.data = const_cast<void*>(array.data());  // NOLINT(*-const-cast): shared, nobody writes it
+  view.data = const_cast<void*>(array.data());  // NOLINT(*-const-cast): shared channels are read-only
   for (py::ssize_t i = 0; i < array.ndim(); ++i) {
     view.extent[i] = static_cast<std::uint64_t>(array.shape(i));
     view.stride[i] = array.strides(i);
   }
   view.channel = channel.c_str();
-  const ChannelInfo* known = known_channel(channel);
   const tofgraph_frame::Channel* present = frame.find(channel);
-  const std::string unit = present != nullptr ? present->unit : known != nullptr ? known->unit : "";
+  const std::string unit = present != nullptr ? present->unit : unit_of(channel);
   view.unit = unit.c_str();
   PyObject* owner = array.inc_ref().ptr();
   if (graph::host_table().share(&frame, &view, owner, release_array) == TOFGRAPH_STATUS_OK) return;

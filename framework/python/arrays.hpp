@@ -22,6 +22,12 @@ py::dtype dtype_of(std::uint32_t type);
 /// TOFGRAPH_TYPE_.. of a NumPy type. @throws py::type_error naming the types that channels have
 std::uint32_t type_of(const py::dtype& dtype);
 
+/// TOFGRAPH_KNOWS_.. bits of fields of the metadata. @throws py::key_error for a name that no field has
+std::uint64_t metadata_bits(const std::vector<std::string>& names);
+
+/// Unit of a channel by the table of channels; empty where it is not in there.
+std::string unit_of(const std::string& channel);
+
 /// Keeps the memory of a run as long as something of it is in use.
 using Pool = std::shared_ptr<graph::BufferPool>;
 

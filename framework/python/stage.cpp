@@ -13,6 +13,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace tofgraph::python {
@@ -137,8 +138,9 @@ class PythonSetup {
   }
   std::uint64_t frames() const { return stream().frames; }
   void provide(const std::string& name, const py::object& dtype, const std::vector<std::uint64_t>& shape,
-               const std::string& unit) const {
+               const std::optional<std::string>& given_unit) const {
     static_cast<void>(stream());
+    const std::string unit = given_unit.value_or(unit_of(name));
     tofgraph_channel channel{};
     channel.size = sizeof channel;
     channel.name = name.c_str();
@@ -156,9 +158,9 @@ class PythonSetup {
     if (stage_->host->use_profile(stage_->context, name.c_str(), nullptr) != TOFGRAPH_STATUS_OK)
       throw py::value_error("there is no camera profile '" + name + "'");
   }
-  void set_frames(std::uint64_t frames, std::uint64_t known) const {
+  void set_frames(std::uint64_t frames, const std::vector<std::string>& known) const {
     static_cast<void>(stream());
-    stage_->host->set_frames(stage_->context, frames, known);
+    stage_->host->set_frames(stage_->context, frames, metadata_bits(known));
   }
 
  private:
@@ -303,11 +305,12 @@ void add_setup(py::module_& module) {
   setup.def_property_readonly("camera", &PythonSetup::camera, "The camera as a dictionary, or None.");
   setup.def_property_readonly("channels", &PythonSetup::channels, "The channels that arrive, as dictionaries.");
   setup.def_property_readonly("frames", &PythonSetup::frames, "Number of frames that will come; 0: unknown.");
-  setup.def("provide", &PythonSetup::provide, py::arg("name"), py::arg("dtype"), py::arg("shape"), py::arg("unit") = "",
-            "Announces a channel that no port declares.");
+  setup.def("provide", &PythonSetup::provide, py::arg("name"), py::arg("dtype"), py::arg("shape"),
+            py::arg("unit") = py::none(),
+            "Announces a channel that no port declares. unit: by the table of channels unless given.");
   setup.def("use_profile", &PythonSetup::use_profile, py::arg("name"), "Sets the camera by the name of its profile.");
-  setup.def("set_frames", &PythonSetup::set_frames, py::arg("frames"), py::arg("known") = 0,
-            "States the number of frames that will come, for sources.");
+  setup.def("set_frames", &PythonSetup::set_frames, py::arg("frames"), py::arg("known") = std::vector<std::string>(),
+            "States the number of frames that will come, and the metadata that each has, for sources.");
 }
 
 }  // namespace tofgraph::python

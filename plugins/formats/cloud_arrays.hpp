@@ -95,7 +95,25 @@ class Words {
   std::string_view left_;
 };
 
-/// One cloud. Organised clouds are images (row column), others lists of points (point).
+/// Reads the points of a cloud, written as text. @param item a point or a vertex, for messages
+/// @returns false where the text ends too early @throws std::runtime_error a word that is not such a number
+inline bool read_text(Cloud& cloud, std::string_view text, const char* item) {
+  if (cloud.points() > text.size() / std::max<std::size_t>(cloud.fields.size(), 1)) return false;
+  cloud.data.resize(cloud.points() * cloud.step);
+  Words words(text);
+  for (std::uint64_t p = 0; p < cloud.points(); ++p) {
+    for (const CloudField& field : cloud.fields) {
+      const std::string_view word = words.next();
+      if (word.empty()) return false;
+      if (!store_number(word, field, &cloud.data[p * cloud.step + field.offset]))
+        throw std::runtime_error("has '" + std::string(word.substr(0, 40)) + "' as the field '" + field.name + "' of " +
+                                 item + " " + std::to_string(p));
+    }
+  }
+  return true;
+}
+
+/// Format of files that hold a cloud. Organised clouds are images (row column), others lists of points (point).
 class CloudFormat : public FileFormat {
  public:
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) override {

@@ -19,12 +19,12 @@ struct Pcd final : CloudFormat {
     const std::string content = content_of(path);
     read_header(content);
     const std::string_view body = std::string_view(content).substr(body_);
-    if (encoding_ == "ascii")
-      read_ascii(body);
-    else if (encoding_ == "binary")
+    if (encoding_ == "binary")
       read_binary(body);
-    else
+    else if (encoding_ == "binary_compressed")
       read_compressed(body);
+    else if (!read_text(cloud_, body, "point"))
+      cut_off();
     set_cloud(std::move(cloud_), "PCL");
   }
 
@@ -87,27 +87,12 @@ struct Pcd final : CloudFormat {
                              std::to_string(cloud_.step) + " bytes, more than it holds: it was cut off");
   }
 
-  void read_ascii(std::string_view body) {
-    if (cloud_.points() * cloud_.fields.size() > body.size()) cut_off();
-    cloud_.data.resize(cloud_.points() * cloud_.step);
-    Words words(body);
-    for (std::uint64_t p = 0; p < cloud_.points(); ++p) {
-      for (const CloudField& field : cloud_.fields) {
-        const std::string_view word = words.next();
-        if (word.empty()) cut_off();
-        if (!store_number(word, field, &cloud_.data[p * cloud_.step + field.offset]))
-          throw std::runtime_error("has '" + std::string(word.substr(0, 40)) + "' as the field '" + field.name +
-                                   "' of point " + std::to_string(p));
-      }
-    }
-  }
-
   void read_binary(std::string_view body) {
     if (cloud_.points() > body.size() / cloud_.step) cut_off();
     cloud_.data.assign(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(cloud_.points() * cloud_.step));
   }
 
-  /// One field after the other, compressed by LZF behind two sizes.
+  /// Reads fields stored one after the other, compressed by LZF, after two sizes.
   void read_compressed(std::string_view body) {
     std::uint32_t sizes[2] = {};
     if (body.size() < sizeof sizes) cut_off();

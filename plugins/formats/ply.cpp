@@ -16,10 +16,11 @@ struct Ply final : CloudFormat {
   explicit Ply(const std::string& path) {
     const std::string content = content_of(path);
     read_header(content);
-    if (format_ == "ascii")
-      read_ascii(std::string_view(content).substr(body_));
-    else
-      read_binary(std::string_view(content).substr(body_));
+    const std::string_view body = std::string_view(content).substr(body_);
+    if (format_ != "ascii")
+      read_binary(body);
+    else if (!read_text(cloud_, body, "vertex"))
+      cut_off();
     set_cloud(std::move(cloud_), "PLY");
   }
 
@@ -87,21 +88,6 @@ struct Ply final : CloudFormat {
   [[noreturn]] void cut_off() const {
     throw std::runtime_error("announces " + std::to_string(cloud_.points()) +
                              " vertices, more than it holds: it was cut off");
-  }
-
-  void read_ascii(std::string_view body) {
-    if (cloud_.points() > body.size() / cloud_.fields.size()) cut_off();
-    cloud_.data.resize(cloud_.points() * cloud_.step);
-    Words words(body);
-    for (std::uint64_t p = 0; p < cloud_.points(); ++p) {
-      for (const CloudField& field : cloud_.fields) {
-        const std::string_view word = words.next();
-        if (word.empty()) cut_off();
-        if (!store_number(word, field, &cloud_.data[p * cloud_.step + field.offset]))
-          throw std::runtime_error("has '" + std::string(word.substr(0, 40)) + "' as '" + field.name + "' of vertex " +
-                                   std::to_string(p));
-      }
-    }
   }
 
   void read_binary(std::string_view body) {

@@ -38,7 +38,7 @@ class RosFile : public FileFormat {
   }
 
  protected:
-  /// Where a message is: in a chunk, by the key that chunk() takes.
+  /// Place of a message in a chunk, which chunk() finds by its key.
   struct Place {
     std::uint64_t chunk = 0, offset = 0, size = 0;
   };

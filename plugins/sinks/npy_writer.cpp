@@ -61,7 +61,7 @@ struct NpyWriter final : Sink {
  private:
   std::uint64_t element_bytes() const { return type_ == TOFGRAPH_TYPE_U16 || type_ == TOFGRAPH_TYPE_I16 ? 2 : 4; }
 
-  /// Of format 1.0, padded to 256 bytes, so that the number of frames can grow.
+  /// Header of format 1.0, padded to 256 bytes so that the number of frames can grow.
   std::string header() const {
     const char* kind = type_ == TOFGRAPH_TYPE_U16   ? "u2"
                        : type_ == TOFGRAPH_TYPE_I16 ? "i2"

@@ -7,7 +7,7 @@
 #include <pcl/io/pcd_io.h>
 
 #include "tests/small_capture.hpp"
-#include "tests/unit/raw_capture.hpp"
+#include "tests/small_conversion.hpp"
 
 #include <pcl/point_types.h>
 
@@ -33,17 +33,8 @@ Points plane_points() {
   return points;
 }
 
-class ConvertClouds : public testing::Test {
+class ConvertClouds : public SmallConversion {
  protected:
-  void SetUp() override { write_text(path("tiny.yaml"), small_profile); }
-  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
-  Outcome tofgraph(const std::string& arguments) const { return shell("$TOFGRAPH " + arguments, folder_.path()); }
-  Outcome convert(const std::string& arguments) const {
-    return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
-  }
-  template <class T> std::vector<T> frames(const std::string& channel) const {
-    return raw_values<T>(path("out.h5"), "/frames/" + channel);
-  }
   /// The capture's points are these, bit for bit, and where there are none the flag says so.
   void expect_points(const Points& expected, const std::string& what) const {
     const Points points = frames<float>("points");
@@ -54,9 +45,6 @@ class ConvertClouds : public testing::Test {
       EXPECT_EQ(flags[i / 3], std::isnan(expected[i]) ? 1 : 0) << what << i;
     }
   }
-
- private:
-  TemporaryFolder folder_;
 };
 
 std::string ascii_of(const Points& points, const std::vector<std::size_t>& order) {

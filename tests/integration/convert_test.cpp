@@ -7,7 +7,7 @@
 #include <hdf5.h>
 
 #include "tests/small_capture.hpp"
-#include "tests/unit/raw_capture.hpp"
+#include "tests/small_conversion.hpp"
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -21,23 +21,14 @@ namespace {
 
 constexpr std::size_t count = 5;  // frames of what Python writes
 
-class Convert : public testing::Test {
+class Convert : public SmallConversion {
  protected:
-  void SetUp() override { write_text(path("tiny.yaml"), small_profile); }
-  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
-  Outcome tofgraph(const std::string& arguments) const { return shell("$TOFGRAPH " + arguments, folder_.path()); }
-  Outcome convert(const std::string& arguments) const {
-    return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
-  }
   /// Debian's own Python, for which bootstrap installs NumPy and SciPy. @returns whether it could run
   bool python(const std::string& script) const {
     write_text(path("write.py"), "import numpy as np\n" + script);
     const Outcome outcome = shell("/usr/bin/python3 write.py", folder_.path());
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.err.find("ModuleNotFoundError") != std::string::npos) << outcome.err;
     return outcome.exit_code == 0;
-  }
-  template <class T> std::vector<T> frames(const std::string& channel) const {
-    return raw_values<T>(path("out.h5"), "/frames/" + channel);
   }
   /// Elements that a script stored with ndarray.tofile().
   template <class T> std::vector<T> stored(const std::string& name) const {
@@ -46,9 +37,6 @@ class Convert : public testing::Test {
     std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
     return values;
   }
-
- private:
-  TemporaryFolder folder_;
 };
 
 /// 5 frames of 6 x 8 px, stored as `a` in every type, byte order and order of the axes; as it should come out.

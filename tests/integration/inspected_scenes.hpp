@@ -97,7 +97,7 @@ class InspectedRecording {
   /// A disturbance of each pixel of depth and amplitude: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
 
-  /// One frame of depths in millimetres as NumPy's format defines it, uint16 row by row.
+  /// Bytes of an .npy file with the depths of a frame in millimetres, uint16 row by row.
   std::string npy() {
     std::vector<float> values, amplitude;
     make_frame(Mistake::none, "depth", values, amplitude);

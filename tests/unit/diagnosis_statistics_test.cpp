@@ -281,7 +281,7 @@ TEST(Superpixels, HaveTheNoiseThatTheySay) {
     EXPECT_NEAR(squares[k], 1, 4 * std::sqrt(2.0 / (4 * repetitions))) << observable_names[k];
 }
 
-/// Of one frame the profile says half and twice the noise that there is: the pixels' scatter shows it.
+/// A profile that states half or twice the true noise: the scatter of the pixels of a single frame corrects it.
 TEST(Superpixels, OfOneFrameHaveTheNoiseOfTheirPixels) {
   const std::complex<double> ideal = std::polar(800.0, 1.0);
   const std::vector<Signal> base(24 * 24, Signal{ideal, 1000, 0, 0});

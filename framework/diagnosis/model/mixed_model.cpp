@@ -137,7 +137,7 @@ class VarianceFit {
   void vary(double RandomEffectSd::*which, double width) {
     vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
   }
-  /// VarianceFit of unknowns that conditions share are in the priors alone.
+  /// The variances of unknowns that conditions share enter the priors alone.
   void vary_shared(double width) {
     const NormalEquations fixed = equations(best_);
     for (double RandomEffectSd::*which : {&RandomEffectSd::drift, &RandomEffectSd::drift_light,

@@ -112,7 +112,7 @@ void SubsetSearch::linearise(const State& state) {
     alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
 }
 
-/// Of effects that do the same, the simpler one is added; the others are its rivals.
+/// Alternatives that are not in the best model. Effects that repeat a simpler one are left out: they are its rivals.
 Alternatives SubsetSearch::alternatives_beside_best(const SelectedModel& selected) const {
   std::vector<const Candidate*> left_out = selected.barred;
   std::ranges::copy(alternatives_.repeated, std::back_inserter(left_out));

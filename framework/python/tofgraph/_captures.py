@@ -66,17 +66,15 @@ def write_capture(path, channels, *, camera, overwrite=False, compression=0, **m
     if unknown:
         raise TypeError(f"frames have no {unknown[0]}: expected {', '.join(METADATA)}")
     values = {name: np.broadcast_to(value, (count,)) for name, value in metadata.items()}
-    bits = sum({"timestamp_ns": 1, "integration_time": 2, "modulation_frequency": 4, "temperature": 8,
-                "time_since_power_on": 16}.get(name, 0) for name in values)
 
     class Arrays(Source):
         """Frames from arrays."""
 
         def prepare(self, setup):
             self.next = 0
-            setup.set_frames(count, bits)
+            setup.set_frames(count, list(values))
             for name, array in arrays.items():
-                setup.provide(name, array.dtype, array.shape[1:], UNITS.get(name, ""))
+                setup.provide(name, array.dtype, array.shape[1:])
 
         def process(self, frame):
             if self.next == count:
@@ -94,7 +92,3 @@ def write_capture(path, channels, *, camera, overwrite=False, compression=0, **m
     finally:  # the class stays as long as the program, its data must not
         arrays.clear()
         values.clear()
-
-
-UNITS = {"taps": "counts", "phases": "counts", "amplitude": "counts", "intensity": "counts", "distance": "m",
-         "range": "m", "depth": "m", "sigma": "m", "points": "m", "true_depth": "m"}

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Fixture of tests that convert files of other programs into a capture of the small camera.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/small_capture.hpp"
+#include "tests/unit/raw_capture.hpp"
+
+namespace tofgraph::tests {
+
+class SmallConversion : public testing::Test {
+ protected:
+  void SetUp() override { write_text(path("tiny.yaml"), small_profile); }
+  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
+  Outcome tofgraph(const std::string& arguments) const { return shell("$TOFGRAPH " + arguments, folder_.path()); }
+  Outcome convert(const std::string& arguments) const {
+    return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
+  }
+  /// All frames of a channel of the capture.
+  template <class T> std::vector<T> frames(const std::string& channel) const {
+    return raw_values<T>(path("out.h5"), "/frames/" + channel);
+  }
+  TemporaryFolder folder_;
+};
+
+}  // namespace tofgraph::tests
