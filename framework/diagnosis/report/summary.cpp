@@ -131,8 +131,14 @@ std::string outcome(const Diagnosis& d) {
     if (effect.change == "added") added.push_back(&effect);
   }
   std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
-  for (const EffectResult* effect : added)
-    if (std::string text = with_ties(*effect); !text.empty()) names.push_back(std::move(text));
+  std::vector<std::string> weak;
+  for (const EffectResult* effect : added) {
+    std::string text = with_ties(*effect);
+    if (text.empty()) continue;
+    if (effect->is_weak())
+      text += fmt::format(", chosen in {:.0f} % of random halves of the data", 100 * effect->chosen_by_halves);
+    (effect->is_weak() ? weak : names).push_back(std::move(text));
+  }
   const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:
@@ -141,8 +147,9 @@ std::string outcome(const Diagnosis& d) {
       return fmt::format("The model lacks {}; what stands in brackets would explain these data as well: {}.",
                          list_of(names), shrink);
     case Verdict::named_with_rest:
-      return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
-                         shrink);
+      return fmt::format("{}, and something that no effect explains is left: {}.{}",
+                         names.empty() ? "No effect is sure" : "The model lacks " + list_of(names), shrink,
+                         weak.empty() ? "" : " Weak, though in the written model: " + list_of(weak) + ".");
     case Verdict::unknown:
       return not_known(d);
     default:
