@@ -312,16 +312,19 @@ class Run {
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
   }
 
-  /// Number of random halves. Where something is left that may be noise or not, the tests took all of it for noise
-  /// that is independent from one condition to the next; halves of the data show which names rest on that.
+  /// Number of random halves. Where nothing was measured twice, the tests took all that is left for noise, independent
+  /// from one condition to the next; halves of the data show which names rest on that.
   std::size_t halves_to_search() const {
     if (options_.resample > 0) return options_.resample;
-    const bool unknown_noise = std::isnan(d_->gaps[distance].noise_floor);
-    return d_->verdict == Verdict::named_with_rest && unknown_noise ? settings.halves : 0;
+    return !d_->search.found.empty() && std::isnan(d_->gaps[distance].noise_floor) ? settings.halves : 0;
   }
 
-  void search_again(std::size_t halves, const SearchOptions& options) {
-    progress(found_by, "choosing effects again without parts of the data");
+  void search_again(std::size_t halves, SearchOptions options) {
+    options.fold_done = [this](std::size_t done, std::size_t all) {
+      const std::lock_guard lock(mutex_);
+      progress(found_by + (1 - found_by) * static_cast<double>(done) / static_cast<double>(all),
+               fmt::format("choosing effects again without parts of the data, {} of {}", done, all));
+    };
     d_->stability = stability(*problem_, d_->model_terms, d_->candidates, halves, options);
     const auto of_halves = std::ranges::find(d_->stability, any_half, &Stability::put_aside);
     if (of_halves == d_->stability.end()) return;

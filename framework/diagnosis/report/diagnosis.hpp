@@ -84,7 +84,7 @@ struct Diagnosis {
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
-  std::vector<Stability> stability;          ///< where it was asked for, or something of unknown noise is left
+  std::vector<Stability> stability;          ///< where it was asked for, or the noise is unknown
   std::vector<PixelMap> maps;                ///< that were found
   std::optional<MeasuredContrast> contrast;  ///< where intensities are known
   std::optional<PixelSpread> spread;         ///< where a table states standard deviations over pixels
