@@ -337,6 +337,8 @@ struct SearchSettings {
   double component_sd = 6;
   /// draws of intervals | draws | chosen
   int interval_draws = 500;
+  /// size from which a refinement is fitted for the intervals of its effect | its sd | chosen: most are linear below
+  double interval_refinement_sd = 2;
 
   // == Audit, and what to measure next ==
   /// singular value from which a direction of a signature counts | sd | chosen

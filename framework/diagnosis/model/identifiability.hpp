@@ -4,7 +4,7 @@
 #pragma once
 
 #include "diagnosis/model/candidate.hpp"
-#include "diagnosis/model/validation.hpp"
+#include "diagnosis/model/intervals.hpp"
 
 #include <optional>
 #include <span>

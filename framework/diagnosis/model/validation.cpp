@@ -12,8 +12,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
-#include <random>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -147,88 +145,6 @@ double scatter_left(const Problem& problem, double scatter, bool frames, std::si
 
 double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable) {
   return std::sqrt(measured(problem, frames, observable).frames + scatter);
-}
-
-namespace {
-
-/// Changes by the sizes of the refinements that terms do not have, each for a typical value.
-/// @param rows expected(problem, state)
-std::vector<Column> unseen_columns(const Problem& problem, const State& state, const Rows& rows) {
-  std::vector<Column> columns;
-  for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    const Candidate& candidate = *state.terms[t].candidate;
-    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
-      if (candidate.refined(r)) continue;
-      // Of an angle, which may be anything, both quadratures.
-      std::vector<double> off, quarter;
-      for (const FreeParameter& p : candidate.refinements()[r].parameters) {
-        off.push_back(p.off);
-        quarter.push_back(p.nonlinear && p.is_angle() ? p.off + std::numbers::pi / 2 : p.off);
-      }
-      std::vector<std::vector<double>> both = {off};
-      if (quarter != off) both.push_back(std::move(quarter));
-      for (const std::vector<double>& values : both) {
-        State open = state;
-        open.terms[t] = refined(open.terms[t], r, values);
-        columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
-      }
-    }
-  }
-  return columns;
-}
-
-}  // namespace
-
-std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
-                                Refinements refinements) {
-  const auto rows = expected(problem, fit.state);
-  std::vector<Column> columns = jacobian(problem, fit.state, rows);
-  const std::size_t own = columns.size();
-  if (refinements == Refinements::may_be_there)
-    std::ranges::move(unseen_columns(problem, fit.state, rows), std::back_inserter(columns));
-  const Unknowns unknowns = problem.unknowns(columns.size());
-  std::vector<Gram> grams = grams_of(problem, fit.state, rows, columns);
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
-  const auto solved = [&](const std::vector<double>& weight) {
-    NormalEquations equations = assemble(grams, determinants, unknowns, weight);
-    for (auto unseen = static_cast<Eigen::Index>(own); unseen < unknowns.effects; ++unseen)
-      equations.information(unseen, unseen) += 1;  // their prior
-    return solve(equations, unknowns, fit.state.random_sd);
-  };
-  std::vector<double> weight(grams.size(), 1.0);
-  const Solution whole = solved(weight);
-  std::mt19937_64 generator(seed);
-  std::vector<std::vector<double>> drawn(own);
-  for (int d = 0; d < settings.interval_draws; ++d) {
-    std::ranges::fill(weight, 0.0);
-    for (std::size_t k = 0; k < grams.size(); ++k) ++weight[generator() % grams.size()];
-    const Solution one = solved(weight);
-    for (std::size_t c = 0; c < own; ++c) {
-      const auto j = static_cast<Eigen::Index>(c);
-      drawn[c].push_back(one.values(j) - whole.values(j));
-    }
-  }
-  std::vector<Interval> result;
-  std::size_t c = 0;
-  for (const Term& term : fit.state.terms) {
-    for (std::size_t k = 0; k < term.values.size(); ++k, ++c) {
-      std::ranges::sort(drawn[c]);
-      const auto j = static_cast<Eigen::Index>(c);
-      const double likely = 1.96 * std::sqrt(whole.covariance(j, j));
-      // Where unseen refinements would move a value, the interval is about both.
-      const double moved = own < columns.size() ? whole.values(j) : 0;
-      const double wider = std::sqrt(std::max(lack_of_fit, 1.0));
-      const double below = wider * std::min(drawn[c][settings.interval_draws / 40], -likely) + std::min(moved, 0.0),
-                   above =
-                       wider * std::max(drawn[c][settings.interval_draws - 1 - settings.interval_draws / 40], likely) +
-                       std::max(moved, 0.0);
-      const double unit = term.candidate->free()[k].typical;
-      const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
-      result.push_back({term.values[k] + low, term.values[k] + high});
-    }
-  }
-  return result;
 }
 
 namespace {

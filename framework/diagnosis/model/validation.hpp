@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Size of the gap, and intervals of the parameters.
+/// @file Size of the gap, and evidence for a model.
 #pragma once
 
 #include "diagnosis/model/fit.hpp"
 
 #include <array>
-#include <cstdint>
 
 namespace tofgraph::diagnosis {
 
@@ -30,21 +29,6 @@ double scatter_left(const Problem& problem, double scatter, bool frames, std::si
 /// The gap of a model that lacks nothing: the noise of the frames, and all that conditions differ by. Few repeated
 /// conditions may say more or less than that. In units of gap(). @param scatter of the observable
 double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable);
-
-/// Assumption of intervals about the refinements that the data did not demand.
-enum class Refinements {
-  as_they_are,   ///< their sizes are off
-  may_be_there,  ///< normal about off, a typical value their standard deviation: too small to be seen is not zero
-};
-struct Interval {
-  double low = 0, high = 0;
-};
-/// 95 % intervals of the free parameters of all terms, in SI: conditions are drawn with replacement, each draw is one
-/// step of least squares. Never narrower than the covariance of the fit says.
-/// @param lack_of_fit chi-square over its expectation: where more than 1, intervals are its root times as wide
-/// @param refinements what of those that a term does not have
-std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit = 1,
-                                Refinements refinements = Refinements::may_be_there);
 
 // ---- Measurements beside the expectations of two models, condition by condition and over the sensor, with errors ----
 
