@@ -165,6 +165,7 @@ nlohmann::json describe(const Plugin& d) {
                          {"file", d.file.path.string()},
                          {"api", fmt::format("{}.{}", d.api_major, d.api_minor)},
                          {"stateless", (d.flags & TOFGRAPH_STAGE_STATELESS) != 0},
+                         {"steady", (d.flags & TOFGRAPH_STAGE_STEADY) != 0},
                          {"many_inputs", (d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0},
                          {"ports", nlohmann::json::array()},
                          {"parameters", nlohmann::json::array()}};
