@@ -158,7 +158,17 @@ struct Decoder : Filter {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     if (samples.data == nullptr || samples.extent[0] != exposures_.size())
       throw std::runtime_error(other_number(samples.extent[0]));
+    refuse_gaps(samples);
     return samples;
+  }
+
+  /// The samples are read as one block.
+  static void refuse_gaps(const tofgraph_view& view) {
+    auto stride = static_cast<std::int64_t>(element_size(view.type));
+    for (std::uint32_t i = view.rank; i-- > 0;) {
+      if (view.stride[i] != stride) throw std::runtime_error(std::string(view.channel) + " has gaps");
+      stride *= static_cast<std::int64_t>(view.extent[i]);
+    }
   }
 
   /// Once, at the first frame: a warning where another order of the exposures would explain it better.
