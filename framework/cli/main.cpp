@@ -113,6 +113,7 @@ int main(int argc, char** argv) {
   cli::add_convert(app, common);
   cli::add_inspect(app, common);
   cli::add_camera(app, common);
+  cli::add_plugin(app, common);
   try {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;
