@@ -114,6 +114,7 @@ int main(int argc, char** argv) {
   cli::add_inspect(app, common);
   cli::add_camera(app, common);
   cli::add_plugin(app, common);
+  cli::add_manual(app, common);
   try {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* example = "example: tofgraph plugin check build/tofgraph_filter_edge_mask.so";
+constexpr const char* check_example = "check_example: tofgraph plugin check build/tofgraph_filter_edge_mask.so";
 
 /// Working folder of one check, removed with all that the plugin wrote.
 class Scratch {
@@ -42,7 +42,7 @@ class Scratch {
   fs::path path_;
 };
 
-json table() {
+json checks_table() {
   const config::ChildResult child = config::run_child({config::checker()});
   json list = json::parse(child.output, nullptr, false);
   if (!child.ok() || !list.is_array()) throw std::runtime_error("the program of the checks does not work");
@@ -55,7 +55,7 @@ std::string names_of(const json& checks) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-bool is_for(const json& check, const std::string& kind) {
+bool is_check_for(const json& check, const std::string& kind) {
   return (" " + check["kinds"].get<std::string>() + " ").find(" " + kind + " ") != std::string::npos;
 }
 
@@ -68,7 +68,7 @@ std::string crash_message(const std::string& errors) {
 }
 
 /// How a process ended that said nothing.
-std::string how_it_ended(const config::ChildResult& child, const json& check) {
+std::string how_child_ended(const config::ChildResult& child, const json& check) {
   if (child.overtime) return fmt::format("does not end within {} s", check["seconds"].get<int>());
   const std::string crash = crash_message(child.errors);
   if (!crash.empty()) return crash;
@@ -86,14 +86,14 @@ json run_check(const json& check, const CheckedPlugin& plugin, const fs::path& f
   const config::ChildResult child =
       config::run_child(command, {.keep_errors = true, .limit = std::chrono::seconds(check["seconds"].get<int>())});
   json outcome = json::parse(child.output, nullptr, false);
-  if (!child.ok() || !outcome.is_object()) outcome = {{"result", "failed"}, {"text", how_it_ended(child, check)}};
+  if (!child.ok() || !outcome.is_object()) outcome = {{"result", "failed"}, {"text", how_child_ended(child, check)}};
   outcome["name"] = check["name"];
   outcome["sentence"] = check["sentence"];
   outcome["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return outcome;
 }
 
-void print(const json& outcome) {
+void print_outcome(const json& outcome) {
   const std::string result = outcome["result"], text = outcome["text"];
   const bool failed = result == "failed";
   fmt::print("{:8} {:12} {}\n", failed ? "FAILED" : result, outcome["name"].get<std::string>(),
@@ -108,16 +108,17 @@ void print(const json& outcome) {
 
 fs::path checked_file(const CheckedPlugin& plugin) {
   if (plugin.file.empty())
-    throw config::ConfigurationError(fmt::format("error: FILE is missing\n         {}", example));
+    throw config::ConfigurationError(fmt::format("error: FILE is missing\n         {}", check_example));
   const fs::path file = fs::absolute(plugin.file);
   std::error_code error;
   if (!fs::is_regular_file(file, error))
-    throw config::ConfigurationError(fmt::format("error: there is no file {}\n         {}", plugin.file, example));
+    throw config::ConfigurationError(
+        fmt::format("error: there is no file {}\n         {}", plugin.file, check_example));
   if (graph::plugin_file(file).kind.empty())
     throw config::ConfigurationError(
         fmt::format("error: {}: a plugin must be called tofgraph_KIND_NAME.so (KIND: source, filter, sink, effect, "
                     "format)\n         {}",
-                    plugin.file, example));
+                    plugin.file, check_example));
   for (const std::string& setting : plugin.settings)
     if (setting.find('=') == std::string::npos)
       throw config::ConfigurationError(
@@ -125,7 +126,7 @@ fs::path checked_file(const CheckedPlugin& plugin) {
   return file;
 }
 
-void list(const json& checks, bool as_json) {
+void print_checks(const json& checks, bool as_json) {
   if (as_json) {
     fmt::print("{}\n", config::json_text(checks, 2));
     return;
@@ -139,9 +140,9 @@ void list(const json& checks, bool as_json) {
 }  // namespace
 
 int check_plugin(const CheckedPlugin& plugin) {
-  const json checks = table();
+  const json checks = checks_table();
   if (plugin.list) {
-    list(checks, plugin.as_json);
+    print_checks(checks, plugin.as_json);
     return done;
   }
   const fs::path file = checked_file(plugin);
@@ -150,7 +151,7 @@ int check_plugin(const CheckedPlugin& plugin) {
   if (!plugin.only.empty() && named == checks.end())
     throw config::ConfigurationError(
         fmt::format("--only: error: there is no check '{}'\n         checks: {}", plugin.only, names_of(checks)));
-  if (!plugin.only.empty() && !is_for(*named, kind))
+  if (!plugin.only.empty() && !is_check_for(*named, kind))
     throw config::ConfigurationError(fmt::format("--only: error: the check '{}' is for {}, not for a {}", plugin.only,
                                                  (*named)["kinds"].get<std::string>(), kind));
   json outcomes = json::array();
@@ -158,9 +159,9 @@ int check_plugin(const CheckedPlugin& plugin) {
   for (const json& check : checks) {
     const bool chosen =
         plugin.only.empty() ? check["strictness"].get<unsigned>() <= plugin.strictness : check["name"] == plugin.only;
-    if (!chosen || !is_for(check, kind)) continue;
+    if (!chosen || !is_check_for(check, kind)) continue;
     outcomes.push_back(run_check(check, plugin, file));
-    if (!plugin.as_json) print(outcomes.back());
+    if (!plugin.as_json) print_outcome(outcomes.back());
     ++counts[outcomes.back()["result"]];
     if (check["name"] == "descriptor" && outcomes.back()["result"] == "failed") break;  // nothing can be asked of it
   }

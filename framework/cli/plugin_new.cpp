@@ -22,7 +22,7 @@ struct Copy {
   std::string from, to;
 };
 
-void check_name(const std::string& name, const Common& common) {
+void check_plugin_name(const std::string& name, const Common& common) {
   const bool first = !name.empty() && name.front() >= 'a' && name.front() <= 'z';
   const bool word =
       std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
@@ -86,7 +86,7 @@ std::vector<Copy> files_of(const NewPlugin& plugin, const std::string& source) {
 }  // namespace
 
 int new_plugin(const NewPlugin& plugin, const Common& common) {
-  check_name(plugin.name, common);
+  check_plugin_name(plugin.name, common);
   if (plugin.language == "python" && plugin.kind == "effect")
     throw config::ConfigurationError(
         "--language: error: an effect is evaluated for every ray, and is written in C++ or C\n         "
