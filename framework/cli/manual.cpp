@@ -128,7 +128,7 @@ std::string zsh_text(std::string text) {
 std::string zsh_options(const CLI::App& command) {
   std::string text;
   for (const CLI::Option* option : shown_options(command)) {
-    const std::string value = option->get_option_text();
+    const std::string& value = option->get_option_text();
     for (const std::string& name : option->get_lnames())
       text += fmt::format(" \\\n    '--{}[{}]{}'", name, zsh_text(option->get_description()),
                           value.empty() ? "" : fmt::format(":{}:_files", zsh_text(value)));
@@ -171,7 +171,7 @@ std::string option_words(const CLI::Option& option) {
   std::string names = option.get_name(false, true);
   std::string words;
   for (const char c : names) words += c == ',' ? ", " : std::string(1, c);
-  const std::string value = option.get_option_text();
+  const std::string& value = option.get_option_text();
   return value.empty() ? words : words + " " + value;
 }
 

@@ -150,7 +150,7 @@ std::string takes_values(const Subject& subject) {
 }
 
 std::string lives_often(const Subject& subject) {
-  constexpr int lives = 1000, first = 200, most_bytes = 16;
+  constexpr int lives = 1000, first = 200, limit = 16;
   std::size_t before = 0;
   if (const std::string refusal = or_refuses([&] { make(subject, {}); }); !refusal.empty())
     throw NotApplicable(refusal);
@@ -160,7 +160,7 @@ std::string lives_often(const Subject& subject) {
   }
   const auto grown = static_cast<std::int64_t>(memory_in_use()) - static_cast<std::int64_t>(before);
   const double each = static_cast<double>(grown) / (lives - first);
-  if (each > most_bytes)
+  if (each > limit)
     throw Violation(fmt::format("it leaks: {:.0f} bytes are kept each time that it is made and destroyed", each));
   return {};
 }

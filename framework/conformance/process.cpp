@@ -62,7 +62,7 @@ State settings_of_process() {
                  {"the mask of file modes", file_mode_mask()},
                  {"the environment", environment()}};
 #ifdef __SSE2__
-  constexpr unsigned flags = 0x3f;  // that an operation was inexact is no mode
+  constexpr unsigned flags = 0x3f;  // the last operations, not the mode
   state["the mode of floating-point numbers"] = fmt::format("{:x}", __builtin_ia32_stmxcsr() & ~flags);
 #endif
   return state;
