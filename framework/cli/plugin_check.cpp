@@ -70,7 +70,7 @@ std::string crash_message(const std::string& errors) {
 /// How a process ended that said nothing.
 std::string how_child_ended(const config::ChildResult& child, const json& check) {
   if (child.overtime) return fmt::format("does not end within {} s", check["seconds"].get<int>());
-  const std::string crash = crash_message(child.errors);
+  std::string crash = crash_message(child.errors);
   if (!crash.empty()) return crash;
   if (child.signal != 0) return fmt::format("crashed (signal {}, {})", child.signal, strsignal(child.signal));
   return fmt::format("ended the process (exit code {})", child.exit_code);
@@ -109,7 +109,7 @@ void print_outcome(const json& outcome) {
 fs::path checked_file(const CheckedPlugin& plugin) {
   if (plugin.file.empty())
     throw config::ConfigurationError(fmt::format("error: FILE is missing\n         {}", check_example));
-  const fs::path file = fs::absolute(plugin.file);
+  fs::path file = fs::absolute(plugin.file);
   std::error_code error;
   if (!fs::is_regular_file(file, error))
     throw config::ConfigurationError(

@@ -26,7 +26,7 @@ std::string text_at(const json& object, const char* key) {
 }
 
 /// Text in a cell of a table.
-std::string table_cell(std::string text) {
+std::string table_cell(const std::string& text) {
   std::string result;
   for (const char c : text) result += c == '|' ? "\\|" : c == '\n' ? " " : std::string(1, c);
   return result;

@@ -68,7 +68,7 @@ class Bench {
   }
 
   /// Taps of every look, P x (A, B) x pixels each. @throws Refusal
-  std::vector<double> taps(std::vector<EffectPtr> effects) const {
+  std::vector<double> taps(const std::vector<EffectPtr>& effects) const {
     std::vector<double> all;
     for (const Look& look : looks) {
       Acquisition acquisition = acquisition_of(camera_->view(), look.integration_time);

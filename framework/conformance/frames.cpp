@@ -149,7 +149,7 @@ int create_with_gaps(const tofgraph_host* host, void* context, const tofgraph_va
 std::string takes_gaps(const Subject& subject) {
   original = &subject.plugin();
   graph::Plugin gapped;
-  static_cast<tofgraph_descriptor&>(gapped) = *original;
+  static_cast<tofgraph_descriptor&>(gapped) = static_cast<const tofgraph_descriptor&>(*original);
   gapped.file = original->file;
   gapped.own_ports = original->own_ports;
   gapped.own_parameters = original->own_parameters;

@@ -55,7 +55,7 @@ std::string loads(const Subject& subject) {
   const double before = processor_seconds();
   if (dlopen(subject.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE) == nullptr) throw Violation(dlerror());
   const double seconds = processor_seconds() - before;
-  const std::string told = fmt::format("{:.1f} ms", 1e3 * seconds);
+  std::string told = fmt::format("{:.1f} ms", 1e3 * seconds);
   if (seconds > 0.1) throw Violation(told + " of processor time until it is loaded, at most 100 ms");
   return told;
 }

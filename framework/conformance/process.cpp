@@ -114,7 +114,7 @@ std::string leaves_the_process(const Subject& subject) {
       return std::string(error.what());
     }
   };
-  const std::string refusal = once();  // what libraries keep for good, they have from here on
+  std::string refusal = once();  // what libraries keep for good, they have from here on
   compare();
   const std::size_t files = entries_of("/proc/self/fd"), threads = entries_of("/proc/self/task");
   for (int again = 0; again < 3; ++again) once();

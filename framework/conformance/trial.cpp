@@ -30,7 +30,7 @@ std::string example_in(std::string_view text) {
 }
 
 std::string required_value(const tofgraph_parameter& p, const Subject& subject) {
-  const std::string example = example_in(p.text);
+  std::string example = example_in(p.text);
   switch (p.kind) {
     case TOFGRAPH_KIND_OUTPUT_FILE:
     case TOFGRAPH_KIND_FRAME_FILES:
@@ -64,7 +64,7 @@ Settings settings_of(const Subject& subject, const Settings& given) {
   Settings settings = given;
   for (const std::string& setting : subject.settings) {
     const auto equals = setting.find('=');
-    settings.insert_or_assign(setting.substr(0, equals), setting.substr(equals + 1));
+    settings.emplace(setting.substr(0, equals), setting.substr(equals + 1));  // a value under test comes first
   }
   for (const tofgraph_parameter& p : subject.plugin().own_parameters) {
     if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0 && !settings.contains(p.name))

@@ -81,8 +81,8 @@ bool is_number(const tofgraph_parameter& p) {
 void fill(Channel& channel, const io::CameraPtr& camera, std::uint64_t seed, Content content) {
   std::mt19937_64 random(seed * 1000003 + std::hash<std::string>()(channel.name));
   std::normal_distribution<double> normal;
-  const std::size_t size =
-      graph::channel_bytes(channel.type, channel.rank, channel.extent) / element_size(channel.type);
+  const std::size_t size = graph::channel_bytes(channel.type, channel.rank, channel.extent) /
+                           std::max<std::size_t>(element_size(channel.type), 1);
   if (channel.name == "rays" && camera) {
     std::memcpy(channel.buffer.data(), camera->view().rays, size * sizeof(float));
     return;

@@ -13,6 +13,7 @@
 #include "io/noise_calibration.hpp"
 #include "io/plausibility.hpp"
 #include "plugins/calibrated_serial.hpp"
+#include "plugins/without_gaps.hpp"
 
 namespace tofgraph {
 
@@ -160,15 +161,6 @@ struct Decoder : Filter {
       throw std::runtime_error(other_number(samples.extent[0]));
     refuse_gaps(samples);
     return samples;
-  }
-
-  /// The samples are read as one block.
-  static void refuse_gaps(const tofgraph_view& view) {
-    auto stride = static_cast<std::int64_t>(element_size(view.type));
-    for (std::uint32_t i = view.rank; i-- > 0;) {
-      if (view.stride[i] != stride) throw std::runtime_error(std::string(view.channel) + " has gaps");
-      stride *= static_cast<std::int64_t>(view.extent[i]);
-    }
   }
 
   /// Once, at the first frame: a warning where another order of the exposures would explain it better.
