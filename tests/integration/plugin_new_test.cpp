@@ -39,9 +39,8 @@ TEST_P(Project, BuildsAndPassesItsTestsAsItIs) {
 TEST_P(Project, IsTheSameWithEveryCompiler) {
   succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
   const bool c = language == "c";
-  const std::vector<std::string> compilers =
-      c ? std::vector<std::string>{"gcc -std=c99 -pedantic", "clang -std=c99"}
-        : std::vector<std::string>{"g++ -std=c++20", "clang++ -std=c++20"};
+  const std::vector<std::string> compilers = c ? std::vector<std::string>{"gcc -std=c99 -pedantic", "clang -std=c99"}
+                                               : std::vector<std::string>{"g++ -std=c++20", "clang++ -std=c++20"};
   for (const std::string& compiler : compilers) {
     if (!is_there(compiler.substr(0, compiler.find(' ')))) continue;
     for (const std::string level : {"-O0", "-O2"}) {
