@@ -13,6 +13,7 @@
 #include "io/noise_calibration.hpp"
 #include "io/plausibility.hpp"
 #include "plugins/calibrated_serial.hpp"
+#include "plugins/without_gaps.hpp"
 
 namespace tofgraph {
 
@@ -158,6 +159,7 @@ struct Decoder : Filter {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     if (samples.data == nullptr || samples.extent[0] != exposures_.size())
       throw std::runtime_error(other_number(samples.extent[0]));
+    refuse_gaps(samples);
     return samples;
   }
 

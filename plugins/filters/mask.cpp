@@ -162,13 +162,13 @@ struct Mask final : Filter {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     switch (samples.type) {
       case TOFGRAPH_TYPE_U16:
-        return null2(static_cast<const std::uint16_t*>(samples.data), true, image, found);
+        return null2(Array<const std::uint16_t>(samples).data(), true, image, found);
       case TOFGRAPH_TYPE_I16:
-        return null2(static_cast<const std::int16_t*>(samples.data), false, image, found);
+        return null2(Array<const std::int16_t>(samples).data(), false, image, found);
       case TOFGRAPH_TYPE_I32:
-        return null2(static_cast<const std::int32_t*>(samples.data), false, image, found);
+        return null2(Array<const std::int32_t>(samples).data(), false, image, found);
       default:
-        return null2(static_cast<const float*>(samples.data), false, image, found);
+        return null2(Array<const float>(samples).data(), false, image, found);
     }
   }
 

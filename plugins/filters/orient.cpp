@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Images that were stored mirrored or turned.
+#include "plugins/without_gaps.hpp"
+
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
@@ -50,6 +52,7 @@ struct Orient final : Filter {
     for (const Image& image : images_) {
       const tofgraph_view in = frame.find(image.made.name);
       if (in.data == nullptr) throw std::runtime_error(std::string("the frame has no '") + image.made.name + "'");
+      refuse_gaps(in);
       thread_local std::vector<char> copy;  // in and out may be the same memory
       const std::size_t bytes = image.planes * width_ * height_ * image.pixel;
       copy.assign(static_cast<const char*>(in.data), static_cast<const char*>(in.data) + bytes);

@@ -50,8 +50,9 @@ enum { TOFGRAPH_MESSAGE_INFO = 0, TOFGRAPH_MESSAGE_WARNING = 1 };
 enum { TOFGRAPH_PORT_OPTIONAL = 1, TOFGRAPH_PORT_EVERY = 2 };
 
 /** Flags of a stage. STATELESS: process may run for several frames at once, in any order; otherwise one frame at a
- * time, in the order of the frames. MANY_INPUTS: a sink of any number of streams, with one frame of each. */
-enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2 };
+ * time, in the order of the frames. MANY_INPUTS: a sink of any number of streams, with one frame of each. STEADY: after
+ * its first frames process asks nobody but the host for memory; `plugin check` counts. */
+enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2, TOFGRAPH_STAGE_STEADY = 4 };
 
 /** Kind of a parameter. NUMBER(S) have the unit of the parameter; paths come absolute. OUTPUT_FILE: one a run;
  * FRAME_FILES: one a frame, "out/cloud_{frame:06}.pcd"; IMAGE: values of the pixels, read by the host. */
