@@ -10,9 +10,8 @@
 
 #include <atomic>
 
-#include "io/noise_calibration.hpp"
 #include "io/plausibility.hpp"
-#include "plugins/calibrated_serial.hpp"
+#include "plugins/calibrated_noise.hpp"
 
 namespace tofgraph {
 
@@ -73,18 +72,7 @@ struct Decoder : Filter {
       this,
       "invalidate_inconsistent",
       {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
-  Param<InputFile> calibration{
-      this,
-      "calibration",
-      {.choices = "noise", .text = "a calibration file of the kind noise; default: the camera's noise"}};
-  Param<double> read_noise{
-      this,
-      "read_noise",
-      {.unit = "counts", .min = 0, .text = "of a tap; default: the calibration's, or the camera's"}};
-  Param<double> shot_noise{
-      this,
-      "shot_noise",
-      {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the calibration's, or the camera's"}};
+  NoiseParameters tap_noise{this};
   Param<double> full_well{
       this,
       "full_well",
@@ -112,7 +100,7 @@ struct Decoder : Filter {
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
     const tofgraph_camera* camera = setup.stream().camera;
-    counts_ = counts_of(camera, calibrated_noise(setup, camera));
+    counts_ = counts_of(camera, tap_noise.noise(setup));
     camera_ = camera;
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
     if (modulation_frequency.given()) {
@@ -261,32 +249,12 @@ struct Decoder : Filter {
   bool from_camera_ = true;  // the exposures
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;
-  SerialCheck check_serial_{this};
 
-  /// The camera's noise, or that of the calibration.
-  physics::TapNoise calibrated_noise(const Setup& setup, const tofgraph_camera* camera) const {
-    if (calibration->empty()) {
-      if (camera == nullptr) return {};
-      return {.read_noise = camera->read_noise, .shot_noise = camera->shot_noise};
-    }
-    io::NoiseCalibration file;
-    try {
-      file = io::read_noise_calibration(std::string(*calibration), setup.camera().name);
-    } catch (const std::exception& error) {
-      throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
-    }
-    check_serial_("calibration", file.serial, serial_of(setup));
-    return file.noise;
-  }
-
-  DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& otherwise) const {
+  DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& noise) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
-    const auto either = [](const Param<double>& given, double known) { return given.given() ? *given : known; };
-    const physics::TapNoise noise{.read_noise = either(read_noise, otherwise.read_noise),
-                                  .shot_noise = either(shot_noise, otherwise.shot_noise)};
     const double contrast = camera != nullptr ? camera->contrast : unknown;
     const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
-    const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);
+    const double well = full_well.given() ? *full_well : camera != nullptr ? camera->full_well : unknown;
     return {.full_well = static_cast<float>(well > 0 ? well : never),
             .min_amplitude = static_cast<float>(*min_amplitude),
             .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
