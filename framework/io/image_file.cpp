@@ -46,12 +46,14 @@ double scale_of(const std::string& unit, const std::string& wanted) {
 }  // namespace
 
 ImageFile::ImageFile(std::string parameter, std::string file, const std::string& dataset, const std::string& unit,
-                     const std::string& wanted)
+                     const std::string& wanted, bool mask)
     : parameter_(std::move(parameter)), file_(std::move(file)), unit_(wanted) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file_, error))
     throw std::runtime_error(fmt::format("there is no file {}", file_));
   io::ImageData image = read(file_, dataset);
+  if (image.of_bytes && !mask)
+    throw std::runtime_error(file_ + " has 8 bits per pixel, expected 16 (PNG) or floating point (TIFF)");
   values_ = std::move(image.values);
   const double scale = scale_of(unit.empty() ? image.unit : unit, wanted);
   for (double& value : values_) {

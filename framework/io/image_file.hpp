@@ -17,9 +17,10 @@ class ImageFile {
   /// @param dataset of an HDF5 file; empty: the only one there, or `map`
   /// @param unit of the values, "0.1 mm" or "mm"; empty: what the file says, else SI
   /// @param wanted the parameter's unit, SI
+  /// @param mask whether values are only 0 or not 0: pictures may then have 8 bits
   /// @throws std::runtime_error what is wrong with the file, its values or its unit
   ImageFile(std::string parameter, std::string file, const std::string& dataset, const std::string& unit,
-            const std::string& wanted);
+            const std::string& wanted, bool mask = false);
 
   const std::string& parameter() const { return parameter_; }
   const std::string& file() const { return file_; }
