@@ -5,6 +5,7 @@
 #pragma once
 
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/amplitude_walk.hpp>
 #include <tofgraph/physics/exposure_order.hpp>
 #include <tofgraph/physics/four_phase.hpp>
 
@@ -125,16 +126,18 @@ struct Decoder : Filter {
     const tofgraph_view samples = samples_of(frame);
     const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
     const Array<std::uint16_t> bits = flags(frame, rows, columns);
-    decode(DecoderImages{.samples = samples.data,
-                         .type = samples.type,
-                         .pixels = rows * columns,
-                         .distance = distance(frame, rows, columns).data(),
-                         .amplitude = amplitude(frame, rows, columns).data(),
-                         .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
-                         .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
-                         .flags = bits.data()});
+    const DecoderImages images{.samples = samples.data,
+                               .type = samples.type,
+                               .pixels = rows * columns,
+                               .distance = distance(frame, rows, columns).data(),
+                               .amplitude = amplitude(frame, rows, columns).data(),
+                               .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
+                               .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
+                               .flags = bits.data()};
+    decode(images);
     lengths_.invalidate(frame, bits);
     look_at_order(frame, samples);
+    look_at_walk(frame, images, rows, columns);
   }
 
   DecoderCounts counts_{};
@@ -176,6 +179,20 @@ struct Decoder : Filter {
                                         ". These would fit; put them into the profile, and set exposures: camera at a "
                                         "capture_reader whose recording has its own:\n         exposures: " +
                                         physics::exposures_yaml(other->exposures));
+  }
+
+  /// Once, at one of the first frames with contrast: a warning where the distance rises with the amplitude.
+  void look_at_walk(const Frame& frame, const DecoderImages& images, std::size_t rows, std::size_t columns) const {
+    if (walks_left_.load(std::memory_order_relaxed) <= 0 || walks_left_.fetch_sub(1) <= 0) return;
+    const auto walk = physics::walk_of_frame(images.distance, images.amplitude, rows, columns);
+    if (!walk || walked_.test_and_set()) return;
+    walks_left_ = 0;
+    constexpr double least = 2e-3;  // m per factor 2
+    if (walk->rise < least || walk->rise < 6 * walk->error) return;
+    warn("frame " + std::to_string(frame.metadata().number) + ": the distance rises by " +
+         physics::short_number(std::round(walk->rise * 1e4) / 10) +
+         " mm with each doubling of the amplitude, within surfaces; tofgraph calibrate offset with targets of several "
+         "reflectivities measures this, tofgraph inspect shows more");
   }
 
   std::string other_number(std::uint64_t images) const {
@@ -244,6 +261,8 @@ struct Decoder : Filter {
 
   mutable std::atomic_flag looked_;
   mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
+  mutable std::atomic_flag walked_;
+  mutable std::atomic<int> walks_left_ = 5;  // frames with too little contrast do not count
 
   const tofgraph_camera* camera_ = nullptr;
   bool from_camera_ = true;  // the exposures
