@@ -3,6 +3,8 @@
 /// @file Values of the pixels from a file, as a parameter's value: read once, by the host.
 #pragma once
 
+#include "io/image_data.hpp"
+
 #include <tofgraph/plugin.h>
 
 #include <string>
@@ -32,6 +34,10 @@ class ImageFile {
   std::vector<double> values_;
   tofgraph_view view_{};
 };
+
+/// Reads a file of values as ImageFile does, also with several numbers a pixel (.npy, HDF5). Values may be NaN.
+/// @throws std::runtime_error what is wrong with the file
+ImageData read_image(const std::string& file, const std::string& dataset);
 
 /// A view of values that somebody else keeps. @param name of the parameter
 tofgraph_view image_view(const double* values, std::size_t rows, std::size_t columns, const char* name,

@@ -26,11 +26,12 @@ ImageData from_picture(const std::string& file) {
         fmt::format("{} has {} colour channels, expected one value per pixel", file, picture.channels()));
   cv::Mat values;
   picture.convertTo(values, CV_64F);
-  return {{values.begin<double>(), values.end<double>()},
-          static_cast<std::size_t>(values.rows),
-          static_cast<std::size_t>(values.cols),
-          "",
-          picture.depth() == CV_8U};
+  return {.values = {values.begin<double>(), values.end<double>()},
+          .rows = static_cast<std::size_t>(values.rows),
+          .columns = static_cast<std::size_t>(values.cols),
+          .depth = 1,
+          .unit = "",
+          .of_bytes = picture.depth() == CV_8U};
 }
 
 ImageData load(const std::string& file, const std::string& dataset) {
