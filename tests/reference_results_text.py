@@ -258,7 +258,7 @@ noise. Figure 3.3 states 16 mm for single frames, from which the profile `camcub
 ### Figures 6.3 and 6.4, simulated
 
 Error of the distance, and amplitude, of the four centre pixels over distance and integration time. Print says of the
-distance that it varies linearly with the time, and shows no numbers.
+distance that it varies linearly with the time, and shows no numbers. Left out is where a tap is full.
 
 ![Distance and amplitude of the centre pixels, simulated](reference_centre_pixels.svg)
 

@@ -129,8 +129,8 @@ class Run {
     further.hold_given = nullptr;
     further.fold_done = nullptr;
     further.deadline = further.verification = further.comparison = {};
-    if (options_.resample > 0 && !d_->search.time_expired)
-      d_->stability = stability(*problem_, d_->model_terms, d_->candidates, options_.resample, further);
+    if (const std::size_t halves = halves_to_search(); halves > 0 && !d_->search.time_expired)
+      search_again(halves, further);
     if (options_.confidence > 0 && !d_->search.time_expired)
       d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
                                   options_.confidence, further);
@@ -310,6 +310,30 @@ class Run {
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
     for (const EffectFinding& tried : d_->search.dropped)
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+  }
+
+  /// Number of random halves. Where nothing was measured twice, the tests took all that is left for noise, independent
+  /// from one condition to the next; halves of the data show which names rest on that.
+  std::size_t halves_to_search() const {
+    if (options_.resample > 0) return options_.resample;
+    return !d_->search.found.empty() && std::isnan(d_->gaps[distance].noise_floor) ? settings.halves : 0;
+  }
+
+  void search_again(std::size_t halves, SearchOptions options) {
+    options.fold_done = [this](std::size_t done, std::size_t all) {
+      const std::lock_guard lock(mutex_);
+      progress(found_by + (1 - found_by) * static_cast<double>(done) / static_cast<double>(all),
+               fmt::format("choosing effects again without parts of the data, {} of {}", done, all));
+    };
+    d_->stability = stability(*problem_, d_->model_terms, d_->candidates, halves, options);
+    const auto of_halves = std::ranges::find(d_->stability, any_half, &Stability::put_aside);
+    if (of_halves == d_->stability.end()) return;
+    for (EffectResult& effect : d_->effects) {
+      if (effect.change != "added") continue;
+      std::vector<std::string> names = effect.tied_with;
+      names.push_back(effect.name);
+      effect.chosen_by_halves = of_halves->chosen_share(names);
+    }
   }
 
   /// The first that fits, in the order of the verdicts.

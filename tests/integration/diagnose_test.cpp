@@ -234,6 +234,13 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const auto of = [&](const char* black) { return reflectivity.at(black).get<double>(); };
   for (const char* black : {"12.5", "25", "50", "75", "100"}) EXPECT_LT(of(black), 0.5) << black;
   EXPECT_LT(std::max(of("75"), of("100")), std::min(of("12.5"), of("25")));
+  // What most random halves do without is weak, and no name of the verdict.
+  for (const auto& effect : said.at("effects")) {
+    const bool of_few = effect.at("name") == "phase_step_error";
+    EXPECT_EQ(effect.at("weak"), of_few) << effect;
+    const std::string names = said.at("summary").get<std::string>();
+    EXPECT_EQ(names.find(effect.at("name").get<std::string>()) > names.find("Weak"), of_few) << names;
+  }
   // The documents tell what the program prints, and the table of the tutorial what the folds have.
   const std::size_t first = found.err.find("The model lacks ");
   ASSERT_NE(first, std::string::npos) << found.err;

@@ -379,6 +379,12 @@ struct SearchSettings {
   /// likewise, of the light | ln | chosen
   double noted_drift_light = 2e-3;
 
+  // == Random halves ==
+  /// random halves of the data in which effects are chosen again where nothing was measured twice | | chosen
+  std::size_t halves = 40;
+  /// halves that choose an effect which is not weak, at least | of the halves | chosen: a majority
+  double min_share_of_halves = 0.5;
+
   // == Time limit ==
   /// time by which the search has ended | of the limit | chosen: reports take the rest
   double searched_by = 0.65;

@@ -168,6 +168,20 @@ ModelFit descend(const Problem& problem, State start, std::span<const double> we
 
 }  // namespace
 
+double ModelFit::bic(std::size_t conditions) const {
+  double prior = 0;
+  for (const Term& term : state.terms) {
+    const Candidate& candidate = *term.candidate;
+    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+      if (!candidate.refined(r)) continue;
+      const std::size_t size = candidate.place(r);
+      const FreeParameter& p = candidate.free()[size];
+      prior += std::pow((term.values[size] - p.off) / p.typical, 2);
+    }
+  }
+  return deviance + dimension * std::log(static_cast<double>(conditions)) + prior;
+}
+
 State with_positive_amplitudes(const Problem& problem, State state) {
   constexpr double same = 1e-9;  // m, and of what is relative
   const auto rows = expected(problem, state);

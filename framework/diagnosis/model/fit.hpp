@@ -17,7 +17,10 @@ struct ModelFit {
   Eigen::MatrixXd covariance;  ///< of the free parameters of all terms in their order, in units of their typical values
   std::vector<Column> jacobian = {};  ///< at the state, or nearly there; empty until it is asked for: see linearised()
 
-  double bic(std::size_t conditions) const { return deviance + dimension * std::log(static_cast<double>(conditions)); }
+  /// Bayesian information criterion, with the prior of refinements: normal about off, a typical value their standard
+  /// deviation, as for those that a term does not have (see intervals()). One that is far beyond what is typical
+  /// predicts nothing outside the settings that were measured.
+  double bic(std::size_t conditions) const;
 };
 
 /// A fit with the jacobian at its state.

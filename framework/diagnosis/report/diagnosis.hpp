@@ -44,10 +44,14 @@ struct EffectResult {
   std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
   double held_out_before = 0, held_out_after = 0;  ///< gap of a fold, m: taken out of the model, and with it
   double chosen = NAN;                             ///< share of the folds; NaN: nothing could be put aside
+  double chosen_by_halves = NAN;                   ///< share of random halves of the data; NaN: not asked
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
   std::string experiment;         ///< what tells it from what it is tied with
   std::vector<double> influence;  ///< share of each condition in the gain, see by_condition.hpp
+
+  /// True if most halves of the data do without it.
+  bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }
 };
 
 /// Gap in one observable, SI.
@@ -80,7 +84,7 @@ struct Diagnosis {
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
-  std::vector<Stability> stability;          ///< where it was asked for
+  std::vector<Stability> stability;          ///< where it was asked for, or the noise is unknown
   std::vector<PixelMap> maps;                ///< that were found
   std::optional<MeasuredContrast> contrast;  ///< where intensities are known
   std::optional<PixelSpread> spread;         ///< where a table states standard deviations over pixels

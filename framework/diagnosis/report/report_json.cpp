@@ -44,6 +44,10 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
   result["held_out_gap_before"] = number(effect.held_out_before);
   result["held_out_gap_after"] = number(effect.held_out_after);
   result["chosen"] = number(effect.chosen);
+  if (std::isfinite(effect.chosen_by_halves)) {
+    result["chosen_by_halves"] = effect.chosen_by_halves;
+    result["weak"] = effect.is_weak();
+  }
   result["gain"] = effect.gain;
   result["p_value"] = effect.p_value;
   result["capture"] = number(effect.explained_fraction);

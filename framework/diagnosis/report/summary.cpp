@@ -124,25 +124,42 @@ std::string with_ties(const EffectResult& effect) {
   return own.empty() ? together : together + ", " + alone;
 }
 
-std::string outcome(const Diagnosis& d) {
-  std::vector<std::string> names;
+/// Effects that were added, by their gain: those that most random halves of the data choose, and the others.
+struct Names {
+  std::vector<std::string> sure, weak;
+};
+
+Names names_of(const Diagnosis& d) {
+  Names names;
   std::vector<const EffectResult*> added;
   for (const EffectResult& effect : d.effects) {
     if (effect.change == "added") added.push_back(&effect);
   }
   std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
-  for (const EffectResult* effect : added)
-    if (std::string text = with_ties(*effect); !text.empty()) names.push_back(std::move(text));
+  for (const EffectResult* effect : added) {
+    const std::string text = with_ties(*effect);
+    if (text.empty()) continue;
+    if (effect->is_weak())
+      names.weak.push_back(
+          fmt::format("{}, chosen in {:.0f} % of random halves of the data", text, 100 * effect->chosen_by_halves));
+    else
+      names.sure.push_back(text);
+  }
+  return names;
+}
+
+std::string outcome(const Diagnosis& d) {
+  const auto [sure, weak] = names_of(d);
+  const std::string lacks = sure.empty() ? "No effect is sure" : "The model lacks " + list_of(sure);
+  const std::string also = weak.empty() ? "" : " Weak, though in the written model: " + list_of(weak) + ".";
   const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:
-      return fmt::format("The model lacks {}: {}.", list_of(names), shrink);
+      return fmt::format("{}: {}.{}", lacks, shrink, also);
     case Verdict::tie:
-      return fmt::format("The model lacks {}; what stands in brackets would explain these data as well: {}.",
-                         list_of(names), shrink);
+      return fmt::format("{}; what stands in brackets would explain these data as well: {}.{}", lacks, shrink, also);
     case Verdict::named_with_rest:
-      return fmt::format("The model lacks {}, and something that no effect explains is left: {}.", list_of(names),
-                         shrink);
+      return fmt::format("{}, and something that no effect explains is left: {}.{}", lacks, shrink, also);
     case Verdict::unknown:
       return not_known(d);
     default:

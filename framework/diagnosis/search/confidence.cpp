@@ -108,6 +108,14 @@ Term random_term(const Candidate& candidate, double factor, std::uint64_t seed) 
   return term;
 }
 
+double Stability::chosen_share(std::span<const std::string> names) const {
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    if (const auto found = chosen.find(name); found != chosen.end()) count += found->second;
+  }
+  return static_cast<double>(std::min(count, runs)) / static_cast<double>(runs);
+}
+
 std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
                                  const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
                                  const SearchOptions& options) {

@@ -45,6 +45,9 @@ struct Stability {
   std::size_t runs = 0;                       ///< those that gave a number
   std::map<std::string, std::size_t> chosen;  ///< runs that added an effect
   CrossFit::Gap gap;                          ///< distance, of what was put aside, m
+
+  /// Share of the runs that added one of these: an effect and what it is tied with.
+  double chosen_share(std::span<const std::string> names) const;
 };
 
 /// Each distance put aside alone; each target; and random halves of the levels (Meinshausen and Buehlmann, Stability

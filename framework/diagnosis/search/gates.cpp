@@ -14,7 +14,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-namespace {}  // namespace
 
 Gates::Gates(const Problem& problem, const PatternFinder& finder, const Alternatives& candidates, std::size_t flips,
              std::uint64_t seed)

@@ -48,6 +48,7 @@ void Selection::begin() {
 void Selection::accept(ModelFit fit) {
   without_.clear();
   selected_.best = std::move(fit);
+  selected_.about_drift_mean.reset();
   update_drift_mean();
   selected_.best = linearised(problem(), std::move(selected_.best));
 }
@@ -57,6 +58,8 @@ void Selection::update_drift_mean() {
   State state = with_drift_mean(problem(), best().state);
   const double mean = state.random_sd.mean;
   if (std::abs(std::log(mean / best().state.random_sd.mean)) < settings.jitter_scale_change) return;
+  if (mean < best().state.random_sd.mean && task_.added(best()) > 0)
+    selected_.about_drift_mean = fit_nuisances(problem(), state, weight());
   selected_.best = fit_with_maps(problem(), std::move(state), weight());
   if (selected_.original.state.log_reflectivity.empty()) return;  // there is none yet
   State given = selected_.original.state;

@@ -19,7 +19,7 @@ namespace tofgraph::diagnosis {
 // ---- Steps of a search, so that a reader can follow why an effect was accepted or rejected ----
 
 struct Step {
-  std::string what;  ///< ranked, fitted, maps, taken out, allowed, questioned, valued, exchanged, proved
+  std::string what;  ///< ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, proved
   std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
   std::string outcome;
@@ -45,6 +45,9 @@ struct SearchOptions {
 struct SelectedModel {
   ModelFit original, best;               ///< the model as it is, and with what was added
   std::vector<const Candidate*> barred;  ///< roots that are not tried: exchanged, or they gave no number
+  /// The best model with its effects as they were while the drift had a mean, where that has just been taken away: it
+  /// stood for a constant, and in the fit without either other effects may bend to make up for that.
+  std::optional<ModelFit> about_drift_mean = {};
 
   /// The model as it is, with the nuisances of the best one and at its grid bias, so that both can be compared.
   ModelFit original_beside_best() const {

@@ -178,9 +178,8 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
       return best;
     size = subset.choices.size();
     if (std::ranges::find(tried, subset.choices, &FittedSet::choices) != tried.end()) continue;
-    std::optional<ModelFit> next = fitted(from.state, all, subset, information);
-    if (next) note_worse_than_nested(from, all, subset, *next, tried);
-    tried.push_back({subset.choices, next ? next->deviance : std::numeric_limits<double>::infinity()});
+    std::optional<ModelFit> next = fitted_beyond(selected, all, subset, information, tried);
+    tried.push_back({subset.choices, next});
     const bool better = next && task_.bic(*next) < task_.bic(best) - settings.min_lead;
     task_.note({"fitted",
                 names_of(all, subset),
@@ -223,49 +222,88 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
     const Candidate* const refined = all.list[form.choices.front()].candidate;
     if (tried.size() == settings.max_forms || std::ranges::find(tried, refined) != tried.end()) continue;
     tried.push_back(refined);
-    if (std::optional<ModelFit> fit = fitted(base.state, all, form, score.information)) fits.push_back(*std::move(fit));
+    if (std::optional<ModelFit> fit = fitted(base, all, form, score.information)) fits.push_back(*std::move(fit));
   }
   return fits;
 }
 
-/// Notes a fit that ended worse than a fitted model which the set contains: that without it, or with a part of it. To
-/// begin again at the nested model was tried: it made the folds of the published tables choose refinements that do not
-/// hold on other distances.
-void SubsetSearch::note_worse_than_nested(const ModelFit& from, const Alternatives& all, const Subset& subset,
-                                          const ModelFit& fit, std::span<const FittedSet> tried) {
+/// Fit of a set that is never worse than a model which it contains: that without it, or with a part of it. Where other
+/// starts lead to a worse one, the fit begins again at that model, with the rest of the set off.
+std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selected, const Alternatives& all,
+                                                    const Subset& subset, const Eigen::MatrixXd& information,
+                                                    std::span<const FittedSet> tried) {
+  const ModelFit& from = selected.best;
+  std::optional<ModelFit> best = fitted(from, all, subset, information);
+  const auto keep_better = [&](std::optional<ModelFit> other) {
+    if (other && (!best || other->deviance < best->deviance)) best = std::move(other);
+  };
+  if (selected.about_drift_mean) keep_better(fitted(*selected.about_drift_mean, all, subset, information));
   const auto is_in_set = [&](std::size_t c) { return std::ranges::find(subset.choices, c) != subset.choices.end(); };
-  double nested = from.deviance;
+  const ModelFit* nested = &from;
+  std::span<const std::size_t> part;
   for (const FittedSet& one : tried) {
-    if (std::ranges::all_of(one.choices, is_in_set)) nested = std::min(nested, one.deviance);
+    if (one.fit && one.fit->deviance < nested->deviance && std::ranges::all_of(one.choices, is_in_set))
+      nested = &*one.fit, part = one.choices;
   }
-  if (fit.deviance <= nested + settings.roughly_converged) return;
-  task_.note(
-      {"fitted", names_of(all, subset), {{"excess", fit.deviance - nested}}, "worse than a model that it contains"});
+  const auto is_worse = [&] { return best && best->deviance > nested->deviance + settings.roughly_converged; };
+  if (best && !is_worse()) return best;
+  State start = nested->state;
+  for (const std::size_t c : subset.choices) {
+    if (std::ranges::find(part, c) != part.end()) continue;
+    const std::vector<double> off(all.choices[c].columns.size(), 0);
+    start = all.list[c].placed(std::move(start), off);
+  }
+  try {
+    keep_better(fit_roughly_with_maps(task_.problem, std::move(start), task_.weight));
+  } catch (const simulation::EffectError&) {  // nothing from there
+  }
+  task_.note({"fitted again",
+              names_of(all, subset),
+              {{"gain", best ? from.deviance - best->deviance : NAN}},
+              is_worse() ? "worse than a model that it contains" : "from a model that it contains"});
+  return best;
+}
+
+/// A start of the fit of a set: the sizes where the linear solution puts them, which moves the effects of the model as
+/// well. Where these have to move, so that it is worse than the model without the set, it is halved: from there the fit
+/// would take the deviation for scatter between conditions.
+State SubsetSearch::start_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                             const Eigen::VectorXd& values) const {
+  const auto placed = [&](double share) {
+    State state = from.state;
+    Eigen::Index at = 0;
+    for (const std::size_t c : subset.choices) {
+      const Eigen::VectorXd own = share * values.segment(at, static_cast<Eigen::Index>(all.choices[c].columns.size()));
+      state = all.list[c].placed(std::move(state), {own.data(), all.choices[c].columns.size()});
+      at += own.size();
+    }
+    return state;
+  };
+  double share = 1;
+  for (int halving = 0; halving < settings.max_start_halvings; ++halving, share /= 2) {
+    State state = placed(share);
+    try {
+      if (deviance_of(task_.problem, state) < from.deviance) return state;
+    } catch (const simulation::EffectError&) {  // nearer to where it changes nothing it may give a number
+    }
+  }
+  return placed(share);
 }
 
 /// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
 /// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
 /// no number. @param information of all columns
-std::optional<ModelFit> SubsetSearch::fitted(const State& from, const Alternatives& all, const Subset& subset,
+std::optional<ModelFit> SubsetSearch::fitted(const ModelFit& from, const Alternatives& all, const Subset& subset,
                                              const Eigen::MatrixXd& information) const {
-  State plain = from, shown = plain;
-  bool differ = false;
+  Eigen::VectorXd visible = subset.values;
   Eigen::Index at = 0;
   for (const std::size_t c : subset.choices) {
-    const std::vector<Eigen::Index>& columns = all.choices[c].columns;
-    const auto count = static_cast<Eigen::Index>(columns.size());
-    Eigen::VectorXd values = subset.values.segment(at, count);
-    const auto placed = [&](State state) {
-      return all.list[c].placed(std::move(state), {values.data(), columns.size()});
-    };
-    plain = placed(std::move(plain));
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      if (information(columns[k], columns[k]) < settings.min_visible_chi_square)
-        values(static_cast<Eigen::Index>(k)) = 0.5, differ = true;
+    for (const Eigen::Index column : all.choices[c].columns) {
+      if (information(column, column) < settings.min_visible_chi_square) visible(at) = 0.5;
+      ++at;
     }
-    shown = placed(std::move(shown));
-    at += count;
   }
+  const bool differ = visible != subset.values;
   std::optional<ModelFit> best;
   const auto try_from = [&](State state) {
     try {
@@ -274,9 +312,11 @@ std::optional<ModelFit> SubsetSearch::fitted(const State& from, const Alternativ
     } catch (const simulation::EffectError&) {  // nothing from there
     }
   };
-  try_from(std::move(plain));
+  try_from(start_of(from, all, subset, subset.values));
+  if (!differ) return best;
+  const State shown = start_of(from, all, subset, visible);
   const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
-    for (std::size_t t = from.terms.size(); t < state.terms.size(); ++t) {
+    for (std::size_t t = from.state.terms.size(); t < state.terms.size(); ++t) {
       const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k) {
         const auto is_off = [&](const State& one) { return one.terms[t].values[k] == free[k].off; };
@@ -285,7 +325,7 @@ std::optional<ModelFit> SubsetSearch::fitted(const State& from, const Alternativ
     }
     return false;
   };
-  if (differ && (!best || stays(best->state))) try_from(shown);
+  if (!best || stays(best->state)) try_from(shown);
   return best;
 }
 

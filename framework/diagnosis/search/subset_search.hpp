@@ -16,10 +16,10 @@ struct Promise {
 };
 
 class SubsetSearch {
-  /// A set that was fitted, by its alternatives; infinite where it gives no number.
+  /// A set that was fitted, by its alternatives; no fit where it gives no number.
   struct FittedSet {
     std::vector<std::size_t> choices;
-    double deviance;
+    std::optional<ModelFit> fit;
   };
 
  public:
@@ -45,10 +45,12 @@ class SubsetSearch {
   std::optional<ModelFit> best_of_round(const SelectedModel& selected, const Alternatives& all,
                                         const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
                                         std::vector<FittedSet>& tried, ModelFit& best);
-  std::optional<ModelFit> fitted(const State& from, const Alternatives& all, const Subset& subset,
+  State start_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                 const Eigen::VectorXd& values) const;
+  std::optional<ModelFit> fitted(const ModelFit& from, const Alternatives& all, const Subset& subset,
                                  const Eigen::MatrixXd& information) const;
-  void note_worse_than_nested(const ModelFit& from, const Alternatives& all, const Subset& subset, const ModelFit& fit,
-                              std::span<const FittedSet> tried);
+  std::optional<ModelFit> fitted_beyond(const SelectedModel& selected, const Alternatives& all, const Subset& subset,
+                                        const Eigen::MatrixXd& information, std::span<const FittedSet> tried);
 
   SelectionTask& task_;
   MapSearch& maps_;
