@@ -38,7 +38,7 @@ ImageData read_csv(const std::filesystem::path& file) {
       const bool missing = cell.text == "nan" || cell.text == "NaN" || cell.text.empty();
       if (!missing && !number.ok())
         throw std::runtime_error(
-            fmt::format("{}:{}:{}: '{}' is no number", file.string(), cell.at.line, cell.at.column, cell.text));
+            fmt::format("{}:{}:{}: '{}' is not a number", file.string(), cell.at.line, cell.at.column, cell.text));
       table.values.push_back(missing ? std::numeric_limits<double>::quiet_NaN() : number.value);
     }
     ++table.rows;
