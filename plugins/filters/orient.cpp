@@ -150,11 +150,7 @@ struct Orient final : Filter {
     }
     centre[0] += (changed.width - 1) / 2.0;
     centre[1] += (changed.height - 1) / 2.0;
-    // The tangential part is r^2 t + 2 (t . p) p with t = (p2, p1), the prism s (s1, s3) + s^2 (s2, s4): vectors.
-    turn_in_place(changed.distortion[3], changed.distortion[2]);
-    double(&further)[7] = changed.further_distortion;
-    turn_in_place(further[3], further[5]);
-    turn_in_place(further[4], further[6]);
+    if (changed.lens_model == TOFGRAPH_LENS_OPENCV) turn_distortion(changed);
     changed.skew *= x_[0] * y_[1];  // of a turn by 90 deg it is 0
     std::vector<tofgraph_light> lights;
     for (const tofgraph_light& light : lights_of(setup.camera())) lights.push_back(light);
@@ -162,6 +158,14 @@ struct Orient final : Filter {
     changed.lights = lights.data();
     changed.light_size = sizeof(tofgraph_light);
     setup.set_camera(changed);
+  }
+
+  void turn_distortion(tofgraph_camera& changed) const {
+    // The tangential part is r^2 t + 2 (t . p) p with t = (p2, p1), the prism s (s1, s3) + s^2 (s2, s4): vectors.
+    turn_in_place(changed.distortion[3], changed.distortion[2]);
+    double(&further)[7] = changed.further_distortion;
+    turn_in_place(further[3], further[5]);
+    turn_in_place(further[4], further[6]);
   }
 
   std::size_t width_ = 0, height_ = 0;

@@ -130,6 +130,9 @@ struct PointCloud final : Filter {
     rows_ = camera.height;
     columns_ = camera.width;
     make_directions(camera, source == "depth");
+    if (!outside_.empty())
+      warn(std::to_string(outside_.size()) + " of " + std::to_string(rows_ * columns_) +
+           " pixels have no ray: the camera's lens model does not reach them");
   }
 
   void process(Frame& frame) const {

@@ -69,6 +69,11 @@ enum { /* clang-format off */
   TOFGRAPH_PARAMETER_NESTED = 8
 }; /* clang-format on */
 
+/** Lens of a camera. OPENCV: k1 k2 p1 p2 k3, rational and thin prism terms, skew. FISHEYE: `distortion` is k1 k2 k3 k4
+ * of OpenCV's fisheye model (Kannala and Brandt), with the skew, and no more. RAYS: the table `rays` is all that is
+ * known; focal length and principal point are those of the pinhole that fits it best. */
+enum { TOFGRAPH_LENS_OPENCV = 0, TOFGRAPH_LENS_FISHEYE = 1, TOFGRAPH_LENS_RAYS = 2 };
+
 /** Metadata bits: what is known of every frame of a stream. */
 enum { /* clang-format off */
   TOFGRAPH_KNOWS_TIMESTAMP = 1, TOFGRAPH_KNOWS_INTEGRATION_TIME = 2, TOFGRAPH_KNOWS_MODULATION_FREQUENCY = 4,
@@ -115,7 +120,7 @@ typedef struct tofgraph_camera {
   double focal_length, pitch[2]; /* m, pitch in x and y; NaN when only known in pixels */
   double focal_px[2];            /* px */
   double principal_point[2];     /* px, 0-based */
-  double distortion[5];          /* k1 k2 p1 p2 k3 */
+  double distortion[5];          /* k1 k2 p1 p2 k3; see TOFGRAPH_LENS_FISHEYE */
   double modulation_frequency;   /* Hz, nominal */
   double integration_time[2];    /* s, valid range */
   double frame_rate;             /* Hz */
@@ -132,6 +137,7 @@ typedef struct tofgraph_camera {
   const char* model;            /* path of the file with the effects that belong to this very camera; may be null */
   double skew;                  /* of the axes: u = fx (x + skew y) + cx */
   double further_distortion[7]; /* k4 k5 k6 of the rational model, s1 s2 s3 s4 of a thin prism */
+  uint32_t lens_model, zero2;   /* TOFGRAPH_LENS_.. */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. It lives during prepare; its camera, with lights, rays and
@@ -237,7 +243,8 @@ typedef struct tofgraph_parameter {
                                   in a pipeline: "3.91 mm" */
   double minimum, maximum;          /* SI; NaN: no bound */
   const char *choices, *text; /* CHOICE: the words; NUMBER: words allowed beside numbers; files to write: endings of
-                                 companions; INPUT_FILE: kinds of calibrations that a camera's folder gives for it */
+                                 companions; INPUT_FILE: kinds of calibrations that a camera's folder gives for it;
+                                 IMAGE: "mask" where only 0 or not 0 counts, pictures may then have 8 bits */
   double off, typical;        /* effects: the value that changes nothing, and a usual size; NaN: none */
 } tofgraph_parameter;
 
