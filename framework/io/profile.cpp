@@ -165,6 +165,14 @@ std::filesystem::path find_profile(const std::string& name, const std::filesyste
 
 namespace {
 
+std::vector<std::string> words_of(config::Reader& reader, std::string_view key) {
+  std::vector<std::string> list;
+  if (const config::Entry* entry = reader.take(key)) {
+    for (const config::Value& item : entry->value.items) list.push_back(item.text);
+  }
+  return list;
+}
+
 /// Text of a profile as it goes into recordings, which do not know its folder: a table of rays must be found from
 /// there.
 std::string text_for_recordings(const config::Value& document, bool has_table) {
@@ -211,14 +219,7 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   camera.read_noise = optional_number(reader, "read_noise", "counts", "3 counts");
   camera.shot_noise = optional_number(reader, "shot_noise", "counts", "0.012 counts");
   camera.full_well = optional_number(reader, "full_well", "counts", "30000 counts");
-  const auto words = [&reader](std::string_view key) {
-    std::vector<std::string> list;
-    if (const config::Entry* entry = reader.take(key)) {
-      for (const config::Value& item : entry->value.items) list.push_back(item.text);
-    }
-    return list;
-  };
-  std::vector<std::string> measured = words("measured"), assumed = words("assumed");
+  std::vector<std::string> measured = words_of(reader, "measured"), assumed = words_of(reader, "assumed");
   DataSheet sheet = read_data_sheet(reader, diagnostics);
   reader.word("source", "");
   const std::string model = read_model_path(reader, document, diagnostics);
