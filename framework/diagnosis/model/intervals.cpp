@@ -76,6 +76,22 @@ void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, do
   }
 }
 
+/// Widens intervals by refinements that show: what the linear problem says of these is right for small ones alone.
+/// @param whole solution with their columns, which come after those of the fit
+void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std::vector<Unseen>& unseen,
+                         const Solution& whole, double lack_of_fit, std::vector<Interval>& all) {
+  auto at = static_cast<Eigen::Index>(all.size());
+  for (const Unseen& one : unseen) {
+    double most = 0;
+    for (std::size_t c = 0; c < one.columns.size(); ++c, ++at)
+      most = std::max(most, deviations(whole.values(at), whole.covariance(at, at)));
+    std::size_t first = 0;
+    for (std::size_t t = 0; t < one.term; ++t) first += fit.state.terms[t].values.size();
+    if (most > settings.interval_refinement_sd)
+      widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first, all);
+  }
+}
+
 }  // namespace
 
 std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
@@ -128,17 +144,7 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
       result.push_back({term.values[k] + low, term.values[k] + high});
     }
   }
-  // What the linear problem says of a refinement is right for small ones alone.
-  auto at = static_cast<Eigen::Index>(own);
-  for (const Unseen& one : unseen) {
-    double most = 0;
-    for (std::size_t c = 0; c < one.columns.size(); ++c, ++at)
-      most = std::max(most, deviations(whole.values(at), whole.covariance(at, at)));
-    std::size_t first = 0;
-    for (std::size_t t = 0; t < one.term; ++t) first += fit.state.terms[t].values.size();
-    if (most > settings.interval_refinement_sd)
-      widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first, result);
-  }
+  widen_beyond_linear(problem, fit, unseen, whole, lack_of_fit, result);
   return result;
 }
 
