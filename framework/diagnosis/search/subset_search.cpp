@@ -287,10 +287,10 @@ std::vector<State> SubsetSearch::starts_of(const ModelFit& from, const Alternati
     }
   };
   std::vector<State> starts = {placed(1)};
-  if (is_better(starts.front())) return starts;
-  double share = 0.5;
-  for (int halving = 1; halving < settings.max_start_halvings && !is_better(placed(share)); ++halving) share /= 2;
-  starts.push_back(placed(share));
+  State halved = starts.front();
+  int halvings = 0;
+  while (halvings < settings.max_start_halvings && !is_better(halved)) halved = placed(std::ldexp(1.0, -++halvings));
+  if (halvings > 0) starts.push_back(std::move(halved));
   return starts;
 }
 
