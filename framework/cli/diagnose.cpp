@@ -67,9 +67,11 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->check(whole_number(0));
   CLI::Option* const stability =
       command
-          ->add_option("--stability-selection", arguments->resample,
-                       "Choose effects again without each distance, without each target and without this number of "
-                       "random halves of the levels, and report how often each is chosen")
+          ->add_option(
+              "--stability-selection", arguments->resample,
+              "Choose effects again without each distance, without each target and without this number of "
+              "random halves of the levels, and report how often each is chosen; default: 40 where nothing was "
+              "measured twice, else none")
           ->option_text("N")
           ->check(whole_number(0));
   add_old_spelling(*command, stability, "--resample", arguments->resample)->check(whole_number(0));

@@ -82,6 +82,19 @@ TEST_F(Rail, WhatDoesAsMuchIsChosenInItsPlace) {
   EXPECT_EQ(found.names(), (std::vector<std::string>{"zero_offset", "rail_offset", "warm_up"}));
 }
 
+TEST_F(Rail, ARefinementFarBeyondWhatIsTypicalHasItsPrice) {
+  const Candidate& plain = effect("lens_distortion");
+  const auto size = std::ranges::find(plain.refinements(), "k2", &Refinement::name);
+  ASSERT_NE(size, plain.refinements().end());
+  const auto k2 = static_cast<std::size_t>(size - plain.refinements().begin());
+  const auto bic_with = [&](double typical_values) {
+    const Term term = refined({&plain, {-0.1}}, k2, std::vector<double>{typical_values * size->parameters[0].typical});
+    return ModelFit{.state = {{term}, {}, {}}, .deviance = 50, .dimension = 2, .covariance = {}}.bic(100);
+  };
+  EXPECT_NEAR(bic_with(0), 50 + 2 * std::log(100.0), 1e-9) << "off: as without a prior";
+  EXPECT_NEAR(bic_with(-3) - bic_with(0), 9, 1e-9) << "-2 ln of the normal density, less its value at off";
+}
+
 /// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
 TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
   const Candidate& plain = effect("lens_distortion");

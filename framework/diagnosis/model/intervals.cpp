@@ -47,13 +47,15 @@ std::vector<Unseen> unseen_refinements(const Problem& problem, const State& stat
   return all;
 }
 
-/// Deviations of a size from off in its own standard deviations, without its prior. @param value with a prior of 1
+/// Distance of a size from off in standard deviations of its likelihood alone. @param value estimated with the prior
+/// @param variance likewise, in units of the prior's
 double deviations(double value, double variance) {
   return std::abs(value) / std::sqrt(std::max(variance * std::pow(1 - variance, 2), 1e-30));
 }
 
-/// Widens the intervals of a term's values to those of the fit with a refinement more. @param wider factor of a lack of
-/// fit @param first interval of the term's first value
+/// Widens the intervals of a term's values to those of the fit with one more refinement.
+/// @param wider factor for lack of fit @param first index of the interval of the term's first value
+/// @throws simulation::EffectError
 void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, double wider, std::size_t first,
            std::vector<Interval>& all) {
   State open = fit.state;
@@ -87,8 +89,11 @@ void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std:
       most = std::max(most, deviations(whole.values(at), whole.covariance(at, at)));
     std::size_t first = 0;
     for (std::size_t t = 0; t < one.term; ++t) first += fit.state.terms[t].values.size();
-    if (most > settings.interval_refinement_sd)
+    if (most <= settings.interval_refinement_sd) continue;
+    try {
       widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first, all);
+    } catch (const simulation::EffectError&) {  // with it the effect gives no number: the linear interval stays
+    }
   }
 }
 

@@ -35,8 +35,8 @@ std::string shrunk(const Diagnosis& d) {
     if (fall(o) > fall(most)) most = o;
   }
   const char* repeated = std::isnan(d.gaps[most].noise_floor)
-                             ? "{} scatter from one condition to the next, and without repeats nobody knows "
-                               "how much of that is noise"
+                             ? "{} scatter from one condition to the next, and without repeats it is "
+                               "unknown how much of that is noise"
                              : "noise and scatter alone leave {}";
   const auto digits = [&](double value) { return shown_gap(value, d.gaps[most], most); };
   const std::string rest = fmt::format(fmt::runtime(repeated), digits(noise(most)));
@@ -72,7 +72,7 @@ std::string agreement(const Diagnosis& d) {
         shown_gap(gap.before, gap, distance), shown_gap(gap.noise_and_scatter, gap, distance));
   return fmt::format(
       "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
-      "twice, so nobody knows.",
+      "twice.",
       shown_gap(gap.before, gap, distance));
 }
 
@@ -151,7 +151,8 @@ Names names_of(const Diagnosis& d) {
 std::string outcome(const Diagnosis& d) {
   const auto [sure, weak] = names_of(d);
   const std::string lacks = sure.empty() ? "No effect is sure" : "The model lacks " + list_of(sure);
-  const std::string also = weak.empty() ? "" : " Weak, though in the written model: " + list_of(weak) + ".";
+  const std::string also =
+      weak.empty() ? "" : " Weakly supported, but kept in the written model: " + list_of(weak) + ".";
   const std::string shrink = shrunk(d);
   switch (d.verdict) {
     case Verdict::named:

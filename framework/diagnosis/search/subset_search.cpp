@@ -264,11 +264,11 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
   return best;
 }
 
-/// A start of the fit of a set: the sizes where the linear solution puts them, which moves the effects of the model as
-/// well. Where these have to move, so that it is worse than the model without the set, it is halved: from there the fit
-/// would take the deviation for scatter between conditions.
-State SubsetSearch::start_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
-                             const Eigen::VectorXd& values) const {
+/// Starts of the fit of a set: the sizes where the linear solution puts them, which moves the effects of the model as
+/// well; and, where that is worse than the model without the set as these have to move, halved until it is not: the fit
+/// may take such a deviation for scatter between conditions.
+std::vector<State> SubsetSearch::starts_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                                           const Eigen::VectorXd& values) const {
   const auto placed = [&](double share) {
     State state = from.state;
     Eigen::Index at = 0;
@@ -279,15 +279,19 @@ State SubsetSearch::start_of(const ModelFit& from, const Alternatives& all, cons
     }
     return state;
   };
-  double share = 1;
-  for (int halving = 0; halving < settings.max_start_halvings; ++halving, share /= 2) {
-    State state = placed(share);
+  const auto is_better = [&](const State& state) {
     try {
-      if (deviance_of(task_.problem, state) < from.deviance) return state;
+      return deviance_of(task_.problem, state) < from.deviance;
     } catch (const simulation::EffectError&) {  // nearer to where it changes nothing it may give a number
+      return false;
     }
-  }
-  return placed(share);
+  };
+  std::vector<State> starts = {placed(1)};
+  State halved = starts.front();
+  int halvings = 0;
+  while (halvings < settings.max_start_halvings && !is_better(halved)) halved = placed(std::ldexp(1.0, -++halvings));
+  if (halvings > 0) starts.push_back(std::move(halved));
+  return starts;
 }
 
 /// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
@@ -312,9 +316,9 @@ std::optional<ModelFit> SubsetSearch::fitted(const ModelFit& from, const Alterna
     } catch (const simulation::EffectError&) {  // nothing from there
     }
   };
-  try_from(start_of(from, all, subset, subset.values));
+  for (State& start : starts_of(from, all, subset, subset.values)) try_from(std::move(start));
   if (!differ) return best;
-  const State shown = start_of(from, all, subset, visible);
+  const State shown = starts_of(from, all, subset, visible).back();
   const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
     for (std::size_t t = from.state.terms.size(); t < state.terms.size(); ++t) {
       const std::vector<FreeParameter>& free = state.terms[t].candidate->free();

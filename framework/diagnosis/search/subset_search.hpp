@@ -45,8 +45,8 @@ class SubsetSearch {
   std::optional<ModelFit> best_of_round(const SelectedModel& selected, const Alternatives& all,
                                         const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
                                         std::vector<FittedSet>& tried, ModelFit& best);
-  State start_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
-                 const Eigen::VectorXd& values) const;
+  std::vector<State> starts_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
+                               const Eigen::VectorXd& values) const;
   std::optional<ModelFit> fitted(const ModelFit& from, const Alternatives& all, const Subset& subset,
                                  const Eigen::MatrixXd& information) const;
   std::optional<ModelFit> fitted_beyond(const SelectedModel& selected, const Alternatives& all, const Subset& subset,
