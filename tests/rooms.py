@@ -20,7 +20,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each may use those before it.
 ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "python", "foreign", "simulation/files",
-         "recording", "simulation", "report", "inspection", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
+         "recording", "simulation", "conformance", "report", "inspection", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
          "diagnosis/report", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "simulation/files", "simulation"}

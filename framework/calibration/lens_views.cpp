@@ -171,6 +171,11 @@ void use_profile(const tofgraph_camera& camera, Observations& observations) {
 }  // namespace
 
 LensParameters lens_of(const tofgraph_camera& camera) {
+  if (camera.lens_model != TOFGRAPH_LENS_OPENCV)
+    throw config::ConfigurationError(fmt::format(
+        "the lens of the profile '{}' is {}: patterns are fitted with OpenCV's perspective model, a profile "
+        "with lens: opencv is needed",
+        camera.name, camera.lens_model == TOFGRAPH_LENS_FISHEYE ? "a fisheye" : "a table of rays"));
   LensParameters lens{};
   lens[lens::fx] = camera.focal_px[0];
   lens[lens::fy] = camera.focal_px[1];

@@ -49,6 +49,8 @@ void add_convert(CLI::App& app, Common& common);
 void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
+void add_plugin(CLI::App& app, Common& common);
+void add_manual(CLI::App& app, Common& common);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {

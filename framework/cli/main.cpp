@@ -94,25 +94,12 @@ int main(int argc, char** argv) {
   app.footer(
       "Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted.\n"
       "Example: tofgraph run pipelines/quickstart.yaml");
-  cli::add_run(app, common);
-  cli::add_check(app, common);
-  cli::add_explain(app, common);
-  cli::add_list(app, common);
-  cli::add_describe(app, common);
-  cli::add_simulate(app, common);
-  cli::add_gallery(app, common);
-  cli::add_info(app, common);
-  cli::add_record(app, common);
-  cli::add_repair(app, common);
-  cli::add_pose(app, common);
-  cli::add_devices(app, common);
-  cli::add_calibrate(app, common);
-  cli::add_report(app, common);
-  cli::add_diagnose(app, common);
-  cli::add_evaluate(app, common);
-  cli::add_convert(app, common);
-  cli::add_inspect(app, common);
-  cli::add_camera(app, common);
+  for (auto* const add :
+       {cli::add_run,       cli::add_check,  cli::add_explain,  cli::add_list,     cli::add_describe, cli::add_simulate,
+        cli::add_gallery,   cli::add_info,   cli::add_record,   cli::add_repair,   cli::add_pose,     cli::add_devices,
+        cli::add_calibrate, cli::add_report, cli::add_diagnose, cli::add_evaluate, cli::add_convert,  cli::add_inspect,
+        cli::add_camera,    cli::add_plugin, cli::add_manual})
+    add(app, common);
   try {
     app.parse(argc, argv);
     common.plugin_path = common.plugin_folders;

@@ -139,6 +139,7 @@ void add_run(CLI::App& app, Common& common) {
       ->option_text("FILE");
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
+  command->add_flag("--safe", arguments->safe, "Run without plugins that did not come with the program");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command
       ->add_option("--campaign", arguments->campaign,
@@ -150,6 +151,7 @@ void add_run(CLI::App& app, Common& common) {
       ->option_text("FOLDER");
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {
+      if (arguments->safe) graph::use_built_in_plugins_only();
       if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
       if (!arguments->out.empty())
         throw config::ConfigurationError(

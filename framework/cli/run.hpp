@@ -16,6 +16,7 @@ struct RunArguments : PipelineArguments {
   std::string stats;
   std::string campaign, out;  ///< a campaign file and the folder of its results; empty: one run
   bool force = false, validate = false;
+  bool safe = false;  ///< without plugins of others
 };
 
 /// Runs a pipeline once, with everything that `tofgraph run` says and writes.

@@ -29,7 +29,13 @@ tofgraph_package(libtofgraph0 libs "" "time-of-flight cameras: library
  Runs pipelines of tofgraph from other programs. The package tofgraph has its stages.")
 tofgraph_package(libtofgraph-dev libdevel "libtofgraph0 ${same}, tofgraph ${same}" "time-of-flight cameras: headers
  Headers, CMake package and pkg-config file for plugins, and for programs that run pipelines.")
-tofgraph_package(python3-tofgraph python "libtofgraph0 ${same}, tofgraph ${same}, python3, python3-numpy"
+# The package is built for one version of Python.
+set(python python3)
+if(PYTHON_VERSION_MINOR)
+  math(EXPR next "${PYTHON_VERSION_MINOR} + 1")
+  set(python "python3 (>= 3.${PYTHON_VERSION_MINOR}), python3 (<< 3.${next})")
+endif()
+tofgraph_package(python3-tofgraph python "libtofgraph0 ${same}, tofgraph ${same}, ${python}, python3-numpy"
                  "time-of-flight cameras: Python package
  Pipelines of tofgraph whose frames are NumPy arrays, and stages written in Python.")
 set(CPACK_DEBIAN_LIBTOFGRAPH0_PACKAGE_GENERATE_SHLIBS ON)

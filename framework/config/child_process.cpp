@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -113,7 +114,7 @@ class Child {
 
   ChildResult run() {
     if (options_.input.empty()) in_.close();
-    while (out_.is_open() || err_.is_open()) exchange();
+    while ((out_.is_open() || err_.is_open()) && !result_.overtime) exchange();
     in_.close();
     int status = 0;
     while (waitpid(pid_, &status, 0) < 0) {
@@ -125,12 +126,28 @@ class Child {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  /// Milliseconds until the next look at a child that is silent; -1: none.
+  int patience() const {
+    std::chrono::milliseconds wait = options_.patience;
+    if (options_.limit.count() > 0) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(options_.limit - (Clock::now() - start_));
+      const auto some = std::max(left, std::chrono::milliseconds(1));
+      wait = wait.count() > 0 ? std::min(wait, some) : some;
+    }
+    return wait.count() > 0 ? static_cast<int>(wait.count()) : -1;
+  }
+
   /// Feeds one end and drains the others, whichever is ready.
   void exchange() {
     std::array<pollfd, 3> ends = {{{in_.number(), POLLOUT, 0}, {out_.number(), POLLIN, 0}, {err_.number(), POLLIN, 0}}};
-    const bool patient = options_.patience.count() <= 0;
-    const int ready = poll(ends.data(), ends.size(), patient ? -1 : static_cast<int>(options_.patience.count()));
-    if (ready == 0) options_.on_silence(result_.output);
+    const int ready = poll(ends.data(), ends.size(), patience());
+    if (options_.limit.count() > 0 && Clock::now() - start_ >= options_.limit) {
+      result_.overtime = kill(pid_, SIGKILL) == 0;  // what it left to its own children is not waited for
+      return;
+    }
+    if (ready == 0 && options_.on_silence) options_.on_silence(result_.output);
     if (ready <= 0) return;
     if (ends[0].revents != 0) feed();
     if (ends[1].revents != 0) drain(out_, result_.output);
@@ -151,6 +168,7 @@ class Child {
   }
 
   const ChildOptions& options_;
+  const Clock::time_point start_ = Clock::now();
   ChildResult result_;
   pid_t pid_ = 0;
   End in_, out_, err_;

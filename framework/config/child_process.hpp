@@ -17,12 +17,14 @@ struct ChildOptions {
   /// Called whenever nothing came for as long as this; zero: never.
   std::chrono::milliseconds patience{0};
   std::function<void(const std::string& output)> on_silence = {};
+  std::chrono::milliseconds limit{0};  ///< the child is killed after this time; zero: never
 };
 
 struct ChildResult {
   std::string output, errors;
   std::int64_t exit_code = 0;
-  int signal = 0;  ///< that ended it; 0: none
+  int signal = 0;         ///< that ended it; 0: none
+  bool overtime = false;  ///< it was killed at its limit
 
   bool ok() const { return exit_code == 0 && signal == 0; }
 };

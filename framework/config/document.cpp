@@ -223,7 +223,7 @@ Value with_absolute_paths(Value value) {
   for (Entry& entry : value.entries) {
     const std::string& text = entry.value.text;
     const bool camera = entry.key == "camera" && (text.find('/') != std::string::npos || text.ends_with(".yaml"));
-    constexpr std::array<std::string_view, 5> files = {"file", "image", "model", "table", "map"};
+    constexpr std::array<std::string_view, 6> files = {"file", "image", "model", "table", "map", "rays"};
     const bool file = std::ranges::find(files, entry.key) != files.end() || entry.key.ends_with("_map");
     if (entry.value.kind == Value::Kind::scalar && (camera || file))
       entry.value.text = std::filesystem::absolute(path_at(text, entry.value.at)).string();

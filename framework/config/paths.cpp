@@ -30,10 +30,14 @@ std::filesystem::path library_folder() {
 }
 
 std::filesystem::path plugin_folder() { return library_folder() / "plugins"; }
+std::filesystem::path built_in_plugins() { return library_folder() / "built_in_plugins.txt"; }
 std::filesystem::path command_folder() { return library_folder() / "commands"; }
 std::filesystem::path scanner() { return library_folder() / "tofgraph-scan"; }
+std::filesystem::path checker() { return library_folder() / "tofgraph-check"; }
 std::filesystem::path trial_program() { return library_folder() / "tofgraph-probe"; }
 std::filesystem::path profile_folder() { return prefix() / "share" / "tofgraph" / "profiles"; }
+
+std::filesystem::path template_folder() { return prefix() / "share" / "tofgraph" / "templates"; }
 
 std::filesystem::path cache_folder() {
   if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache == '/') {

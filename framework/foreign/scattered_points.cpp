@@ -24,9 +24,9 @@ std::vector<std::size_t> pixels_of_points(const tofgraph_camera& camera, const s
     const float* p = &points[3 * i];
     if (!rule.is_valid(p) || !(p[2] > 0)) continue;
     const physics::ImagePoint at{static_cast<double>(p[0] / p[2]), static_cast<double>(p[1] / p[2])};
-    if (!lens.invertible_at(at)) continue;
-    const physics::ImagePoint pixel = physics::pixel_at(camera, lens.distort(at));
-    const double u = std::round(pixel.x), v = std::round(pixel.y);
+    const auto pixel = physics::pixel_of(camera, lens, at);
+    if (!pixel) continue;
+    const double u = std::round(pixel->x), v = std::round(pixel->y);
     if (!(u >= 0 && v >= 0 && u < camera.width && v < camera.height)) continue;
     const std::size_t index = static_cast<std::size_t>(v) * camera.width + static_cast<std::size_t>(u);
     std::size_t& before = owner[index];

@@ -5,6 +5,7 @@
 #include "config/paths.hpp"
 #include "graph/open_outputs.hpp"
 #include "graph/running_call.hpp"
+#include "graph/validation.hpp"
 #include "io/border.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +18,8 @@ namespace {
 
 /// @throws std::runtime_error what the plugin said
 void fail(const Plugin& plugin, const char* otherwise) {
-  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().message(plugin));
+  if (last_failure().defect) throw BrokenPromise(last_failure().message(plugin));
+  throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().text);
 }
 
 void forget_failure() {

@@ -275,8 +275,8 @@ int Node::call_process(std::span<tofgraph_frame* const> frames) {
     if (status == TOFGRAPH_STATUS_OK && is_source())
       Validation::check_metadata(frames.front()->metadata, output().known);
     return status;
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("{}\n         plugin {}", error.what(), stage().file.path.string()));
+  } catch (const BrokenPromise& error) {
+    throw BrokenPromise(fmt::format("{}\n         plugin {}", error.what(), stage().file.path.string()));
   }
 }
 
@@ -294,7 +294,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   }
   if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
   if (status == TOFGRAPH_STATUS_END)
-    throw std::runtime_error("the sink returned that nothing leaves it, as only a source or filter may");
+    throw BrokenPromise("the sink returned that nothing leaves it, as only a source or filter may");
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
   if (output_stream_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
@@ -316,7 +316,7 @@ void Node::verify(const tofgraph_frame& frame) const {
   for (const Channel& promised : output().channels) {
     const tofgraph_frame::Channel* channel = frame.find(promised.name);
     if (channel == nullptr)
-      throw std::runtime_error(fmt::format("the stage did not write '{}', which it had announced", promised.name));
+      throw BrokenPromise(fmt::format("the stage did not write '{}', which it had announced", promised.name));
     ++found;
     bool same = channel->type == promised.type && channel->rank == promised.rank;
     for (std::uint32_t i = 0; same && i < promised.rank; ++i)
@@ -326,12 +326,12 @@ void Node::verify(const tofgraph_frame& frame) const {
     actual.type = channel->type;
     actual.rank = channel->rank;
     std::copy_n(channel->extent, 4, actual.extent.begin());
-    throw std::runtime_error(
+    throw BrokenPromise(
         fmt::format("'{}' is {}, but {} was announced", promised.name, actual.described(), promised.described()));
   }
   for (const auto& channel : frame.channels) {
     if (channel.buffer && found < frame.channels.size() && output().find(channel.name) == nullptr) {
-      throw std::runtime_error(fmt::format("the stage wrote '{}', which it had not announced", channel.name));
+      throw BrokenPromise(fmt::format("the stage wrote '{}', which it had not announced", channel.name));
     }
   }
 }

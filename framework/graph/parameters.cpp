@@ -35,8 +35,8 @@ std::string example(const tofgraph_parameter& p, const config::Position& at) {
   if (const double usual = usual_size(p); !std::isnan(usual)) return of(config::format_quantity(usual, p.unit));
   if (p.default_value != nullptr && *p.default_value != 0) return of(p.default_value);
   const std::vector<std::string> choices = split_words(p.choices);
-  const bool files =
-      p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES || p.kind == TOFGRAPH_KIND_INPUT_FILE;
+  const bool files = p.kind == TOFGRAPH_KIND_OUTPUT_FILE || p.kind == TOFGRAPH_KIND_FRAME_FILES ||
+                     p.kind == TOFGRAPH_KIND_INPUT_FILE || p.kind == TOFGRAPH_KIND_IMAGE;
   if (!choices.empty() && !files) return of(choices.front());
   const double middle = !std::isnan(p.minimum) && !std::isnan(p.maximum) ? (p.minimum + p.maximum) / 2 : 1;
   switch (p.kind) {
@@ -298,7 +298,8 @@ void ParameterValues::parse_image(const tofgraph_parameter& p, const config::Val
   if (!unit.empty()) shown["unit"] = unit;
   shown_[p.name] = shown.size() == 1 ? nlohmann::json(file) : shown;
   try {
-    out.image = &kept_->images.emplace_back(p.name, file, dataset, unit, p.unit).view();
+    const bool mask = std::string_view(p.choices) == "mask";
+    out.image = &kept_->images.emplace_back(p.name, file, dataset, unit, p.unit, mask).view();
     files_.push_back(file);
   } catch (const std::exception& error) {
     diagnostics.error(value.at, fmt::format("'{}': {}", p.name, error.what()), example(p, value.at));

@@ -10,9 +10,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <mutex>
+#include <set>
 #include <span>
 
 #include <tofgraph/array.hpp>
@@ -69,6 +72,8 @@ std::string folder_problem(const std::filesystem::path& folder) {
   const bool known = !error || type == std::filesystem::file_type::not_found;
   return known ? "is not a folder" : "cannot be entered: " + error.message();
 }
+
+std::atomic<bool> built_in_only{false};
 
 /// A bound as data: NaN, "no bound", is null.
 nlohmann::json number_or_null(double value) { return std::isnan(value) ? nlohmann::json() : nlohmann::json(value); }
@@ -138,6 +143,7 @@ const Plugin& load_plugin(const PluginFile& file) {
   if (const auto known = loaded.find(file.path.string()); known != loaded.end()) return *known->second;
   auto plugin = std::make_unique<Plugin>();
   plugin->file = file;
+  plugin->built_in = is_built_in(file);
   const tofgraph_descriptor* descriptor = nullptr;
   {
     const OutputAside aside;
@@ -165,6 +171,7 @@ nlohmann::json describe(const Plugin& d) {
                          {"file", d.file.path.string()},
                          {"api", fmt::format("{}.{}", d.api_major, d.api_minor)},
                          {"stateless", (d.flags & TOFGRAPH_STAGE_STATELESS) != 0},
+                         {"steady", (d.flags & TOFGRAPH_STAGE_STEADY) != 0},
                          {"many_inputs", (d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0},
                          {"ports", nlohmann::json::array()},
                          {"parameters", nlohmann::json::array()}};
@@ -204,6 +211,20 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
   return path;
 }
 
+bool is_built_in(const PluginFile& file) {
+  static const std::set<std::string> names = [] {
+    std::set<std::string> lines;
+    std::ifstream in(config::built_in_plugins());
+    for (std::string line; std::getline(in, line);) lines.insert(line);
+    return lines;
+  }();
+  std::error_code error;
+  return names.contains(file.path.filename()) &&
+         std::filesystem::equivalent(file.path.parent_path(), config::plugin_folder(), error);
+}
+
+void use_built_in_plugins_only() { built_in_only = true; }
+
 PluginRegistry::PluginRegistry(const std::vector<std::filesystem::path>& folders, std::vector<const Plugin*> own)
     : folders_(folders), own_(std::move(own)) {
   for (const Plugin* plugin : own_) files_.push_back(plugin->file);
@@ -212,7 +233,7 @@ PluginRegistry::PluginRegistry(const std::vector<std::filesystem::path>& folders
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
       PluginFile file = plugin_file(entry.path());
-      if (file.kind.empty()) continue;
+      if (file.kind.empty() || (built_in_only && !is_built_in(file))) continue;
       const PluginFile* before = find(file.name);
       if (before == nullptr)
         found.push_back(std::move(file));

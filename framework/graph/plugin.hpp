@@ -41,6 +41,7 @@ struct Plugin : tofgraph_descriptor {
   Plugin& operator=(const Plugin&) = delete;
 
   PluginFile file;
+  bool built_in = false;                    ///< comes with the program
   std::string hash;                         ///< SHA-256 of the code where that is not the file, or empty
   const tofgraph_effect* effect = nullptr;  ///< null: no effect
   const tofgraph_format* format = nullptr;  ///< null: no format
@@ -71,6 +72,11 @@ nlohmann::json describe(const Plugin& plugin);
 /// @throws ConfigurationError when a given one is not a folder that can be read
 std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem::path>& given,
                                                const std::function<void(const std::string&)>& problem = {});
+
+/// Returns whether a plugin comes with the program: it lies in the installed folder and is in the list beside that.
+bool is_built_in(const PluginFile& file);
+/// From here on this process sees no plugin of others: `run --safe`.
+void use_built_in_plugins_only();
 
 /// The plugins of a search path.
 class PluginRegistry {

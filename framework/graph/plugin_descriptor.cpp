@@ -112,7 +112,7 @@ void check_name(const Inspection& read, const PluginFile& file, const tofgraph_d
   if (file.kind != d.kind || file.name != d.name)
     read.refuse(fmt::format("calls itself {} '{}'", d.kind, d.name),
                 "name the file tofgraph_KIND_NAME.so after what is in it");
-  constexpr std::uint32_t known = TOFGRAPH_STAGE_STATELESS | TOFGRAPH_STAGE_MANY_INPUTS;
+  constexpr std::uint32_t known = TOFGRAPH_STAGE_STATELESS | TOFGRAPH_STAGE_MANY_INPUTS | TOFGRAPH_STAGE_STEADY;
   read.need((d.flags & ~known) == 0, fmt::format("its flags are {}, which has unknown bits", d.flags));
   if ((d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0 && file.kind != "sink") {
     read.refuse(fmt::format("is a {} that takes any number of streams: only a sink can, a {} has one frame to pass on",

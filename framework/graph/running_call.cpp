@@ -123,10 +123,13 @@ void describe(Line& line, const Entry& call) {
 /// The calls of a thread, the innermost first. @returns whether there are any
 bool describe_calls(Line& line, const Thread* thread) {
   const std::size_t depth = thread != nullptr ? std::min(thread->depth.load(), deepest) : 0;
+  bool others = false;
   for (std::size_t i = depth; i-- > 0;) {
     line << (i + 1 == depth ? ": " : "\n         called by ");
     describe(line, thread->calls[i]);
+    others = others || !thread->calls[i].instance.load()->plugin().built_in;
   }
+  if (others) line << "\n         tofgraph run --safe runs without plugins that did not come with the program";
   return depth > 0;
 }
 

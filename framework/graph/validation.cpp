@@ -64,9 +64,9 @@ void compare(const std::string& name, std::span<const float> lengths, std::span<
     if (!nan && invalid) valued.add(i);
   }
   if (unflagged.count != 0)
-    throw std::runtime_error(fmt::format("'{}' is NaN without the flag 'invalid' {}", name, unflagged.at(columns)));
+    throw BrokenPromise(fmt::format("'{}' is NaN without the flag 'invalid' {}", name, unflagged.at(columns)));
   if (valued.count != 0)
-    throw std::runtime_error(fmt::format("'{}' is a number despite the flag 'invalid' {}", name, valued.at(columns)));
+    throw BrokenPromise(fmt::format("'{}' is a number despite the flag 'invalid' {}", name, valued.at(columns)));
 }
 
 }  // namespace
@@ -105,12 +105,12 @@ void Validation::check_memory() const {
     const auto* first = static_cast<const std::byte*>(g.whole.data());
     const bool before = untouched(first), behind = untouched(first + guard + g.bytes);
     if (before && behind) continue;
-    throw std::runtime_error(
+    throw BrokenPromise(
         fmt::format("the stage wrote {} the memory of '{}'", before ? "beyond the end of" : "before", g.channel));
   }
   for (const Shown& s : shown_) {
     if (hash_of(s.buffer.data(), s.bytes) != s.hash)
-      throw std::runtime_error(fmt::format("the stage changed '{}', which it only reads", s.channel));
+      throw BrokenPromise(fmt::format("the stage changed '{}', which it only reads", s.channel));
   }
 }
 
@@ -129,8 +129,7 @@ void Validation::check_flags(const tofgraph_frame& frame) {
 void Validation::check_metadata(const tofgraph_metadata& metadata, std::uint64_t known) {
   const auto need = [&](std::uint64_t bit, const char* name, bool there) {
     if ((known & bit) != 0 && !there)
-      throw std::runtime_error(
-          fmt::format("the source announced the frames' {}, but did not set it in this one", name));
+      throw BrokenPromise(fmt::format("the source announced the frames' {}, but did not set it in this one", name));
   };
   need(TOFGRAPH_KNOWS_INTEGRATION_TIME, "integration time", !std::isnan(metadata.integration_time));
   need(TOFGRAPH_KNOWS_MODULATION_FREQUENCY, "modulation frequency", !std::isnan(metadata.modulation_frequency));

@@ -7,10 +7,18 @@
 
 #include "graph/frame.hpp"
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace tofgraph::graph {
+
+/// Error of a stage that did what it may not, or not what it had announced; any other error is what a stage says
+/// itself.
+class BrokenPromise : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Returns whether plugins are validated in this process: `run --validate`.
 bool validating();
@@ -33,12 +41,12 @@ class Validation {
   /// The stage sees a channel, and may not change it.
   void shown(const tofgraph_frame::Channel& channel);
 
-  /// @throws std::runtime_error the first thing that the stage did wrong to memory, with the channel
+  /// @throws BrokenPromise the first thing that the stage did wrong to memory, with the channel
   void check_memory() const;
-  /// @throws std::runtime_error the first length channel that disagrees with `flags`, with the pixels
+  /// @throws BrokenPromise the first length channel that disagrees with `flags`, with the pixels
   static void check_flags(const tofgraph_frame& frame);
   /// @param known TOFGRAPH_KNOWS_.. bits that the source announced
-  /// @throws std::runtime_error the first of them that the frame does not know
+  /// @throws BrokenPromise the first of them that the frame does not know
   static void check_metadata(const tofgraph_metadata& metadata, std::uint64_t known);
 
  private:

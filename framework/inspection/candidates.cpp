@@ -107,6 +107,7 @@ class Search {
   }
 
   void add_lenses() {
+    if (!test_.is_perspective()) return;
     const bool has = std::ranges::any_of(stated_.distortion, [](double k) { return k != 0; }) || test_.has_further();
     const auto set = [this](const Numbers& n) {
       Assumption a = stated_;

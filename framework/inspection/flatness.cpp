@@ -59,6 +59,8 @@ Assumption FlatnessTest::stated() const {
   return stated;
 }
 
+bool FlatnessTest::is_perspective() const { return observation_.camera->view().lens_model == TOFGRAPH_LENS_OPENCV; }
+
 bool FlatnessTest::has_further() const {
   return std::ranges::any_of(observation_.camera->view().further_distortion, [](double k) { return k != 0; });
 }

@@ -56,6 +56,8 @@ class FlatnessTest {
   bool is_square() const { return observation_.width == observation_.height; }
   /// Returns whether the camera's lens has coefficients beyond the five of `distortion`.
   bool has_further() const;
+  /// Returns whether the camera's lens is OpenCV's perspective model, whose coefficients can be questioned.
+  bool is_perspective() const;
   Flatness operator()(const Assumption& assumption) const;
   /// Keeps the surfaces for which `keep` is set.
   void keep(const std::vector<bool>& keep);

@@ -6,6 +6,8 @@
 #include "config/quantity.hpp"
 #include "io/unknown.hpp"
 
+#include <tofgraph/physics/amplitude_walk.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -101,38 +103,19 @@ void add_stripes(Inspection& result) {
   }
 }
 
-/// Sums of a regression of the lengths on log(amplitude).
-struct WalkSums {
-  double xx = 0, xy = 0, n = 0;
-};
-
-/// Adds a block: both are taken without their mean and slope within the block, as the surface may be slanted there.
-void add_block(const Observation& o, const Surfaces& s, const Block& block, WalkSums& sums) {
+void add_block(const Observation& o, const Surfaces& s, const Block& block, physics::WalkSums& sums) {
   const auto half = static_cast<std::ptrdiff_t>(s.side / 2);
-  struct Pixel {
-    double u, v, x, rest;
-  };
-  std::vector<Pixel> pixels;
-  double mean = 0, xu = 0, xv = 0, uu = 0, vv = 0;
+  std::vector<physics::WalkPixel> pixels;
   for (std::ptrdiff_t v = -half; v <= half; ++v) {
     for (std::ptrdiff_t u = -half; u <= half; ++u) {
       const auto i =
           static_cast<std::size_t>((static_cast<std::ptrdiff_t>(block.row) + v) * static_cast<std::ptrdiff_t>(o.width) +
                                    static_cast<std::ptrdiff_t>(block.column) + u);
       if (!(o.amplitude[i] > 0) || !(std::abs(s.rest[i]) < 20 * s.pixel_noise)) continue;
-      const Pixel p{static_cast<double>(u), static_cast<double>(v), std::log(o.amplitude[i]), s.rest[i]};
-      pixels.push_back(p);
-      mean += p.x, xu += p.x * p.u, xv += p.x * p.v, uu += p.u * p.u, vv += p.v * p.v;
+      pixels.push_back({static_cast<double>(u), static_cast<double>(v), std::log(o.amplitude[i]), s.rest[i]});
     }
   }
-  if (pixels.size() < s.side * s.side - 3) return;
-  mean /= static_cast<double>(pixels.size());
-  for (const Pixel& p : pixels) {
-    const double x = p.x - mean - xu / uu * p.u - xv / vv * p.v;
-    sums.xx += x * x;
-    sums.xy += x * p.rest;
-    ++sums.n;
-  }
+  if (pixels.size() >= s.side * s.side - 3) sums.add(physics::walk_in_block(pixels));
 }
 
 /// Distance that depends on the amplitude within small parts of surfaces.
@@ -140,10 +123,10 @@ void add_walk(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
   if (o.amplitude.empty() || s.rest.empty()) return;
-  WalkSums sums;
+  physics::WalkSums sums;
   for (const Block& block : s.blocks) add_block(o, s, block, sums);
-  if (sums.n < 500 || std::sqrt(sums.xx / sums.n) < min_contrast) return;
-  const double slope = sums.xy / sums.xx * std::log(2.0);
+  if (sums.n < 500 || sums.contrast() < min_contrast) return;
+  const double slope = sums.slope() * std::log(2.0);
   const double error = s.pixel_noise / std::sqrt(sums.xx) * std::log(2.0);
   if (std::abs(slope) < min_walk || std::abs(slope) < min_significance * error) return;
   result.findings.push_back(finding(

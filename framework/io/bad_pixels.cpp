@@ -23,7 +23,7 @@ bool is_profile_file(const config::Position& at) {
 /// @throws std::runtime_error
 std::vector<std::uint8_t> map_from(const std::filesystem::path& file, const std::string& dataset,
                                    const tofgraph_camera& camera) {
-  const ImageFile image("bad_pixels", file.string(), dataset, "", "");
+  const ImageFile image("bad_pixels", file.string(), dataset, "", "", true);
   const tofgraph_view& view = image.view();
   if (view.extent[0] != camera.height || view.extent[1] != camera.width)
     throw std::runtime_error(fmt::format("the map in {} is {} x {} px, the camera '{}' has {} x {} (width x height)",

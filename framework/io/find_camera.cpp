@@ -52,8 +52,12 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
                       config::suggestion(name.text, known_cameras(), "profiles") + " (or a path to a .yaml file)");
     return nullptr;
   }
+  config::Diagnostics own;
   try {
-    return load_profile(file);
+    CameraPtr camera = load_profile(file, own);
+    if (!camera) throw config::ConfigurationError(own);
+    diagnostics.add(own.all());  // warnings
+    return camera;
   } catch (const config::ConfigurationError& failure) {
     diagnostics.add(failure, name.at);
     return nullptr;

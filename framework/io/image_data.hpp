@@ -14,9 +14,10 @@ namespace tofgraph::io {
 inline constexpr std::uint64_t max_image_pixels = std::uint64_t{1} << 25U;
 
 struct ImageData {
-  std::vector<double> values;  ///< row by row
-  std::size_t rows = 0, columns = 0;
-  std::string unit;  ///< as the file says; empty: it says none
+  std::vector<double> values;                    ///< row by row
+  std::size_t rows = 0, columns = 0, depth = 1;  ///< depth: numbers per pixel
+  std::string unit;                              ///< as the file says; empty: it says none
+  bool of_bytes = false;                         ///< a picture with 8 bits per pixel
 };
 
 /// @param dataset of an HDF5 file; empty: the only one, or `map` @param problem why there is no image, or empty

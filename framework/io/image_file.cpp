@@ -16,8 +16,21 @@
 namespace tofgraph::io {
 namespace {
 
+/// SI value of 1 in a unit.
+double scale_of(const std::string& unit, const std::string& wanted) {
+  if (unit.empty()) return 1;
+  const config::Quantity one = config::parse_scale(unit, wanted);
+  if (!one.ok()) {
+    throw std::runtime_error(fmt::format("the unit of its values is '{}', expected {}", unit,
+                                         wanted.empty() ? "none, because they are pure numbers" : "one of " + wanted));
+  }
+  return one.value;
+}
+
+}  // namespace
+
 /// The libraries for files of images are loaded with the first image: most runs have none.
-io::ImageData read(const std::string& file, const std::string& dataset) {
+ImageData read_image(const std::string& file, const std::string& dataset) {
   static const auto function = [] {
     const auto module = config::library_folder() / "tofgraph-images.so";
     void* library = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
@@ -32,26 +45,16 @@ io::ImageData read(const std::string& file, const std::string& dataset) {
   return image;
 }
 
-/// SI value of 1 in a unit.
-double scale_of(const std::string& unit, const std::string& wanted) {
-  if (unit.empty()) return 1;
-  const config::Quantity one = config::parse_scale(unit, wanted);
-  if (!one.ok()) {
-    throw std::runtime_error(fmt::format("the unit of its values is '{}', expected {}", unit,
-                                         wanted.empty() ? "none, because they are pure numbers" : "one of " + wanted));
-  }
-  return one.value;
-}
-
-}  // namespace
-
 ImageFile::ImageFile(std::string parameter, std::string file, const std::string& dataset, const std::string& unit,
-                     const std::string& wanted)
+                     const std::string& wanted, bool mask)
     : parameter_(std::move(parameter)), file_(std::move(file)), unit_(wanted) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file_, error))
     throw std::runtime_error(fmt::format("there is no file {}", file_));
-  io::ImageData image = read(file_, dataset);
+  ImageData image = read_image(file_, dataset);
+  if (image.depth != 1) throw std::runtime_error(file_ + " has 3 dimensions, expected rows x columns");
+  if (image.of_bytes && !mask)
+    throw std::runtime_error(file_ + " has 8 bits per pixel, expected 16 (PNG) or floating point (TIFF)");
   values_ = std::move(image.values);
   const double scale = scale_of(unit.empty() ? image.unit : unit, wanted);
   for (double& value : values_) {

@@ -3,6 +3,8 @@
 /// @file Values of the pixels from a file, as a parameter's value: read once, by the host.
 #pragma once
 
+#include "io/image_data.hpp"
+
 #include <tofgraph/plugin.h>
 
 #include <string>
@@ -17,9 +19,10 @@ class ImageFile {
   /// @param dataset of an HDF5 file; empty: the only one there, or `map`
   /// @param unit of the values, "0.1 mm" or "mm"; empty: what the file says, else SI
   /// @param wanted the parameter's unit, SI
+  /// @param mask whether values are only 0 or not 0: pictures may then have 8 bits
   /// @throws std::runtime_error what is wrong with the file, its values or its unit
   ImageFile(std::string parameter, std::string file, const std::string& dataset, const std::string& unit,
-            const std::string& wanted);
+            const std::string& wanted, bool mask = false);
 
   const std::string& parameter() const { return parameter_; }
   const std::string& file() const { return file_; }
@@ -31,6 +34,10 @@ class ImageFile {
   std::vector<double> values_;
   tofgraph_view view_{};
 };
+
+/// Reads a file of values as ImageFile does, also with several numbers a pixel (.npy, HDF5). Values may be NaN.
+/// @throws std::runtime_error what is wrong with the file
+ImageData read_image(const std::string& file, const std::string& dataset);
 
 /// A view of values that somebody else keeps. @param name of the parameter
 tofgraph_view image_view(const double* values, std::size_t rows, std::size_t columns, const char* name,

@@ -141,27 +141,29 @@ class NpyFile {
     } catch (const std::runtime_error& error) {
       fail(error.what());
     }
-    if (header.shape.size() != 2) fail(fmt::format("has {} dimensions, expected 2", header.shape.size()));
-    const std::uint64_t rows = header.shape[0], columns = header.shape[1];
+    if (header.shape.size() == 2) header.shape.push_back(1);
+    if (header.shape.size() != 3) fail(fmt::format("has {} dimensions, expected 2 or 3", header.shape.size()));
+    if (header.shape[2] == 0 || header.shape[2] > 3)
+      fail(fmt::format("has {} values a pixel, expected 1 to 3", header.shape[2]));
+    const std::uint64_t rows = header.shape[0], columns = header.shape[1], depth = header.shape[2];
     if (rows == 0 || columns == 0 || rows > max_image_pixels || columns > max_image_pixels / rows)
       fail(fmt::format("announces {} x {} pixels, expected 1 to {}", rows, columns, max_image_pixels));
     const std::size_t each = header.bytes;
-    const std::uint64_t announced = rows * columns * each, stored = size_ - header.begin;
+    const std::uint64_t announced = rows * columns * depth * each, stored = size_ - header.begin;
     if (announced != stored)
-      fail(fmt::format("announces {} x {} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
-                       rows, columns, each, announced, stored,
+      fail(fmt::format("announces {} x {}{} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
+                       rows, columns, depth == 1 ? "" : fmt::format(" x {}", depth), each, announced, stored,
                        stored < announced ? "it was cut off" : "something was appended to it"));
     std::vector<char> bytes(announced);
     if (!in_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) fail("cannot be read to its end");
     ImageData image;
     image.rows = rows;
     image.columns = columns;
-    image.values.resize(rows * columns);
-    for (std::size_t r = 0; r < rows; ++r) {
-      for (std::size_t c = 0; c < columns; ++c) {
-        const std::size_t place = header.by_columns ? c * rows + r : r * columns + c;
-        image.values[r * columns + c] = value(header, bytes.data() + place * each);
-      }
+    image.depth = depth;
+    image.values.resize(rows * columns * depth);
+    for (std::size_t i = 0; i < image.values.size(); ++i) {
+      const std::size_t r = i / depth / columns, c = i / depth % columns, k = i % depth;
+      image.values[i] = value(header, bytes.data() + each * (header.by_columns ? (k * columns + c) * rows + r : i));
     }
     return image;
   }

@@ -31,8 +31,9 @@ struct NpyHeader {
 /// @throws std::runtime_error "is not a .npy file ..", a sentence without the file's name
 NpyHeader read_npy_header(std::istream& in, std::uint64_t size);
 
-/// Reads two-dimensional floating-point numbers of 32 or 64 bits, or integers of 8 to 64 bits or booleans, of either
-/// byte order, stored by rows or by columns (Fortran order).
+/// Reads two-dimensional floating-point numbers, also with two or three of them a pixel (a third dimension), of 32 or
+/// 64 bits, or integers of 8 to 64 bits or booleans, of either byte order, stored by rows or by columns (Fortran
+/// order).
 /// @throws std::runtime_error when the file is not such an array, or does not hold exactly the bytes that its header
 /// announces. Nothing is allocated before that is known.
 ImageData read_npy(const std::string& file);

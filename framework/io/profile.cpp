@@ -5,6 +5,7 @@
 #include "config/paths.hpp"
 #include "config/quantity.hpp"
 #include "io/bad_pixels.hpp"
+#include "io/profile_lens.hpp"
 #include "io/unknown.hpp"
 
 #include <fmt/format.h>
@@ -24,31 +25,9 @@ using config::Entry;
 using config::Reader;
 using config::Value;
 
-/// Position of a key's value; of the document if it is missing.
-config::Position place_of(const config::Value& document, std::string_view key) {
-  const config::Entry* entry = document.find(key);
-  return entry != nullptr ? entry->value.at : document.at;
-}
-
 /// A number that may be left out.
 double optional_number(config::Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
   return reader.number(key, unit, example, unknown);
-}
-
-/// Reads one value for both axes, or [x, y].
-void read_pair(const config::Entry& entry, std::string_view unit, std::string_view example, double* pair,
-               config::Diagnostics& diagnostics) {
-  const bool both = entry.value.is_list() && entry.value.items.size() == 2;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const config::Value& value = both ? entry.value.items[i] : entry.value;
-    const auto parsed = config::parse_quantity(value.text, unit);
-    pair[i] = parsed.value;
-    if (value.is_scalar() && parsed.ok() && parsed.value > 0) continue;
-    const std::string problem = parsed.ok() ? "must be positive" : parsed.problem;
-    diagnostics.error(value.at, fmt::format("'{}' is {}: {}", entry.key, value.described(), problem),
-                      fmt::format("example: {}: {}", entry.key, example));
-    if (!both) return;
-  }
 }
 
 void read_sources(const config::Value& list, std::vector<tofgraph_light>& lights, std::vector<std::string>& names,
@@ -123,43 +102,6 @@ void settle_frequency(const config::Value& document, const std::vector<tofgraph_
         "omit it, or write the frequency of one of them");
 }
 
-void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Value& document,
-               config::Diagnostics& diagnostics) {
-  camera.focal_length = camera.pitch[0] = camera.pitch[1] = unknown;
-  if (const config::Entry* pitch = reader.take("pixel_pitch"))
-    read_pair(*pitch, "m", "40 um", camera.pitch, diagnostics);
-  if (const config::Entry* focal = reader.need("focal_length", "12.8 mm")) {
-    if (focal->value.is_list()) {
-      read_pair(*focal, "px", "[175.37 px, 175.48 px]", camera.focal_px, diagnostics);
-      camera.focal_length = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
-    } else {
-      camera.focal_length = reader.number("focal_length", "m", "12.8 mm", unknown);
-      if (camera.focal_length <= 0) diagnostics.error(focal->value.at, "'focal_length' must be positive");
-      if (std::isnan(camera.pitch[0])) {
-        diagnostics.error(focal->value.at, "'focal_length' is a length, so 'pixel_pitch' is also required",
-                          "or give the focal length in pixels: focal_length: [175.37 px, 175.48 px]");
-      }
-      for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];
-    }
-  }
-  const std::vector<double> centre = reader.numbers("principal_point", "", "[101.5, 101.5]");
-  if (centre.size() == 2)
-    std::ranges::copy(centre, camera.principal_point);
-  else if (document.is_map())
-    diagnostics.error(place_of(document, "principal_point"), "'principal_point' needs two numbers",
-                      "example: principal_point: [101.5, 101.5]");
-  const std::vector<double> distortion = reader.numbers("distortion", "", "[0, 0, 0, 0, 0]");
-  constexpr std::size_t usual = std::size(tofgraph_camera{}.distortion);
-  if (distortion.size() > usual + std::size(camera.further_distortion)) {
-    diagnostics.error(place_of(document, "distortion"),
-                      "'distortion' has at most twelve numbers: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4");
-  } else {
-    for (std::size_t i = 0; i < distortion.size(); ++i)
-      (i < usual ? camera.distortion[i] : camera.further_distortion[i - usual]) = distortion[i];
-  }
-  camera.skew = reader.number("skew", "", "0.001", 0);
-}
-
 /// The file of the effects that belong to this camera. The profile in a recording does not know where its files are: a
 /// relative path there leads nowhere.
 std::string read_model_path(config::Reader& reader, const config::Value& document, config::Diagnostics& diagnostics) {
@@ -221,6 +163,25 @@ std::filesystem::path find_profile(const std::string& name, const std::filesyste
   return std::filesystem::exists(file, error) ? file : std::filesystem::path{};
 }
 
+namespace {
+
+std::vector<std::string> words_of(config::Reader& reader, std::string_view key) {
+  std::vector<std::string> list;
+  if (const config::Entry* entry = reader.take(key)) {
+    for (const config::Value& item : entry->value.items) list.push_back(item.text);
+  }
+  return list;
+}
+
+/// Text of a profile as it goes into recordings, which do not know its folder: a table of rays must be found from
+/// there.
+std::string text_for_recordings(const config::Value& document, bool has_table) {
+  if (has_table) return config::yaml_text(config::with_absolute_paths(document));
+  return document.at.source ? document.at.source->text : "";
+}
+
+}  // namespace
+
 io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.errors();
   config::check_version(document, "profile", 1, diagnostics);
@@ -234,7 +195,9 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   camera.name = name.c_str();
   camera.width = read_size(reader, "width", diagnostics);
   camera.height = read_size(reader, "height", diagnostics);
-  read_lens(reader, camera, document, diagnostics);
+  std::vector<float> rays;
+  read_lens(reader, camera, document, rays, diagnostics);
+  camera.rays = rays.empty() ? nullptr : rays.data();
   camera.modulation_frequency = optional_number(reader, "modulation_frequency", "Hz", "20 MHz");
   std::vector<tofgraph_exposure> exposures;
   if (const config::Entry* entry = reader.take("exposures")) exposures = read_exposures(entry->value, diagnostics);
@@ -256,14 +219,7 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   camera.read_noise = optional_number(reader, "read_noise", "counts", "3 counts");
   camera.shot_noise = optional_number(reader, "shot_noise", "counts", "0.012 counts");
   camera.full_well = optional_number(reader, "full_well", "counts", "30000 counts");
-  const auto words = [&reader](std::string_view key) {
-    std::vector<std::string> list;
-    if (const config::Entry* entry = reader.take(key)) {
-      for (const config::Value& item : entry->value.items) list.push_back(item.text);
-    }
-    return list;
-  };
-  std::vector<std::string> measured = words("measured"), assumed = words("assumed");
+  std::vector<std::string> measured = words_of(reader, "measured"), assumed = words_of(reader, "assumed");
   DataSheet sheet = read_data_sheet(reader, diagnostics);
   reader.word("source", "");
   const std::string model = read_model_path(reader, document, diagnostics);
@@ -271,20 +227,14 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
   const config::Entry* map = reader.take("bad_pixels");
   reader.finish();
   if (diagnostics.errors() != before) return nullptr;
-  camera.profile = document.at.source ? document.at.source->text.c_str() : "";
+  const std::string text = text_for_recordings(document, !rays.empty());
+  camera.profile = text.c_str();
   auto result = std::make_shared<io::Camera>(camera);
   result->measured = std::move(measured);
   result->assumed = std::move(assumed);
   result->data_sheet = std::move(sheet);
   if (map != nullptr) read_bad_pixels(map->value, *result, diagnostics);
   return diagnostics.errors() == before ? result : nullptr;
-}
-
-std::vector<double> distortion_of(const tofgraph_camera& camera) {
-  std::vector<double> all(std::begin(camera.distortion), std::end(camera.distortion));
-  if (std::ranges::any_of(camera.further_distortion, [](double d) { return d != 0; }))
-    all.insert(all.end(), std::begin(camera.further_distortion), std::end(camera.further_distortion));
-  return all;
 }
 
 std::string profile_text(const tofgraph_camera& camera) {
@@ -308,6 +258,7 @@ std::string profile_text(const tofgraph_camera& camera) {
   else
     pair("focal_length", camera.focal_px, " px");
   pair("principal_point", camera.principal_point, "");
+  if (camera.lens_model == TOFGRAPH_LENS_FISHEYE) text += "lens: fisheye\n";
   text += fmt::format("distortion: [{}]\n", fmt::join(distortion_of(camera), ", "));
   if (camera.skew != 0) number("skew", camera.skew, "");
   number("modulation_frequency", camera.modulation_frequency, " Hz");
@@ -333,12 +284,17 @@ std::string profile_text(const tofgraph_camera& camera) {
   return text;
 }
 
-io::CameraPtr load_profile(const std::filesystem::path& file) {
-  config::Diagnostics diagnostics;
+io::CameraPtr load_profile(const std::filesystem::path& file, config::Diagnostics& diagnostics) {
   const config::Value document = config::load_document(file);
   auto camera = read_profile(document, diagnostics);
+  if (camera) std::const_pointer_cast<io::Camera>(camera)->file = file;
+  return camera;
+}
+
+io::CameraPtr load_profile(const std::filesystem::path& file) {
+  config::Diagnostics diagnostics;
+  auto camera = load_profile(file, diagnostics);
   if (!camera) throw config::ConfigurationError(diagnostics);
-  std::const_pointer_cast<io::Camera>(camera)->file = file;
   return camera;
 }
 

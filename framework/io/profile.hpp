@@ -29,7 +29,12 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
 /// Reads a profile by name or path. @throws config::ConfigurationError with every mistake.
 io::CameraPtr load_profile(const std::filesystem::path& file);
 
-/// Coefficients of a profile's `distortion`: k1 k2 p1 p2 k3, and k4 k5 k6 s1 s2 s3 s4 where the lens has any of these.
+/// The same; mistakes and warnings go to the diagnostics; null when there are mistakes.
+/// @throws config::ConfigurationError when the file cannot be read
+io::CameraPtr load_profile(const std::filesystem::path& file, config::Diagnostics& diagnostics);
+
+/// Coefficients of a profile's `distortion`: k1 k2 k3 k4 of a fisheye; else k1 k2 p1 p2 k3, and k4 k5 k6 s1 s2 s3 s4
+/// where the lens has any of these.
 std::vector<double> distortion_of(const tofgraph_camera& camera);
 
 /// A profile's text that reads as this camera: every value but its rays, which are those of the lens model.

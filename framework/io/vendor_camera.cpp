@@ -23,6 +23,7 @@ using config::Value;
 struct VendorCamera {
   double width = 0, height = 0, fx = 0, fy = 0, cx = 0, cy = 0, skew = 0;  // px
   std::vector<double> distortion;                                          // in OpenCV's order
+  bool fisheye = false;
   std::string name, source;
 };
 
@@ -104,8 +105,11 @@ class VendorFile {
       c.height = number(document_, "image_height");
     }
     const std::string model = word(document_, "distortion_model");
-    if (!model.empty() && model != "plumb_bob" && model != "rational_polynomial")
-      refuse(fmt::format("has the lens model '{}', which a profile cannot hold: plumb_bob, rational_polynomial", model),
+    c.fisheye = model == "equidistant" || model == "fisheye";
+    if (!model.empty() && !c.fisheye && model != "plumb_bob" && model != "rational_polynomial")
+      refuse(fmt::format("has the lens model '{}', which a profile cannot hold: plumb_bob, rational_polynomial, "
+                         "equidistant",
+                         model),
              &need(document_, "distortion_model"));
     c.name = word(document_, "camera_name");
     c.source = model.empty() ? "OpenCV" : "camera_info of ROS";
@@ -122,6 +126,11 @@ class VendorFile {
     std::ranges::transform(model, model.begin(),
                            [](unsigned char l) { return l == ' ' ? '_' : static_cast<char>(std::tolower(l)); });
     const bool distorts = std::ranges::any_of(c.distortion, [](double k) { return k != 0; });
+    c.fisheye = model.find("kannala_brandt") != std::string::npos;
+    if (c.fisheye) {
+      c.distortion.resize(std::min<std::size_t>(c.distortion.size(), 4));
+      return c;
+    }
     // "modified" and "inverse" map the other way round, and cannot be written as the forward model.
     if (distorts && model.find("brown_conrady") == std::string::npos)
       refuse(fmt::format("has the lens model '{}', which a profile cannot hold", model), &in);
@@ -213,6 +222,7 @@ std::string profile_of_vendor_file(const std::filesystem::path& file, const std:
   std::string text = fmt::format(
       "profile: 1\nname: {}\nwidth: {}\nheight: {}\nfocal_length: [{} px, {} px]\nprincipal_point: [{}, {}]\n",
       config::yaml_word(name), c.width, c.height, c.fx, c.fy, c.cx, c.cy);
+  if (c.fisheye) text += "lens: fisheye\n";
   if (!c.distortion.empty()) text += fmt::format("distortion: [{}]\n", fmt::join(c.distortion, ", "));
   if (c.skew != 0) text += fmt::format("skew: {}\n", c.skew);
   return text +

@@ -19,17 +19,31 @@ struct ImagePoint {
   double x = 0, y = 0;
 };
 
-/// OpenCV's lens model with k1 to k6, p1, p2 and s1 to s4, on points of the image plane at z = 1.
+/// OpenCV's lens model with k1 to k6, p1, p2 and s1 to s4, or its fisheye model (Kannala and Brandt, A generic camera
+/// model and calibration method for conventional, wide-angle, and fish-eye lenses, PAMI 2006): an angle theta from the
+/// axis is imaged at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8). On points of the image
+/// plane at z = 1, so up to 89.9 deg from the axis.
 class Lens {
  public:
   Lens() = default;
   /// @param coefficients k1 k2 p1 p2 k3, the order of `tofgraph_camera::distortion`
   explicit Lens(const double (&coefficients)[5]) : Lens(coefficients, none) {}
   /// The lens of a camera.
-  explicit Lens(const tofgraph_camera& camera) : Lens(camera.distortion, camera.further_distortion) {}
+  explicit Lens(const tofgraph_camera& camera)
+      : Lens(camera.lens_model == TOFGRAPH_LENS_OPENCV ? camera.distortion : no_distortion,
+             camera.lens_model == TOFGRAPH_LENS_OPENCV ? camera.further_distortion : none) {
+    if (camera.lens_model != TOFGRAPH_LENS_FISHEYE) return;
+    fisheye_ = true;
+    std::copy_n(camera.distortion, 4, powers_);
+    limit_ = max_angle();
+  }
 
   /// Image of a point by the lens that a pinhole would image at `p`.
   ImagePoint distort(ImagePoint p) const {
+    if (fisheye_) {
+      const double r = std::sqrt(p.x * p.x + p.y * p.y), scale = r > 1e-9 ? radius_at(std::atan(r)) / r : 1;
+      return {scale * p.x, scale * p.y};
+    }
     const double s = p.x * p.x + p.y * p.y;
     const double radial = numerator(s) / denominator(s);
     return {p.x * radial + 2 * p1_ * p.x * p.y + p2_ * (s + 2 * p.x * p.x) + s * (s1_ + s * s2_),
@@ -37,12 +51,16 @@ class Lens {
   }
 
   /// Returns whether a point is in the domain in which the model can be inverted.
-  bool invertible_at(ImagePoint p) const { return p.x * p.x + p.y * p.y < limit_ && jacobian(p).determinant() > 0; }
+  bool invertible_at(ImagePoint p) const {
+    if (fisheye_) return std::atan(std::sqrt(p.x * p.x + p.y * p.y)) < limit_;
+    return p.x * p.x + p.y * p.y < limit_ && jacobian(p).determinant() > 0;
+  }
 
   /// The inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be
   /// inverted (the radius below the first turning point of the radial part, positive Jacobian).
   /// @returns nothing when the point lies outside the image of that domain, or no solution within 1e-12 was found.
   std::optional<ImagePoint> undistort(ImagePoint distorted) const {
+    if (fisheye_) return undistort_fisheye(distorted);
     ImagePoint p{};
     double left = residual(p, distorted);
     constexpr int max_steps = 60;  // a solution on the border of the domain converges linearly only
@@ -58,7 +76,7 @@ class Lens {
   }
 
  private:
-  static constexpr double none[7] = {};
+  static constexpr double none[7] = {}, no_distortion[5] = {};
 
   Lens(const double (&distortion)[5], const double (&further)[7])
       : k1_(distortion[0]),
@@ -74,6 +92,42 @@ class Lens {
         s3_(further[5]),
         s4_(further[6]),
         limit_(rational() ? first_turning_point_of_quotient() : first_turning_point()) {}
+
+  /// Radius in the image of an angle from the axis, rad, and its derivative.
+  double radius_at(double theta) const {
+    const double s = theta * theta;
+    return theta * (1 + s * (powers_[0] + s * (powers_[1] + s * (powers_[2] + s * powers_[3]))));
+  }
+  double radius_slope(double theta) const {
+    const double s = theta * theta;
+    return 1 + s * (3 * powers_[0] + s * (5 * powers_[1] + s * (7 * powers_[2] + s * 9 * powers_[3])));
+  }
+  /// The angle up to which the radius grows, looked for in steps of 0.1 deg up to 89.9 deg.
+  double max_angle() const {
+    constexpr double degree = 0.017453292519943295;
+    for (int step = 1; step < 900; ++step) {
+      const double theta = 0.1 * step * degree;
+      if (!(radius_slope(theta) > 0))
+        return bisect([this](double t) { return radius_slope(t); }, theta - 0.1 * degree, theta);
+    }
+    return 89.9 * degree;
+  }
+
+  /// Newton steps for the angle, bisections where they leave the interval that holds it.
+  std::optional<ImagePoint> undistort_fisheye(ImagePoint distorted) const {
+    const double radius = std::sqrt(distorted.x * distorted.x + distorted.y * distorted.y);
+    if (!(radius < radius_at(limit_))) return std::nullopt;
+    double low = 0, high = limit_, theta = std::min(radius, limit_);
+    for (int i = 0; i < 100; ++i) {
+      const double miss = radius_at(theta) - radius;
+      if (std::abs(miss) <= tolerance) break;
+      (miss < 0 ? low : high) = theta;
+      const double next = theta - miss / radius_slope(theta);
+      theta = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    const double scale = radius > 1e-9 ? std::tan(theta) / radius : 1;
+    return ImagePoint{scale * distorted.x, scale * distorted.y};
+  }
 
   /// d distort / d(x, y).
   struct Jacobian {
@@ -172,12 +226,38 @@ class Lens {
 
   double k1_ = 0, k2_ = 0, k3_ = 0, k4_ = 0, k5_ = 0, k6_ = 0, p1_ = 0, p2_ = 0;
   double s1_ = 0, s2_ = 0, s3_ = 0, s4_ = 0;
-  double limit_ = std::numeric_limits<double>::infinity();  ///< square of the radius
+  double limit_ = std::numeric_limits<double>::infinity();  ///< square of the radius; of a fisheye the angle, rad
+  bool fisheye_ = false;
+  double powers_[4] = {};  ///< k1 to k4 of the fisheye
 };
+
+/// The image point of a place in a camera's table of rays, bilinear between the pixels; nothing beyond half a pixel
+/// outside the image, and where one of the four rays is unknown or points to the side.
+inline std::optional<ImagePoint> point_in_table(const tofgraph_camera& camera, double u, double v) {
+  const double last_u = camera.width - 1.0, last_v = camera.height - 1.0;
+  if (camera.rays == nullptr || camera.width < 2 || camera.height < 2 || !(u >= -0.5) || !(u <= last_u + 0.5) ||
+      !(v >= -0.5) || !(v <= last_v + 0.5))
+    return std::nullopt;
+  const double left = std::clamp(std::floor(u), 0.0, last_u - 1), top = std::clamp(std::floor(v), 0.0, last_v - 1);
+  const double a = u - left, b = v - top;
+  ImagePoint sum;
+  for (const int k : {0, 1, 2, 3}) {
+    const double weight = (k % 2 == 0 ? 1 - a : a) * (k < 2 ? 1 - b : b);
+    if (weight == 0) continue;
+    const auto row = static_cast<std::size_t>(top) + static_cast<std::size_t>(k / 2),
+               column = static_cast<std::size_t>(left) + static_cast<std::size_t>(k % 2);
+    const float* ray = camera.rays + 3 * (row * camera.width + column);
+    if (!(ray[2] > 0)) return std::nullopt;
+    sum.x += weight * static_cast<double>(ray[0]) / static_cast<double>(ray[2]);
+    sum.y += weight * static_cast<double>(ray[1]) / static_cast<double>(ray[2]);
+  }
+  return sum;
+}
 
 /// The undistorted image point of a pixel; nothing outside the lens model.
 /// @param u, v 0-based pixel coordinates, a pixel's centre at integers
 inline std::optional<ImagePoint> image_point(const tofgraph_camera& camera, const Lens& lens, double u, double v) {
+  if (camera.lens_model == TOFGRAPH_LENS_RAYS) return point_in_table(camera, u, v);
   const double y = (v - camera.principal_point[1]) / camera.focal_px[1];
   return lens.undistort({(u - camera.principal_point[0]) / camera.focal_px[0] - camera.skew * y, y});
 }
@@ -186,6 +266,33 @@ inline std::optional<ImagePoint> image_point(const tofgraph_camera& camera, cons
 inline ImagePoint pixel_at(const tofgraph_camera& camera, ImagePoint distorted) {
   return {camera.focal_px[0] * (distorted.x + camera.skew * distorted.y) + camera.principal_point[0],
           camera.focal_px[1] * distorted.y + camera.principal_point[1]};
+}
+
+/// The place in the image of a point of the plane at z = 1, the inverse of image_point(): by the lens model, or in a
+/// table of rays by Newton steps from the pinhole that fits it. Nothing where the point is not imaged.
+inline std::optional<ImagePoint> pixel_of(const tofgraph_camera& camera, const Lens& lens, ImagePoint p) {
+  if (camera.lens_model != TOFGRAPH_LENS_RAYS)
+    return lens.invertible_at(p) ? std::optional(pixel_at(camera, lens.distort(p))) : std::nullopt;
+  const auto inside = [&camera](ImagePoint q) {
+    return ImagePoint{std::clamp(q.x, 0.0, camera.width - 1.0), std::clamp(q.y, 0.0, camera.height - 1.0)};
+  };
+  ImagePoint at = pixel_at(camera, p);
+  for (int i = 0; i < 30; ++i) {
+    const ImagePoint from = inside(at);
+    const double du = from.x < camera.width - 1.0 ? 0.5 : -0.5, dv = from.y < camera.height - 1.0 ? 0.5 : -0.5;
+    const auto here = point_in_table(camera, from.x, from.y), right = point_in_table(camera, from.x + du, from.y),
+               below = point_in_table(camera, from.x, from.y + dv);
+    if (!here || !right || !below) return std::nullopt;
+    const double xu = (right->x - here->x) / du, yu = (right->y - here->y) / du, xv = (below->x - here->x) / dv,
+                 yv = (below->y - here->y) / dv, determinant = xu * yv - xv * yu;
+    if (!(determinant > 0)) return std::nullopt;
+    const double x = p.x - here->x, y = p.y - here->y;
+    const ImagePoint step{(yv * x - xv * y) / determinant, (xu * y - yu * x) / determinant};
+    at = {from.x + step.x, from.y + step.y};
+    if (std::abs(step.x) + std::abs(step.y) < 1e-9) return at;
+  }
+  const bool outside = at.x < 0 || at.y < 0 || at.x > camera.width - 1.0 || at.y > camera.height - 1.0;
+  return outside ? std::optional(at) : std::nullopt;
 }
 
 /// The ray of each pixel: needs focal_px, principal_point, skew and distortion of the camera, no lengths in metres.

@@ -5,14 +5,16 @@
 #pragma once
 
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/amplitude_walk.hpp>
 #include <tofgraph/physics/exposure_order.hpp>
 #include <tofgraph/physics/four_phase.hpp>
 
 #include <atomic>
 
-#include "io/noise_calibration.hpp"
 #include "io/plausibility.hpp"
+#include "plugins/calibrated_noise.hpp"
 #include "plugins/calibrated_serial.hpp"
+#include "plugins/without_gaps.hpp"
 
 namespace tofgraph {
 
@@ -73,18 +75,7 @@ struct Decoder : Filter {
       this,
       "invalidate_inconsistent",
       {.default_value = "false", .text = "pixels whose samples or frequencies do not fit each other become invalid"}};
-  Param<InputFile> calibration{
-      this,
-      "calibration",
-      {.choices = "noise", .text = "a calibration file of the kind noise; default: the camera's noise"}};
-  Param<double> read_noise{
-      this,
-      "read_noise",
-      {.unit = "counts", .min = 0, .text = "of a tap; default: the calibration's, or the camera's"}};
-  Param<double> shot_noise{
-      this,
-      "shot_noise",
-      {.unit = "counts", .min = 0, .text = "variance of a tap per count; default: the calibration's, or the camera's"}};
+  NoiseParameters tap_noise{this};
   Param<double> full_well{
       this,
       "full_well",
@@ -112,7 +103,7 @@ struct Decoder : Filter {
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
     const tofgraph_camera* camera = setup.stream().camera;
-    counts_ = counts_of(camera, calibrated_noise(setup, camera));
+    counts_ = counts_of(camera, tap_noise.noise(setup));
     camera_ = camera;
     gain_ = camera != nullptr && camera->gain > 0 ? camera->gain : 0;
     if (modulation_frequency.given()) {
@@ -137,16 +128,18 @@ struct Decoder : Filter {
     const tofgraph_view samples = samples_of(frame);
     const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
     const Array<std::uint16_t> bits = flags(frame, rows, columns);
-    decode(DecoderImages{.samples = samples.data,
-                         .type = samples.type,
-                         .pixels = rows * columns,
-                         .distance = distance(frame, rows, columns).data(),
-                         .amplitude = amplitude(frame, rows, columns).data(),
-                         .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
-                         .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
-                         .flags = bits.data()});
+    const DecoderImages images{.samples = samples.data,
+                               .type = samples.type,
+                               .pixels = rows * columns,
+                               .distance = distance(frame, rows, columns).data(),
+                               .amplitude = amplitude(frame, rows, columns).data(),
+                               .intensity = intensity.present() ? intensity(frame, rows, columns).data() : nullptr,
+                               .sigma = sigma.present() ? sigma(frame, rows, columns).data() : nullptr,
+                               .flags = bits.data()};
+    decode(images);
     lengths_.invalidate(frame, bits);
     look_at_order(frame, samples);
+    look_at_walk(frame, images, rows, columns);
   }
 
   DecoderCounts counts_{};
@@ -158,6 +151,7 @@ struct Decoder : Filter {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     if (samples.data == nullptr || samples.extent[0] != exposures_.size())
       throw std::runtime_error(other_number(samples.extent[0]));
+    refuse_gaps(samples);
     return samples;
   }
 
@@ -188,6 +182,20 @@ struct Decoder : Filter {
                                         ". These would fit; put them into the profile, and set exposures: camera at a "
                                         "capture_reader whose recording has its own:\n         exposures: " +
                                         physics::exposures_yaml(other->exposures));
+  }
+
+  /// Once, at one of the first frames with contrast: a warning where the distance rises with the amplitude.
+  void look_at_walk(const Frame& frame, const DecoderImages& images, std::size_t rows, std::size_t columns) const {
+    if (walks_left_.load(std::memory_order_relaxed) <= 0 || walks_left_.fetch_sub(1) <= 0) return;
+    const auto walk = physics::walk_of_frame(images.distance, images.amplitude, rows, columns);
+    if (!walk || walked_.test_and_set()) return;
+    walks_left_ = 0;
+    constexpr double least = 2e-3;  // m per factor 2
+    if (walk->rise < least || walk->rise < 6 * walk->error) return;
+    warn("frame " + std::to_string(frame.metadata().number) + ": the distance rises by " +
+         physics::short_number(std::round(walk->rise * 1e4) / 10) +
+         " mm with each doubling of the amplitude, within surfaces; tofgraph calibrate offset with targets of several "
+         "reflectivities measures this, tofgraph inspect shows more");
   }
 
   std::string other_number(std::uint64_t images) const {
@@ -256,37 +264,19 @@ struct Decoder : Filter {
 
   mutable std::atomic_flag looked_;
   mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
+  mutable std::atomic_flag walked_;
+  mutable std::atomic<int> walks_left_ = 5;  // frames with too little contrast do not count
 
   const tofgraph_camera* camera_ = nullptr;
   bool from_camera_ = true;  // the exposures
   double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
   OtherLengths lengths_;
-  SerialCheck check_serial_{this};
 
-  /// The camera's noise, or that of the calibration.
-  physics::TapNoise calibrated_noise(const Setup& setup, const tofgraph_camera* camera) const {
-    if (calibration->empty()) {
-      if (camera == nullptr) return {};
-      return {.read_noise = camera->read_noise, .shot_noise = camera->shot_noise};
-    }
-    io::NoiseCalibration file;
-    try {
-      file = io::read_noise_calibration(std::string(*calibration), setup.camera().name);
-    } catch (const std::exception& error) {
-      throw ConfigError("calibration", std::string("the calibration cannot be used:\n") + error.what());
-    }
-    check_serial_("calibration", file.serial, serial_of(setup));
-    return file.noise;
-  }
-
-  DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& otherwise) const {
+  DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& noise) const {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
-    const auto either = [](const Param<double>& given, double known) { return given.given() ? *given : known; };
-    const physics::TapNoise noise{.read_noise = either(read_noise, otherwise.read_noise),
-                                  .shot_noise = either(shot_noise, otherwise.shot_noise)};
     const double contrast = camera != nullptr ? camera->contrast : unknown;
     const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
-    const double well = either(full_well, camera != nullptr ? camera->full_well : unknown);
+    const double well = full_well.given() ? *full_well : camera != nullptr ? camera->full_well : unknown;
     return {.full_well = static_cast<float>(well > 0 ? well : never),
             .min_amplitude = static_cast<float>(*min_amplitude),
             .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "plugins/filters/neighbourhood.hpp"
+#include "plugins/filters/noise_estimate.hpp"
 
 namespace tofgraph {
 
@@ -71,16 +71,18 @@ struct FlyingPixels final : Filter {
     const Array<float> lengths = image(frame), noise = sigma(frame);
     const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
     mark_invalid(lengths, noise, bits);
-    thread_local std::vector<float> own;  // noise of the frame around each tile's pixels
-    own.clear();
-    if (!sigma.present() && *deviations > 0) noise_of_tiles(lengths, own);
+    const bool own = !sigma.present() && *deviations > 0;
+    thread_local std::vector<float> differences;
+    thread_local TileNoise tiles;
+    if (own) {
+      second_differences(lengths.data(), rows_, columns_, differences);
+      tiles.estimate(differences, rows_, columns_);
+    }
     std::vector<std::size_t> marked;
     for (std::size_t r = 1; r + 1 < rows_; ++r) {
       for (std::size_t c = 1; c + 1 < columns_; ++c) {
         const std::size_t i = r * columns_ + c;
-        const float known = !own.empty()            ? own[r / tile * tiles(columns_) + c / tile]
-                            : noise && noise[i] > 0 ? noise[i]
-                                                    : 0;
+        const float known = own ? tiles.at(r, c) : noise && noise[i] > 0 ? noise[i] : 0;
         const float least = std::max(static_cast<float>(*threshold), static_cast<float>(*deviations) * known);
         bool flying = false;
         for (std::size_t line = 0; line < 4; ++line) flying |= is_between(lengths, i, line, least);
@@ -92,35 +94,6 @@ struct FlyingPixels final : Filter {
   }
 
  private:
-  static constexpr std::size_t tile = 16;  ///< px: the side of a part of the image that has one noise
-  static std::size_t tiles(std::size_t side) { return (side + tile - 1) / tile; }
-
-  /// Standard deviation of the lengths in each tile by the median of second differences: slopes do not count, and edges
-  /// only where they fill half of it.
-  void noise_of_tiles(const Array<float>& lengths, std::vector<float>& noise) const {
-    thread_local std::vector<float> differences;
-    for (std::size_t top = 0; top < rows_; top += tile) {
-      for (std::size_t left = 0; left < columns_; left += tile) {
-        differences.clear();
-        for (std::size_t r = top; r < std::min(top + tile, rows_); ++r) {
-          for (std::size_t c = std::max<std::size_t>(left, 1); c < std::min(left + tile, columns_ - 1); ++c) {
-            const std::size_t i = r * columns_ + c;
-            const float second = std::abs(lengths[i - 1] - 2 * lengths[i] + lengths[i + 1]);
-            if (std::isfinite(second)) differences.push_back(second);
-          }
-        }
-        if (differences.empty()) {
-          noise.push_back(0);
-          continue;
-        }
-        const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-        std::nth_element(differences.begin(), middle, differences.end());
-        constexpr float median_to_deviation = 1 / (0.6745F * 2.4495F);  // of a normal one; sqrt(1 + 4 + 1)
-        noise.push_back(*middle * median_to_deviation);
-      }
-    }
-  }
-
   /// From a pixel to its neighbour along a row, a column or a diagonal; the opposite one is as far the other way.
   std::size_t neighbour(std::size_t line) const {
     const std::size_t steps[] = {1, columns_, columns_ + 1, columns_ - 1};

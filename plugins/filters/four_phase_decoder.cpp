@@ -102,6 +102,7 @@ HWY_EXPORT(Decode);
 
 /// sigma_D = c / (4 pi f_mod) * sqrt(variance of c_k / 2) / amplitude.
 struct FourPhaseDecoder final : Decoder {
+  static constexpr bool steady = true;
   Param<double> inconsistent_above{this,
                                    "inconsistent_above",
                                    {.unit = "counts",

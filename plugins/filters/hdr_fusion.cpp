@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames of a bracketed exposure as one.
 #include <tofgraph/lengths.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -18,13 +19,33 @@ namespace tofgraph {
 /// alike, as those of the longest time. A pixel that no frame shows well is invalid, with the flags of all frames.
 /// Corrections that depend on the integration time come before. Distances are joined modulo the unambiguous range, so
 /// that the mean of pixels at its end stays there. Metadata and other channels are those of the last frame.
+///
+/// by: frequency joins frames of alternating modulation frequencies: the distance that all of them allow, over all
+/// wraps the most likely one, as in phase_decoder. A pixel that one frame does not show well is invalid; one whose
+/// second best wraps are nearly as likely is flagged wrapped, and invalid. sigma and flags as above; the amplitude is
+/// the mean.
 struct HdrFusion final : Filter {
   InOut<float> image{this, "distance|range|depth", {.text = "what is joined", .adds = "hdr_fusion"}};
   InOut<float> sigma{this, "sigma", {.text = "standard deviation of the length; becomes that of the mean"}};
   InOut<float> amplitude{this, "amplitude", {.optional = true, .text = "becomes that of the longest time"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "saturated and invalid pixels are left out"}};
   Param<std::int64_t> frames{
-      this, "frames", {.default_value = "2", .min = 2, .max = 64, .text = "integration times of the bracket"}};
+      this,
+      "frames",
+      {.default_value = "2", .min = 2, .max = 64, .text = "integration times or frequencies of the bracket"}};
+  Param<Choice> by{this,
+                   "by",
+                   {.default_value = "integration_time",
+                    .choices = "integration_time frequency",
+                    .text = "what alternates; frequency: distances are unwrapped"}};
+  Param<double> max_range{
+      this,
+      "max_range",
+      {.unit = "m",
+       .min = 1e-3,
+       .max = 1e6,
+       .text = "by frequency: nothing is farther away than this; default: the distance at which the "
+               "frequencies repeat together"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
@@ -33,8 +54,7 @@ struct HdrFusion final : Filter {
 
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), image.channel());
-    if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
-      throw std::runtime_error("needs the frames' integration time, which these frames do not state");
+    check_setting(setup);
     const std::uint64_t come = setup.stream().frames, wanted = static_cast<std::uint64_t>(*frames);
     if (come > 0 && come < wanted)
       throw ConfigError(
@@ -51,14 +71,22 @@ struct HdrFusion final : Filter {
   bool process(Frame& frame) {
     const Array<float> lengths = image(frame), deviations = sigma(frame), light = amplitude(frame);
     const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
-    const double time = frame.metadata().integration_time;
-    if (!(time > 0)) throw std::runtime_error("the frame does not state its integration time");
-    if (std::ranges::find(times_, time) != times_.end())
-      throw ConfigError("frames", "the integration time of " + std::to_string(time * 1e3) +
-                                      " ms came twice in a bracket of " + std::to_string(*frames) +
-                                      ": is this the number of times?");
+    const double time = setting_of(frame);
     if (times_.empty()) pixels_.assign(lengths.size(), {});
     times_.push_back(time);
+    if (by_frequency()) {
+      exposures_.push_back({time,
+                            {lengths.begin(), lengths.end()},
+                            {deviations.begin(), deviations.end()},
+                            {light.begin(), light.end()},
+                            {bits.begin(), bits.end()}});
+      if (static_cast<std::int64_t>(times_.size()) < *frames) return false;
+      unwrap(lengths, deviations, light, bits);
+      times_.clear();
+      exposures_.clear();
+      lengths_.invalidate(frame, bits);
+      return true;
+    }
     for (std::size_t i = 0; i < lengths.size(); ++i) add(pixels_[i], lengths, deviations, light, bits, i, time);
     if (static_cast<std::int64_t>(times_.size()) < *frames) return false;
     const double longest = std::ranges::max(times_);
@@ -82,6 +110,84 @@ struct HdrFusion final : Filter {
   }
 
  private:
+  /// A frame of a bracket of frequencies.
+  struct Exposure {
+    double frequency;  // Hz
+    std::vector<float> lengths, deviations, light;
+    std::vector<std::uint16_t> bits;
+
+    bool shows(std::size_t i) const {
+      return (bits[i] & (flag::invalid | flag::saturated)) == 0 && is_valid_length(lengths[i]) && deviations[i] > 0;
+    }
+  };
+
+  bool by_frequency() const { return *by == "frequency"; }
+
+  void check_setting(const Setup& setup) const {
+    if (!by_frequency()) {
+      if (max_range.given()) throw ConfigError("max_range", "is for by: frequency");
+      if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
+        throw std::runtime_error("needs the frames' integration time, which these frames do not state");
+      return;
+    }
+    if (std::string_view(image.channel()) != "distance")
+      throw ConfigError("by", std::string("frequency unwraps distances, but '") + image.channel() +
+                                  "' arrives: put it after the decoder and before the distance model");
+    if (!setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY))
+      throw std::runtime_error("needs the frames' modulation frequency, which these frames do not state");
+  }
+
+  /// The frame's integration time, s, or its frequency, Hz. @throws when it is not stated, or came before
+  double setting_of(const Frame& frame) const {
+    const tofgraph_metadata& known = frame.metadata();
+    const double setting = by_frequency() ? known.modulation_frequency : known.integration_time;
+    const std::string name = by_frequency() ? "modulation frequency" : "integration time";
+    if (!(setting > 0)) throw std::runtime_error("the frame does not state its " + name);
+    if (std::ranges::find(times_, setting) == times_.end()) return setting;
+    const std::string shown =
+        by_frequency() ? std::to_string(setting * 1e-6) + " MHz" : std::to_string(setting * 1e3) + " ms";
+    throw ConfigError("frames", "the " + name + " of " + shown + " came twice in a bracket of " +
+                                    std::to_string(*frames) + ": is this the number of " +
+                                    (by_frequency() ? "frequencies?" : "times?"));
+  }
+
+  void unwrap(const Array<float>& lengths, const Array<float>& deviations, const Array<float>& light,
+              const Array<std::uint16_t>& bits) {
+    std::ranges::sort(exposures_, {}, &Exposure::frequency);
+    std::vector<double> frequencies;
+    for (const Exposure& e : exposures_) frequencies.push_back(e.frequency);
+    if (physics::common_frequency(frequencies) == 0 && !max_range.given())
+      throw ConfigError("max_range",
+                        "the modulation frequencies have no common range, so it has to be given, e.g. "
+                        "max_range: 20 m");
+    const physics::Unwrapping unwrapping(frequencies,
+                                         max_range.given() ? *max_range : std::numeric_limits<double>::infinity());
+    constexpr double certain = 13.8;  // 2 ln(0.999 / 0.001): the best wraps are 999 times as likely as the second best
+    std::vector<double> distances(exposures_.size()), weights(exposures_.size());
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      std::uint16_t all = 0;
+      bool seen = true;
+      double sum = 0, amplitude = 0;
+      for (std::size_t k = 0; k < exposures_.size(); ++k) {
+        const Exposure& e = exposures_[k];
+        all |= e.bits[i];
+        seen = seen && e.shows(i);
+        distances[k] = static_cast<double>(e.lengths[i]);
+        weights[k] = 1 / (static_cast<double>(e.deviations[i]) * static_cast<double>(e.deviations[i]));
+        sum += weights[k];
+        if (light.data() != nullptr)
+          amplitude += static_cast<double>(e.light[i]) / static_cast<double>(exposures_.size());
+      }
+      const auto best = seen ? unwrapping(distances, weights) : physics::Unwrapping::Result{};
+      if (seen && !(best.second - best.cost >= certain)) all |= flag::wrapped;
+      const bool good = seen && (all & flag::wrapped) == 0;
+      lengths[i] = good ? static_cast<float>(best.distance) : nan;
+      deviations[i] = good ? static_cast<float>(1 / std::sqrt(sum)) : nan;
+      if (light.data() != nullptr) light[i] = static_cast<float>(amplitude);
+      bits[i] = static_cast<std::uint16_t>(all | (good ? 0 : flag::invalid));
+    }
+  }
+
   struct Pixel {
     double reference = 0, sum = 0, weight = 0, rate = 0;  // m; sums of weight x (length - reference), x counts/s
     std::uint16_t good_flags = 0, all_flags = 0;          // of the frames that count, of all
@@ -103,12 +209,13 @@ struct HdrFusion final : Filter {
     if (light.data() != nullptr) p.rate += weight * double{light[i]} / time;
   }
 
-  double period_ = 0;  // m; 0: lengths do not repeat
-  std::vector<double> times_;
+  double period_ = 0;          // m; 0: lengths do not repeat
+  std::vector<double> times_;  // s; by frequency: Hz
+  std::vector<Exposure> exposures_;
   std::vector<Pixel> pixels_;
   OtherLengths lengths_;
 };
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::HdrFusion, "Joins frames of alternating integration times")
+TOFGRAPH_STAGE(tofgraph::HdrFusion, "Joins frames of alternating integration times or modulation frequencies")

@@ -33,12 +33,18 @@ struct Intrinsics final : Filter {
   Param<double> fy{this, "fy", {.unit = "px", .min = 1e-3, .text = "focal length in y"}};
   Param<double> cx{this, "cx", {.unit = "px", .text = "principal point in x, a pixel's centre at integers from 0"}};
   Param<double> cy{this, "cy", {.unit = "px", .text = "principal point in y, a pixel's centre at integers from 0"}};
+  Param<Choice> lens{this,
+                     "lens",
+                     {.choices = "opencv fisheye",
+                      .text = "model of the distortion; fisheye: k1 to k4 of OpenCV's fisheye module; default: the "
+                              "camera's"}};
   Param<double> k1{this, "k1", {.text = "radial distortion, OpenCV's model"}};
   Param<double> k2{this, "k2", {.text = "radial distortion, OpenCV's model"}};
   Param<double> p1{this, "p1", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> p2{this, "p2", {.text = "tangential distortion, OpenCV's model"}};
   Param<double> k3{this, "k3", {.text = "radial distortion, OpenCV's model"}};
-  Param<double> k4{this, "k4", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
+  Param<double> k4{
+      this, "k4", {.text = "denominator of the radial distortion, OpenCV's rational model; of a fisheye its fourth"}};
   Param<double> k5{this, "k5", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
   Param<double> k6{this, "k6", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
   Param<double> skew{this, "skew", {.text = "of the axes: u = fx (x + skew y) + cx"}};
@@ -54,7 +60,7 @@ struct Intrinsics final : Filter {
     if (!change(camera) && !calibrated && !*rectify) {
       throw ConfigError("fx",
                         "nothing is replaced: give a calibration file, rectify: true, or at least one of fx fy cx cy "
-                        "k1 k2 p1 p2 k3 k4 k5 k6 skew, e.g. fx: 316.75 px");
+                        "lens k1 k2 p1 p2 k3 k4 k5 k6 skew, e.g. fx: 316.75 px");
     }
     update_focal_length(setup, camera);
     if (*rectify) use_rectification(setup, camera);
@@ -63,7 +69,10 @@ struct Intrinsics final : Filter {
           "existing points keep the lens they were computed with; to compute them again, read the recording "
           "without them (channels of capture_reader) and put point_cloud after it");
     std::vector<float> table(std::size_t{camera.width} * camera.height * 3);
-    physics::pixel_rays(camera, table.data());
+    if (camera.lens_model == TOFGRAPH_LENS_RAYS)
+      std::copy_n(camera.rays, table.size(), table.begin());
+    else
+      physics::pixel_rays(camera, table.data());
     camera.rays = table.data();
     report_outside(table);
     setup.set_camera(camera);
@@ -97,7 +106,7 @@ struct Intrinsics final : Filter {
 
   /// @returns whether anything was given
   bool change(tofgraph_camera& camera) const {
-    bool changed = false;
+    bool changed = change_model(camera);
     const auto set = [&changed](const Param<double>& given, double& value) {
       if (given.given()) value = *given;
       changed = changed || given.given();
@@ -106,12 +115,40 @@ struct Intrinsics final : Filter {
     set(fy, camera.focal_px[1]);
     set(cx, camera.principal_point[0]);
     set(cy, camera.principal_point[1]);
-    const Param<double>* const distortion[] = {&k1, &k2, &p1, &p2, &k3};
-    for (std::size_t i = 0; i < 5; ++i) set(*distortion[i], camera.distortion[i]);
-    const Param<double>* const rational[] = {&k4, &k5, &k6};
-    for (std::size_t i = 0; i < 3; ++i) set(*rational[i], camera.further_distortion[i]);
+    if (camera.lens_model == TOFGRAPH_LENS_FISHEYE) {
+      const Param<double>* const powers[] = {&k1, &k2, &k3, &k4};
+      for (std::size_t i = 0; i < 4; ++i) set(*powers[i], camera.distortion[i]);
+      refuse_for_fisheye();
+    } else {
+      const Param<double>* const distortion[] = {&k1, &k2, &p1, &p2, &k3};
+      for (std::size_t i = 0; i < 5; ++i) set(*distortion[i], camera.distortion[i]);
+      const Param<double>* const rational[] = {&k4, &k5, &k6};
+      for (std::size_t i = 0; i < 3; ++i) set(*rational[i], camera.further_distortion[i]);
+    }
     set(skew, camera.skew);
     return changed;
+  }
+
+  /// Another model begins without distortion. @returns whether it is another one
+  bool change_model(tofgraph_camera& camera) const {
+    const bool any = fx.given() || fy.given() || cx.given() || cy.given() || skew.given() || k1.given() || k2.given();
+    if (camera.lens_model == TOFGRAPH_LENS_RAYS && (any || lens.given()) &&
+        !(lens.given() && fx.given() && fy.given() && cx.given() && cy.given()))
+      throw ConfigError(lens.given() ? "lens" : "fx",
+                        "the camera's lens is a table of rays: to replace it, give lens, fx, fy, cx and cy, e.g. lens: "
+                        "opencv");
+    if (!lens.given()) return false;
+    const std::uint32_t model = *lens == "fisheye" ? TOFGRAPH_LENS_FISHEYE : TOFGRAPH_LENS_OPENCV;
+    if (camera.lens_model == model) return false;
+    camera.lens_model = model;
+    std::ranges::fill(camera.distortion, 0.0);
+    std::ranges::fill(camera.further_distortion, 0.0);
+    return true;
+  }
+
+  void refuse_for_fisheye() const {
+    for (const detail::ParamBase* other : std::initializer_list<const detail::ParamBase*>{&p1, &p2, &k5, &k6})
+      if (other->given()) throw ConfigError(other->parameter().name, "is not part of a fisheye, which has k1 k2 k3 k4");
   }
 
   static void update_focal_length(const Setup& setup, tofgraph_camera& camera) {
@@ -138,6 +175,7 @@ struct Intrinsics final : Filter {
     flags.provide(setup);
     lengths_.prepare(setup, {});
     for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
+    camera.lens_model = TOFGRAPH_LENS_OPENCV;
     std::ranges::fill(camera.distortion, 0.0);
     std::ranges::fill(camera.further_distortion, 0.0);
     camera.skew = 0;

@@ -4,6 +4,7 @@
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <string>
@@ -14,7 +15,8 @@ namespace tofgraph {
 
 /// Each limit that is given marks the pixels beyond it with the flag of its reason: an amplitude below `min_amplitude`
 /// or a sigma above `max_sigma` is low_signal, an amplitude above `max_amplitude` saturated, |N2| above `max_null2`
-/// times the amplitude inconsistent. What is not a number is beyond every limit. With `invalidate` these pixels, and
+/// times the amplitude inconsistent. What is not a number is beyond every limit. Pixels outside the `polygon`, where
+/// `image` is 0, and of which a channel has one of the `codes`, get the flag user. With `invalidate` these pixels, and
 /// those that arrive with one of `flagged`, become invalid.
 struct Mask final : Filter {
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "for limits of the amplitude and of N2"}};
@@ -22,6 +24,9 @@ struct Mask final : Filter {
   In<std::uint16_t> taps{this, "taps", {.shape = "P 2 H W", .optional = true, .text = "for max_null2, read first"}};
   In<void> phases{
       this, "phases", {.shape = "P H W", .optional = true, .text = "for max_null2; float32, int16 or int32"}};
+  In<float> length{this,
+                   "distance|range|depth",
+                   {.name = "length", .optional = true, .text = "for codes, unless codes_of names another channel"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<double> min_amplitude{
       this, "min_amplitude", {.unit = "counts", .min = 0, .text = "less is flagged as low_signal, e.g. 50 counts"}};
@@ -36,8 +41,31 @@ struct Mask final : Filter {
                                    "inconsistent, e.g. 5 %"}};
   Param<Image> bad_pixels{this,
                           "bad_pixels",
-                          {.text = "pixels where this is not 0 are flagged as bad_pixel: {file, dataset}, as "
+                          {.choices = "mask",
+                           .text = "pixels where this is not 0 are flagged as bad_pixel: {file, dataset}, as "
                                    "tofgraph calibrate noise writes it (dataset: bad)"}};
+  Param<std::vector<double>> polygon{
+      this,
+      "polygon",
+      {.text = "corners x1, y1, x2, y2, ... in pixels from 0, e.g. [20, 10, 180, 10, 180, 150]; pixels whose centre is "
+               "outside are masked"}};
+  Param<Image> image{
+      this,
+      "image",
+      {.choices = "mask", .text = "pixels where this is 0 are masked: a picture, an array or {file, dataset}"}};
+  Param<Choice> keep{this,
+                     "keep",
+                     {.default_value = "inside",
+                      .choices = "inside outside",
+                      .text = "outside: polygon and image are what is masked instead"}};
+  Param<std::vector<double>> codes{
+      this,
+      "codes",
+      {.text = "pixels with one of these values are masked, in the unit of the channel, e.g. [0, 65.535]"}};
+  Param<std::string> codes_of{
+      this,
+      "codes_of",
+      {.text = "the channel that has the codes, e.g. amplitude; of several images one is enough; default: the length"}};
   Param<std::string> flagged{
       this,
       "flagged",
@@ -46,11 +74,11 @@ struct Mask final : Filter {
 
   void prepare(Setup& setup) {
     const bool by_amplitude = min_amplitude.given() || max_amplitude.given() || max_null2.given();
-    if (!by_amplitude && !max_sigma.given() && !flagged.given() && bad_pixels->empty())
+    if (!by_amplitude && !max_sigma.given() && !flagged.given() && !by_place() && !codes.given())
       throw ConfigError("min_amplitude",
                         "there is nothing to do: give a limit, flags or a map, e.g. min_amplitude: 50 counts, "
                         "max_sigma: 20 mm, max_null2: 5 %, flagged: [saturated], bad_pixels: {file: noise.maps.h5, "
-                        "dataset: bad}");
+                        "dataset: bad}, polygon: [20, 10, 180, 10, 180, 150], image: mask.png, codes: [0, 65.535]");
     if (by_amplitude && !amplitude.present())
       throw ConfigError(min_amplitude.given()   ? "min_amplitude"
                         : max_amplitude.given() ? "max_amplitude"
@@ -61,8 +89,18 @@ struct Mask final : Filter {
                         "needs sigma, which does not arrive: the camera's profile must know the noise (read_noise, "
                         "shot_noise), or a node must make it");
     if (max_null2.given()) check_samples(setup);
-    if (!bad_pixels->empty() && !flags.present() && !amplitude.present() && !sigma.present())
-      throw ConfigError("bad_pixels", "needs decoded frames: put the mask after a decoder");
+    if (by_place() && !flags.present() && !amplitude.present() && !sigma.present() && !length.present())
+      throw ConfigError(!bad_pixels->empty() ? "bad_pixels"
+                        : !image->empty()    ? "image"
+                                             : "polygon",
+                        "needs decoded frames: put the mask after a decoder");
+    if (polygon.given() && (polygon->size() < 6 || polygon->size() % 2 != 0))
+      throw ConfigError("polygon", "has " + std::to_string(polygon->size()) +
+                                       " numbers, expected two for each of three or more corners, e.g. polygon: [20, "
+                                       "10, 180, 10, 180, 150]");
+    if (keep.given() && !polygon.given() && image->empty())
+      throw ConfigError("keep", "is for polygon and image, of which none is given");
+    check_codes(setup);
     if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
       throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
     mask_ = bits_of(*flagged);
@@ -80,7 +118,9 @@ struct Mask final : Filter {
     if (min_amplitude.given() || max_amplitude.given()) by_amplitude(amplitude(frame), found);
     if (max_sigma.given()) by_sigma(sigma(frame), found);
     if (max_null2.given()) by_null2(frame, amplitude(frame), found);
-    if (!bad_pixels->empty()) by_map(size, found);
+    if (!bad_pixels->empty()) by_map(*bad_pixels, size, [&](std::size_t i) { found[i] |= flag::bad_pixel; });
+    if (polygon.given() || !image->empty()) by_region(size, found);
+    if (codes.given()) by_codes(frame, size, found);
     for (std::size_t i = 0; i < bits.size(); ++i) {
       const bool masked = found[i] != 0 || (bits[i] & mask_) != 0;
       bits[i] = static_cast<std::uint16_t>(bits[i] | found[i] | (masked && *invalidate ? flag::invalid : 0));
@@ -127,6 +167,7 @@ struct Mask final : Filter {
   std::pair<std::size_t, std::size_t> size_of(const Frame& frame) const {
     if (amplitude.present()) return {amplitude(frame).rows(), amplitude(frame).columns()};
     if (sigma.present()) return {sigma(frame).rows(), sigma(frame).columns()};
+    if (length.present()) return {length(frame).rows(), length(frame).columns()};
     const Array<const std::uint16_t> known(frame.find("flags"));
     if (known.size() == 0) throw std::runtime_error("needs flags, amplitude or sigma");
     return {known.rows(), known.columns()};
@@ -141,13 +182,82 @@ struct Mask final : Filter {
     }
   }
 
-  void by_map(std::pair<std::size_t, std::size_t> size, std::vector<std::uint16_t>& found) const {
-    if (bad_pixels->rows != size.first || bad_pixels->columns != size.second)
-      throw std::runtime_error("bad_pixels is " + std::to_string(bad_pixels->columns) + " x " +
-                               std::to_string(bad_pixels->rows) + " px, the frame " + std::to_string(size.second) +
-                               " x " + std::to_string(size.first));
+  bool by_place() const { return !bad_pixels->empty() || !image->empty() || polygon.given(); }
+
+  /// Calls mark(pixel) where a map is not 0.
+  template <class Mark> static void by_map(const Image& map, std::pair<std::size_t, std::size_t> size, Mark&& mark) {
+    if (map.rows != size.first || map.columns != size.second)
+      throw std::runtime_error("the map is " + std::to_string(map.columns) + " x " + std::to_string(map.rows) +
+                               " px, the frame " + std::to_string(size.second) + " x " + std::to_string(size.first));
+    for (std::size_t i = 0; i < map.rows * map.columns; ++i) {
+      if (map.data[i] != 0) mark(i);
+    }
+  }
+
+  void by_region(std::pair<std::size_t, std::size_t> size, std::vector<std::uint16_t>& found) const {
+    thread_local std::vector<char> inside;
+    inside.assign(found.size(), image->empty() ? 1 : 0);
+    if (!image->empty()) by_map(*image, size, [](std::size_t i) { inside[i] = 1; });
     for (std::size_t i = 0; i < found.size(); ++i) {
-      if (bad_pixels->data[i] != 0) found[i] |= flag::bad_pixel;
+      const auto x = static_cast<double>(i % size.second), y = static_cast<double>(i / size.second);
+      const bool in = inside[i] != 0 && (!polygon.given() || in_polygon(x, y));
+      if (in != (*keep == "inside")) found[i] |= flag::user;
+    }
+  }
+
+  /// By the number of edges that a ray in x crosses; on an edge counts as inside.
+  bool in_polygon(double x, double y) const {
+    bool inside = false;
+    const std::size_t n = polygon->size();
+    for (std::size_t i = 0; i < n; i += 2) {
+      const double x1 = (*polygon)[i], y1 = (*polygon)[i + 1], x2 = (*polygon)[(i + 2) % n],
+                   y2 = (*polygon)[(i + 3) % n];
+      const double side = (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1);
+      const bool within =
+          std::min(x1, x2) <= x && x <= std::max(x1, x2) && std::min(y1, y2) <= y && y <= std::max(y1, y2);
+      if (side == 0 && within) return true;
+      if ((y1 > y) != (y2 > y) && (side > 0) == (y2 > y1)) inside = !inside;
+    }
+    return inside;
+  }
+
+  void check_codes(const Setup& setup) {
+    if (codes_of.given() && !codes.given()) throw ConfigError("codes_of", "names a channel, but no codes are given");
+    if (!codes.given()) return;
+    coded_ = codes_of.given() ? *codes_of : std::string(length.channel());
+    if (coded_.empty()) throw ConfigError("codes_of", "no length arrives: name the channel, e.g. codes_of: amplitude");
+    const tofgraph_channel* channel = setup.find(coded_);
+    if (channel == nullptr) throw ConfigError("codes_of", "there is no channel '" + coded_ + "'");
+    const bool image_of_pixels = channel->rank >= 2 && coded_ != "points" && coded_ != "rays";
+    if (!image_of_pixels || element_size(channel->type) == 0 || channel->type == TOFGRAPH_TYPE_F64)
+      throw ConfigError("codes_of", "'" + coded_ + "' is not an image of one number per pixel");
+  }
+
+  void by_codes(const Frame& frame, std::pair<std::size_t, std::size_t> size, std::vector<std::uint16_t>& found) const {
+    const tofgraph_view values = frame.find(coded_.c_str());
+    if (values.data == nullptr || values.extent[values.rank - 2] != size.first ||
+        values.extent[values.rank - 1] != size.second)
+      throw std::runtime_error("'" + coded_ + "' is not an image of the frame's size");
+    switch (values.type) {
+      case TOFGRAPH_TYPE_U8:
+        return find_codes<std::uint8_t>(values, found);
+      case TOFGRAPH_TYPE_U16:
+        return find_codes<std::uint16_t>(values, found);
+      case TOFGRAPH_TYPE_I16:
+        return find_codes<std::int16_t>(values, found);
+      case TOFGRAPH_TYPE_I32:
+        return find_codes<std::int32_t>(values, found);
+      default:
+        return find_codes<float>(values, found);
+    }
+  }
+  template <class T> void find_codes(const tofgraph_view& view, std::vector<std::uint16_t>& found) const {
+    const Array<const T> values(view);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      for (const double code : *codes) {  // 65.535 and 65535 x 0.001 differ in float32's last place
+        if (std::abs(static_cast<double>(values[i]) - code) <= 1e-6 * std::abs(code))
+          found[i % found.size()] |= flag::user;
+      }
     }
   }
 
@@ -162,13 +272,13 @@ struct Mask final : Filter {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     switch (samples.type) {
       case TOFGRAPH_TYPE_U16:
-        return null2(static_cast<const std::uint16_t*>(samples.data), true, image, found);
+        return null2(Array<const std::uint16_t>(samples).data(), true, image, found);
       case TOFGRAPH_TYPE_I16:
-        return null2(static_cast<const std::int16_t*>(samples.data), false, image, found);
+        return null2(Array<const std::int16_t>(samples).data(), false, image, found);
       case TOFGRAPH_TYPE_I32:
-        return null2(static_cast<const std::int32_t*>(samples.data), false, image, found);
+        return null2(Array<const std::int32_t>(samples).data(), false, image, found);
       default:
-        return null2(static_cast<const float*>(samples.data), false, image, found);
+        return null2(Array<const float>(samples).data(), false, image, found);
     }
   }
 
@@ -187,9 +297,10 @@ struct Mask final : Filter {
   }
 
   std::uint16_t mask_ = 0;
+  std::string coded_;  // the channel with the codes
   OtherLengths lengths_;
 };
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Mask, "Masks pixels by amplitude, sigma, null channel or flags")
+TOFGRAPH_STAGE(tofgraph::Mask, "Masks pixels by amplitude, sigma, null channel, place, codes or flags")

@@ -196,6 +196,7 @@ HWY_EXPORT(Solve);
 /// solution and becomes invalid; one beyond the unambiguous range (after unwrapping or an offset) is solved like any
 /// other.
 struct OptimizedBistatic final : Filter {
+  static constexpr bool steady = true;
   In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised non_linearity"}};
   Out<float> depth{
       this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Images that were stored mirrored or turned.
+#include "plugins/without_gaps.hpp"
+
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
@@ -50,6 +52,7 @@ struct Orient final : Filter {
     for (const Image& image : images_) {
       const tofgraph_view in = frame.find(image.made.name);
       if (in.data == nullptr) throw std::runtime_error(std::string("the frame has no '") + image.made.name + "'");
+      refuse_gaps(in);
       thread_local std::vector<char> copy;  // in and out may be the same memory
       const std::size_t bytes = image.planes * width_ * height_ * image.pixel;
       copy.assign(static_cast<const char*>(in.data), static_cast<const char*>(in.data) + bytes);
@@ -147,11 +150,7 @@ struct Orient final : Filter {
     }
     centre[0] += (changed.width - 1) / 2.0;
     centre[1] += (changed.height - 1) / 2.0;
-    // The tangential part is r^2 t + 2 (t . p) p with t = (p2, p1), the prism s (s1, s3) + s^2 (s2, s4): vectors.
-    turn_in_place(changed.distortion[3], changed.distortion[2]);
-    double(&further)[7] = changed.further_distortion;
-    turn_in_place(further[3], further[5]);
-    turn_in_place(further[4], further[6]);
+    if (changed.lens_model == TOFGRAPH_LENS_OPENCV) turn_distortion(changed);
     changed.skew *= x_[0] * y_[1];  // of a turn by 90 deg it is 0
     std::vector<tofgraph_light> lights;
     for (const tofgraph_light& light : lights_of(setup.camera())) lights.push_back(light);
@@ -159,6 +158,14 @@ struct Orient final : Filter {
     changed.lights = lights.data();
     changed.light_size = sizeof(tofgraph_light);
     setup.set_camera(changed);
+  }
+
+  void turn_distortion(tofgraph_camera& changed) const {
+    // The tangential part is r^2 t + 2 (t . p) p with t = (p2, p1), the prism s (s1, s3) + s^2 (s2, s4): vectors.
+    turn_in_place(changed.distortion[3], changed.distortion[2]);
+    double(&further)[7] = changed.further_distortion;
+    turn_in_place(further[3], further[5]);
+    turn_in_place(further[4], further[6]);
   }
 
   std::size_t width_ = 0, height_ = 0;

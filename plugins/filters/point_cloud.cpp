@@ -84,6 +84,7 @@ HWY_EXPORT(Scale);
 /// the ray whose z is depth - focal_length; from a range, range times the ray. What is invalid, or not in front of the
 /// lens, becomes NaN. Sigma becomes that along the ray: that of the depth divided by cos(theta).
 struct PointCloud final : Filter {
+  static constexpr bool steady = true;
   In<float> length{this,
                    "depth|range|distance",
                    {.name = "length", .text = "depth from the sensor plane or range from the lens centre"}};
@@ -129,6 +130,9 @@ struct PointCloud final : Filter {
     rows_ = camera.height;
     columns_ = camera.width;
     make_directions(camera, source == "depth");
+    if (!outside_.empty())
+      warn(std::to_string(outside_.size()) + " of " + std::to_string(rows_ * columns_) +
+           " pixels have no ray: the camera's lens model does not reach them");
   }
 
   void process(Frame& frame) const {

@@ -114,14 +114,14 @@ class Rectification {
     const double(&c)[2] = camera.principal_point;
     const physics::ImagePoint ideal{(static_cast<double>(u) - c[0]) / f[0], (static_cast<double>(v) - c[1]) / f[1]};
     Source source;
-    if (!lens.invertible_at(ideal)) {
+    const auto seen = physics::pixel_of(camera, lens, ideal);
+    if (!seen) {
       source.bits = flag::invalid | flag::outside_lens;
       return source;
     }
     // Steps of a millionth of a pixel: rounding must not give a neighbour a share.
     const auto snapped = [](double x) { return std::round(x * 1e6) / 1e6; };
-    const physics::ImagePoint seen = physics::pixel_at(camera, lens.distort(ideal));
-    const double x = snapped(seen.x), y = snapped(seen.y);
+    const double x = snapped(seen->x), y = snapped(seen->y);
     if (!(x >= 0 && y >= 0 && x <= static_cast<double>(columns_ - 1) && y <= static_cast<double>(rows_ - 1))) {
       source.bits = flag::invalid;
       return source;

@@ -122,7 +122,7 @@ struct WindowFilter : LengthFilter {
     if (sigma.present()) return;
     const std::string hint =
         ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
-        "and shot_noise)";
+        "and shot_noise), or put noise_model before it";
     if (automatic)
       throw ConfigError("strength", "auto needs the channel sigma, which is missing" + hint +
                                         ", or write a length, e.g. strength: 20 mm");

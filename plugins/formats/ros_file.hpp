@@ -208,14 +208,15 @@ class RosFile : public FileFormat {
       only = nullptr;
     }
     if (only == nullptr || only->k[0] <= 0 || only->binning_x > 1 || only->binning_y > 1 || only->roi) return;
-    if (only->model != "plumb_bob" && only->model != "rational_polynomial" && !only->d.empty()) return;
+    const bool fisheye = only->model == "equidistant" || only->model == "fisheye";
+    if (!fisheye && only->model != "plumb_bob" && only->model != "rational_polynomial" && !only->d.empty()) return;
     std::string d;
     const auto exact = [](double value) {
       char text[40];
       std::snprintf(text, sizeof text, "%.17g", value);
       return std::string(text);
     };
-    for (std::size_t i = 0; i < std::min<std::size_t>(only->d.size(), 12); ++i)
+    for (std::size_t i = 0; i < std::min<std::size_t>(only->d.size(), fisheye ? 4 : 12); ++i)
       d += (i == 0 ? "" : ", ") + exact(only->d[i]);
     std::string name;
     for (const char c : only->header.frame) name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
@@ -224,7 +225,8 @@ class RosFile : public FileFormat {
                 "\nfocal_length: [" + exact(only->k[0]) + " px, " + exact(only->k[4]) + " px]\nprincipal_point: [" +
                 exact(only->k[2]) + ", " + exact(only->k[5]) + "]\n" +
                 (only->k[1] != 0 ? "skew: " + exact(only->k[1] / only->k[0]) + "\n" : "") +
-                (d.empty() ? "" : "distortion: [" + d + "]\n") + "source: \"CameraInfo of " + topic_of + "\"\n");
+                (fisheye ? "lens: fisheye\n" : "") + (d.empty() ? "" : "distortion: [" + d + "]\n") +
+                "source: \"CameraInfo of " + topic_of + "\"\n");
   }
   bool has_lengths(const std::string& folder) const {
     return std::ranges::any_of(topics_, [&](const auto& entry) {

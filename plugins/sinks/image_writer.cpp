@@ -133,6 +133,7 @@ struct ImageWriter final : ChannelPictures {
 
   void process(Frame& frame) const {
     const cv::Mat image = values(frame.find(channel_.c_str()));
+    if (image.empty()) throw std::runtime_error(fmt::format("'{}' has no pixel", channel_));
     const std::uint64_t number = frame.metadata().number;
     std::vector<std::uint8_t> bytes;
     if (format_ == "float32") {

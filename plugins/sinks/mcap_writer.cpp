@@ -117,10 +117,14 @@ struct McapWriter final : Sink {
     const bool rational = std::ranges::any_of(c.further_distortion, [](double k) { return k != 0; });
     const bool prism = std::any_of(c.further_distortion + 3, c.further_distortion + 7, [](double k) { return k != 0; });
     if (rational) d.insert(d.end(), c.further_distortion, c.further_distortion + (prism ? 7 : 3));
+    const bool fisheye = c.lens_model == TOFGRAPH_LENS_FISHEYE;
+    if (fisheye) d.resize(4);
     const double fx = c.focal_px[0], fy = c.focal_px[1], cx = c.principal_point[0], cy = c.principal_point[1];
     mcap::Message message;
     message.header(stamp, *frame_id).number(c.height).number(c.width);
-    message.text(rational ? "rational_polynomial" : "plumb_bob")
+    message.text(fisheye    ? "equidistant"
+                 : rational ? "rational_polynomial"
+                            : "plumb_bob")
         .number(static_cast<std::uint32_t>(d.size()))
         .numbers(d);
     message.numbers(std::array{fx, fx * c.skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0});

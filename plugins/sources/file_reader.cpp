@@ -48,8 +48,7 @@ struct FileReader final : Source {
     try {
       if (file.given() == files.given()) throw ConfigError("file", "give a file, or files: 'depth_*.png' for a series");
       request.files = foreign::files_of(file.given() ? std::string(*file) : std::string(*files));
-      if (!request.camera && !request.layout.camera.empty())
-        request.camera = io::load_profile(io::find_profile(request.layout.camera, "."));
+      if (!request.camera && !request.layout.camera.empty()) request.camera = stated_camera(request.layout.camera);
       for (const auto& path : request.files) setup.uses_file(path.string());
       frames_ = std::make_unique<foreign::ForeignFrames>(*registry_, std::move(request));
     } catch (const foreign::ForeignError& error) {
@@ -92,6 +91,15 @@ struct FileReader final : Source {
   }
 
  private:
+  /// @throws config::ConfigurationError
+  io::CameraPtr stated_camera(const std::string& name) const {
+    config::Diagnostics diagnostics;
+    io::CameraPtr camera = io::load_profile(io::find_profile(name, "."), diagnostics);
+    if (!camera) throw config::ConfigurationError(diagnostics);
+    for (const config::Diagnostic& warning : diagnostics.all()) warn(warning.message);
+    return camera;
+  }
+
   static tofgraph_channel described(const foreign::ForeignChannel& channel) {
     tofgraph_channel made{};
     made.size = sizeof made;

@@ -119,13 +119,29 @@ TEST_F(ConvertCamera, AzureKinectNeedsItsDepthMode) {
   for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(d[i], expected[i], 1e-6) << i;
 }
 
+TEST_F(ConvertCamera, FisheyesOfRosAndLibrealsense) {
+  const std::string ros =
+      "image_width: 848\nimage_height: 800\ncamera_name: wide\ndistortion_model: equidistant\n"
+      "camera_matrix: {rows: 3, cols: 3, data: [286.1, 0, 421.2, 0, 286.3, 398.5, 0, 0, 1]}\n"
+      "distortion_coefficients: {rows: 1, cols: 4, data: [-0.0087, 0.046, -0.0435, 0.0081]}\n";
+  const std::string realsense =
+      "{\"width\":848,\"height\":800,\"ppx\":421.2,\"ppy\":398.5,\"fx\":286.1,\"fy\":286.3,"
+      "\"model\":\"Kannala Brandt4\",\"coeffs\":[-0.0087,0.046,-0.0435,0.0081,0]}";
+  for (const auto& [name, text] : {std::pair{"ros.yaml", ros}, {"realsense.json", realsense}}) {
+    write_text(path(name), text);
+    const auto camera = converted(name);
+    ASSERT_TRUE(camera) << name;
+    EXPECT_EQ(camera->view().lens_model, std::uint32_t{TOFGRAPH_LENS_FISHEYE}) << name;
+    EXPECT_EQ(tofgraph::io::distortion_of(camera->view()), (std::vector<double>{-0.0087, 0.046, -0.0435, 0.0081}));
+  }
+}
+
 TEST_F(ConvertCamera, WhatAProfileCannotHoldIsRefused) {
   EXPECT_THAT(refused("x.yaml", "a: 1\n"), HasSubstr("is not a camera file of a known kind"));
-  EXPECT_THAT(
-      refused("fish.yaml",
-              "image_width: 8\nimage_height: 6\ndistortion_model: equidistant\ncamera_matrix: {data: [4, 0, 4, 0, "
-              "4, 3, 0, 0, 1]}\n"),
-      HasSubstr("fish.yaml:3:19: error: the file has the lens model 'equidistant'"));
+  EXPECT_THAT(refused("fish.yaml",
+                      "image_width: 8\nimage_height: 6\ndistortion_model: fov\ncamera_matrix: {data: [4, 0, 4, 0, "
+                      "4, 3, 0, 0, 1]}\n"),
+              HasSubstr("fish.yaml:3:19: error: the file has the lens model 'fov'"));
   EXPECT_THAT(
       refused("inverse.json",
               "{\"width\":8,\"height\":6,\"ppx\":4,\"ppy\":3,\"fx\":4,\"fy\":4,\"model\":\"Inverse Brown Conrady\","

@@ -62,6 +62,16 @@ TEST(Crash, OfAnEffectNamesTheEffectAndItsFile) {
   expect_said(run, effect);
 }
 
+/// The message says how to go on without the plugins of others; with --safe there are none.
+TEST(Crash, SaysSafe) {
+  const Outcome crash = with("broken", "run 'ramp ! crashes_in_process ! null' --threads 1");
+  expect_said(crash, "\n         tofgraph run --safe runs without plugins that did not come with the program\n");
+  const Outcome safe = with("broken", "run --safe 'simulator frames=1 ! crashes_in_process ! null' --camera camcube2");
+  EXPECT_EQ(safe.exit_code, 2);
+  expect_said(safe, "there is no stage 'crashes_in_process'");
+  EXPECT_EQ(with("broken", "run --safe --quiet 'simulator frames=1 ! null' --camera camcube2").exit_code, 0);
+}
+
 TEST(EndlessCall, IsNamedAfterAnInterruptAndASecondOneEndsTheProgram) {
   const TemporaryFolder folder;
   const Outcome run =

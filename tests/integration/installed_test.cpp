@@ -3,7 +3,7 @@
 // Slow: Installed.EveryHeader*:Installed.HeadersCompile*:Installed.CMake*:Installed.ThePage*:Compilers/*
 // Rooms: sdk graph cli
 // What is installed serves plugin authors and embedders without the source tree, wherever the prefix is moved.
-#include "tests/program.hpp"
+#include "tests/installed.hpp"
 
 #include <gmock/gmock.h>
 
@@ -14,43 +14,9 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A prefix that was installed once for all tests; the place that it was installed to is empty.
-struct Prefix {
-  TemporaryFolder folder;
-  Outcome installed = shell("cmake --install '" TOFGRAPH_BINARY_DIR "' --prefix first && mv first kept", folder.path());
-};
-
-/// A moved prefix, $PREFIX, of the test's own; $OUTSIDE: sources of another's project. Nothing else tells where
-/// tofgraph is.
-class Installed : public testing::Test {
+class Installed : public InstalledPrefix {
  protected:
-  static void SetUpTestSuite() { ASSERT_EQ(prefix().installed.exit_code, 0) << prefix().installed.err; }
-  static const Prefix& prefix() {
-    static const Prefix made;
-    return made;
-  }
-  void SetUp() override {  // links take no time; files that a test adds are its own
-    const Outcome moved = run("cp -a --link '" + (prefix().folder.path() / "kept").string() + "' moved");
-    ASSERT_EQ(moved.exit_code, 0) << moved.err;
-  }
-  Outcome run(const std::string& command) const {
-    return shell(
-        "unset TOFGRAPH TOFGRAPH_PLUGIN_PATH LD_LIBRARY_PATH; "
-        "export PREFIX=\"$PWD/moved\" OUTSIDE='" TOFGRAPH_SOURCE_DIR
-        "/tests/fixtures/outside' PKG_CONFIG_PATH=\"$PWD/moved/lib/pkgconfig\"; " +
-            command,
-        folder_.path());
-  }
-  bool is_there(const std::string& compiler) const {
-    const bool found = run("command -v " + compiler).exit_code == 0;
-    if (!found) std::fprintf(stderr, "%s is not there: left out\n", compiler.c_str());
-    return found;
-  }
-  void succeeds(const std::string& command) const {
-    const Outcome outcome = run(command);
-    EXPECT_EQ(outcome.exit_code, 0) << command << '\n' << outcome.out << outcome.err;
-    EXPECT_EQ(outcome.err, "") << command;  // no warning
-  }
+  static void SetUpTestSuite() { InstalledPrefix::SetUpTestSuite(); }
   /// The plugins in folder `plugins` and the program `embed` do what their sources say.
   void work() const {
     const Outcome filter = run("$PREFIX/bin/tofgraph --plugin-path plugins describe depth_gain");
@@ -71,7 +37,6 @@ class Installed : public testing::Test {
             "--camera camcube2");
     return measured.out + measured.err;
   }
-  TemporaryFolder folder_;
 };
 
 const char* const all_headers =

@@ -62,7 +62,7 @@ TEST(BorderLayout, Exposure) {
 
 TEST(BorderLayout, Camera) {
   using S = tofgraph_camera;
-  pinned<S>(320,
+  pinned<S>(328,
             {PIN(size, 0, 4),
              PIN(light_size, 4, 4),
              PIN(exposure_size, 8, 4),
@@ -91,7 +91,9 @@ TEST(BorderLayout, Camera) {
              PIN(exposure_count, 240, 8),
              PIN(model, 248, 8),
              PIN(skew, 256, 8),
-             PIN(further_distortion, 264, 56)},
+             PIN(further_distortion, 264, 56),
+             PIN(lens_model, 320, 4),
+             PIN(zero2, 324, 4)},
             248);
 }
 

@@ -12,6 +12,7 @@
 #include "tests/unit/raw_capture.hpp"
 
 #include <cmath>
+#include <random>
 
 using namespace tofgraph;
 
@@ -61,6 +62,57 @@ TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
     stage.run();
   }
   EXPECT_NEAR(stage.get<float>("distance")[0], (7.490 + 7.49481145 + 0.004) / 2, 1e-5);
+}
+
+/// Two frequencies that repeat together at 15 m: every true distance comes back, with the mean by variance.
+TEST(HdrFusion, DistancesOfAlternatingFrequenciesAreUnwrapped) {
+  constexpr double light_speed = 299792458.0, f[] = {60e6, 50e6}, sigma[] = {0.004, 0.006};
+  constexpr std::size_t n = 400;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise;
+  std::vector<double> truth;
+  for (std::size_t i = 0; i < n; ++i) truth.push_back(0.1 + 14.8 * static_cast<double>(i) / n);
+  Harness stage("hdr_fusion by=frequency");
+  stage.camera("camcube2");
+  std::vector<double> weighted(n);
+  const double weights = 1 / (sigma[0] * sigma[0]) + 1 / (sigma[1] * sigma[1]);
+  for (std::size_t k = 0; k < 2; ++k) {
+    std::vector<float> wrapped;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double error = sigma[k] * noise(random), period = light_speed / (2 * f[k]);
+      weighted[i] += error / (sigma[k] * sigma[k] * weights);
+      wrapped.push_back(static_cast<float>(std::fmod(truth[i] + error + period, period)));
+    }
+    std::vector<std::uint16_t> flags(n, 0);
+    if (k == 1) flags[7] = saturated;
+    stage.put<float>("distance", {1, n}, wrapped);
+    stage.put<float>("sigma", {1, n}, std::vector<float>(n, static_cast<float>(sigma[k])), {.of = "distance"});
+    stage.put<std::uint16_t>("flags", {1, n}, flags);
+    stage.metadata().modulation_frequency = f[k];
+    EXPECT_EQ(stage.run(), k == 1);
+  }
+  const auto distance = stage.get<float>("distance"), deviation = stage.get<float>("sigma");
+  const auto flags = stage.get<std::uint16_t>("flags");
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i == 7) {
+      EXPECT_EQ(flags[i], saturated | invalid);
+      EXPECT_TRUE(std::isnan(distance[i]));
+      continue;
+    }
+    ASSERT_NEAR(distance[i], truth[i] + weighted[i], 1e-5) << i;
+    ASSERT_NEAR(deviation[i], 1 / std::sqrt(weights), 1e-7);
+    ASSERT_EQ(flags[i], 0);
+  }
+}
+
+TEST(HdrFusion, DepthsAreNotUnwrapped) {
+  EXPECT_NE(message_of([] {
+              Harness stage("hdr_fusion by=frequency");
+              stage.put<float>("depth", {1, 1}, {1.0F});
+              stage.put<float>("sigma", {1, 1}, {0.01F}, {.of = "depth"});
+              stage.prepare();
+            }).find("before the distance model"),
+            std::string::npos);
 }
 
 TEST(HdrFusion, RefusesWhatIsNoBracket) {

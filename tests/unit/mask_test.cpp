@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
 
@@ -85,6 +87,63 @@ TEST(Mask, PixelsThatAMapListsBecomeBadAndInvalid) {
   }
 }
 
+/// A picture of 8 bits as people draw masks.
+TEST(Mask, APictureKeepsWhatIsNotBlack) {
+  const tests::TemporaryFolder folder;
+  cv::Mat picture(204, 204, CV_8U, cv::Scalar(0));
+  cv::circle(picture, {100, 90}, 40, cv::Scalar(255), cv::FILLED);
+  cv::imwrite((folder.path() / "mask.png").string(), picture);
+  for (const std::string keep : {"inside", "outside"}) {
+    Harness stage("mask image='" + (folder.path() / "mask.png").string() + "' keep=" + keep);
+    stage.camera("camcube2");
+    stage.put<float>("depth", {204, 204}, std::vector<float>(204 * 204, 1));
+    stage.run();
+    const auto flags = stage.get<std::uint16_t>("flags");
+    const auto depth = stage.get<float>("depth");
+    for (int i = 0; i < 204 * 204; ++i) {
+      const bool masked = (picture.at<std::uint8_t>(i / 204, i % 204) == 0) == (keep == "inside");
+      ASSERT_EQ(flags[static_cast<std::size_t>(i)], masked ? flag::user | flag::invalid : 0) << i;
+      ASSERT_EQ(std::isnan(depth[static_cast<std::size_t>(i)]), masked) << i;
+    }
+  }
+}
+
+/// OpenCV decides which pixel is inside: a polygon with a notch and corners between pixels, edges on pixels included.
+TEST(Mask, APolygonHasThePixelsThatOpenCvFindsInIt) {
+  const std::vector<cv::Point2f> corners = {{3, 2}, {40.5F, 4.25F}, {30, 20}, {50, 33}, {10.75F, 44.5F}, {3, 30}};
+  std::string list;
+  for (const cv::Point2f& p : corners)
+    list += (list.empty() ? "" : ", ") + std::to_string(p.x) + ", " + std::to_string(p.y);
+  Harness stage("mask polygon=[" + list + "]");
+  stage.put<float>("range", {48, 64}, std::vector<float>(48 * 64, 1));
+  stage.run();
+  const auto flags = stage.get<std::uint16_t>("flags");
+  std::size_t kept = 0;
+  for (int i = 0; i < 48 * 64; ++i) {
+    const cv::Point2f pixel(static_cast<float>(i % 64), static_cast<float>(i / 64));
+    const bool inside = cv::pointPolygonTest(corners, pixel, false) >= 0;
+    ASSERT_EQ(flags[static_cast<std::size_t>(i)] == 0, inside) << pixel;
+    kept += inside ? 1 : 0;
+  }
+  EXPECT_GT(kept, 1000U);
+}
+
+TEST(Mask, CodesOfTheLengthOrOfAnotherChannelAreMasked) {
+  const auto stage = masked("codes=[30000, 1000] codes_of=amplitude");
+  const std::uint16_t both = flag::user | flag::invalid;
+  EXPECT_EQ(stage->get<std::uint16_t>("flags"), (Flags{0, 0, both, both, 0, 0}));
+
+  Harness millimetres("mask codes=[0, 65.535] invalidate=false");
+  std::vector<float> depth;
+  for (const int value : {0, 65535, 65534, 65, 1200, 65535}) depth.push_back(static_cast<float>(value) * 0.001F);
+  millimetres.put<float>("depth", {2, 3}, depth);
+  millimetres.run();
+  EXPECT_EQ(millimetres.get<std::uint16_t>("flags"), (Flags{flag::user, flag::user, 0, 0, 0, flag::user}));
+
+  const auto phases = masked("codes=[60] codes_of=phases");
+  EXPECT_EQ(phases->get<std::uint16_t>("flags"), (Flags{0, 0, 0, 0, 0, both}));
+}
+
 TEST(Mask, SaysWhatIsMissing) {
   const auto refusal = [](const std::string& options) {
     return message_of([&] {
@@ -96,6 +155,10 @@ TEST(Mask, SaysWhatIsMissing) {
   EXPECT_NE(refusal("").find("there is nothing to do"), std::string::npos) << refusal("");
   EXPECT_NE(refusal("min_amplitude='5 counts'").find("needs the amplitude"), std::string::npos);
   EXPECT_NE(refusal("max_sigma='5 mm'").find("needs sigma"), std::string::npos);
+  EXPECT_NE(refusal("polygon=[1, 2, 3, 4, 5]").find("two for each of three or more corners"), std::string::npos);
+  EXPECT_NE(refusal("keep=outside codes=[0]").find("is for polygon and image"), std::string::npos);
+  EXPECT_NE(refusal("codes=[0] codes_of=amplitud").find("there is no channel 'amplitud'"), std::string::npos);
+  EXPECT_NE(refusal("polygon=[0, 0, 1, 0, 1, 1] codes_of=depth").find("no codes"), std::string::npos);
   EXPECT_NE(refusal("flagged=wraped").find("there is no flag 'wraped'"), std::string::npos);
 }
 

@@ -50,8 +50,9 @@ enum { TOFGRAPH_MESSAGE_INFO = 0, TOFGRAPH_MESSAGE_WARNING = 1 };
 enum { TOFGRAPH_PORT_OPTIONAL = 1, TOFGRAPH_PORT_EVERY = 2 };
 
 /** Flags of a stage. STATELESS: process may run for several frames at once, in any order; otherwise one frame at a
- * time, in the order of the frames. MANY_INPUTS: a sink of any number of streams, with one frame of each. */
-enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2 };
+ * time, in the order of the frames. MANY_INPUTS: a sink of any number of streams, with one frame of each. STEADY: after
+ * its first frames process asks nobody but the host for memory; `plugin check` counts. */
+enum { TOFGRAPH_STAGE_STATELESS = 1, TOFGRAPH_STAGE_MANY_INPUTS = 2, TOFGRAPH_STAGE_STEADY = 4 };
 
 /** Kind of a parameter. NUMBER(S) have the unit of the parameter; paths come absolute. OUTPUT_FILE: one a run;
  * FRAME_FILES: one a frame, "out/cloud_{frame:06}.pcd"; IMAGE: values of the pixels, read by the host. */
@@ -67,6 +68,11 @@ enum { /* clang-format off */
   TOFGRAPH_PARAMETER_REQUIRED = 1, TOFGRAPH_PARAMETER_LIVE = 2, TOFGRAPH_PARAMETER_IN_PLACE = 4,
   TOFGRAPH_PARAMETER_NESTED = 8
 }; /* clang-format on */
+
+/** Lens of a camera. OPENCV: k1 k2 p1 p2 k3, rational and thin prism terms, skew. FISHEYE: `distortion` is k1 k2 k3 k4
+ * of OpenCV's fisheye model (Kannala and Brandt), with the skew, and no more. RAYS: the table `rays` is all that is
+ * known; focal length and principal point are those of the pinhole that fits it best. */
+enum { TOFGRAPH_LENS_OPENCV = 0, TOFGRAPH_LENS_FISHEYE = 1, TOFGRAPH_LENS_RAYS = 2 };
 
 /** Metadata bits: what is known of every frame of a stream. */
 enum { /* clang-format off */
@@ -114,7 +120,7 @@ typedef struct tofgraph_camera {
   double focal_length, pitch[2]; /* m, pitch in x and y; NaN when only known in pixels */
   double focal_px[2];            /* px */
   double principal_point[2];     /* px, 0-based */
-  double distortion[5];          /* k1 k2 p1 p2 k3 */
+  double distortion[5];          /* k1 k2 p1 p2 k3; see TOFGRAPH_LENS_FISHEYE */
   double modulation_frequency;   /* Hz, nominal */
   double integration_time[2];    /* s, valid range */
   double frame_rate;             /* Hz */
@@ -131,6 +137,7 @@ typedef struct tofgraph_camera {
   const char* model;            /* path of the file with the effects that belong to this very camera; may be null */
   double skew;                  /* of the axes: u = fx (x + skew y) + cx */
   double further_distortion[7]; /* k4 k5 k6 of the rational model, s1 s2 s3 s4 of a thin prism */
+  uint32_t lens_model, zero2;   /* TOFGRAPH_LENS_.. */
 } tofgraph_camera;
 
 /** What arrives at a node, known before the first frame. It lives during prepare; its camera, with lights, rays and
@@ -236,7 +243,8 @@ typedef struct tofgraph_parameter {
                                   in a pipeline: "3.91 mm" */
   double minimum, maximum;          /* SI; NaN: no bound */
   const char *choices, *text; /* CHOICE: the words; NUMBER: words allowed beside numbers; files to write: endings of
-                                 companions; INPUT_FILE: kinds of calibrations that a camera's folder gives for it */
+                                 companions; INPUT_FILE: kinds of calibrations that a camera's folder gives for it;
+                                 IMAGE: "mask" where only 0 or not 0 counts, pictures may then have 8 bits */
   double off, typical;        /* effects: the value that changes nothing, and a usual size; NaN: none */
 } tofgraph_parameter;
 

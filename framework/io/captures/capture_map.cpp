@@ -37,15 +37,17 @@ std::vector<std::string> names_at_root(hid_t file) {
 }
 
 /// Returns whether every chunk of a dataset was written, or all of its bytes if it has no chunks.
-bool is_stored_whole(hid_t data, hid_t space, const std::array<hsize_t, 2>& extent) {
+bool is_stored_whole(hid_t data, hid_t space, std::size_t rank, const std::array<hsize_t, 3>& extent) {
   const h5::Handle creation(H5Dget_create_plist(data), H5Pclose), type(H5Dget_type(data), H5Tclose);
   if (H5Pget_layout(creation) != H5D_CHUNKED)
-    return H5Dget_storage_size(data) >= extent[0] * extent[1] * H5Tget_size(type);
-  std::array<hsize_t, 2> chunk{};
+    return H5Dget_storage_size(data) >= extent[0] * extent[1] * extent[2] * H5Tget_size(type);
+  std::array<hsize_t, 3> chunk{1, 1, 1};
   hsize_t stored = 0;
-  if (H5Pget_chunk(creation, 2, chunk.data()) != 2 || H5Dget_num_chunks(data, space, &stored) < 0) return false;
+  if (H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) != static_cast<int>(rank) ||
+      H5Dget_num_chunks(data, space, &stored) < 0)
+    return false;
   const auto along = [&](std::size_t axis) { return (extent[axis] + chunk[axis] - 1) / chunk[axis]; };
-  return stored == along(0) * along(1);
+  return stored == along(0) * along(1) * along(2);
 }
 
 ImageData load(const std::string& file, const std::string& wanted) {
@@ -59,23 +61,24 @@ ImageData load(const std::string& file, const std::string& wanted) {
         fmt::format("{}: no dataset '{}'; it has {}", file, dataset, fmt::join(names_at_root(opened), ", ")));
   }
   const h5::Handle space(h5::check(H5Dget_space(data), file), H5Sclose);
-  hsize_t extent[2] = {0, 0};
+  std::array<hsize_t, 3> extent{0, 0, 1};
   const int rank = H5Sget_simple_extent_ndims(space);
-  if (rank != 2)
+  if (rank != 2 && rank != 3)
     throw std::runtime_error(fmt::format("{}: '{}' has {} dimensions, expected rows x columns", file, dataset, rank));
-  H5Sget_simple_extent_dims(space, extent, nullptr);
-  if (extent[0] == 0 || extent[1] == 0 || extent[0] > max_image_pixels / extent[1])
+  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  if (extent[0] == 0 || extent[1] == 0 || extent[0] > max_image_pixels / extent[1] || extent[2] == 0 || extent[2] > 3)
     throw std::runtime_error(fmt::format("{}: '{}' announces {} x {} pixels, expected 1 to {} pixels in all", file,
                                          dataset, extent[0], extent[1], max_image_pixels));
   if (const std::string missing = h5::missing_filter(data); !missing.empty())
     throw std::runtime_error(fmt::format("{}: '{}' {}", file, dataset, missing));
-  if (!is_stored_whole(data, space, {extent[0], extent[1]}))
+  if (!is_stored_whole(data, space, static_cast<std::size_t>(rank), extent))
     throw std::runtime_error(
         fmt::format("{}: '{}' is not stored whole: parts of it were never written", file, dataset));
   ImageData image;
   image.rows = extent[0];
   image.columns = extent[1];
-  image.values.resize(image.rows * image.columns);
+  image.depth = extent[2];
+  image.values.resize(image.rows * image.columns * image.depth);
   h5::check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, image.values.data()), file);
   image.unit = h5::text_attribute(data, "unit");
   return image;

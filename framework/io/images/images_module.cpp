@@ -24,14 +24,14 @@ ImageData from_picture(const std::string& file) {
   if (picture.channels() != 1)
     throw std::runtime_error(
         fmt::format("{} has {} colour channels, expected one value per pixel", file, picture.channels()));
-  if (picture.depth() == CV_8U)
-    throw std::runtime_error(file + " has 8 bits per pixel, expected 16 (PNG) or floating point (TIFF)");
   cv::Mat values;
   picture.convertTo(values, CV_64F);
-  return {{values.begin<double>(), values.end<double>()},
-          static_cast<std::size_t>(values.rows),
-          static_cast<std::size_t>(values.cols),
-          ""};
+  return {.values = {values.begin<double>(), values.end<double>()},
+          .rows = static_cast<std::size_t>(values.rows),
+          .columns = static_cast<std::size_t>(values.cols),
+          .depth = 1,
+          .unit = "",
+          .of_bytes = picture.depth() == CV_8U};
 }
 
 ImageData load(const std::string& file, const std::string& dataset) {

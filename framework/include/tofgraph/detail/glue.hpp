@@ -28,6 +28,9 @@ template <class T> inline constexpr bool many_inputs = requires(T& stage, std::s
 template <class T> inline constexpr bool stateless = requires(const T& stage, Frame& frame) { stage.process(frame); }
 || requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
 
+/// A stage says `static constexpr bool steady = true;` when process() allocates nothing after its first frames.
+template <class T> inline constexpr bool steady = requires { requires T::steady; };
+
 /// Runs a call of a stage and turns what it throws into an error of the host.
 template <class Call> int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
   try {
@@ -120,8 +123,9 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
         parameters.clear();
       }
       constexpr bool parallel = stateless<T> && !std::is_base_of_v<Source, T>;
-      constexpr std::uint32_t flags =
-          (parallel ? TOFGRAPH_STAGE_STATELESS + 0U : 0U) | (many_inputs<T> ? TOFGRAPH_STAGE_MANY_INPUTS + 0U : 0U);
+      constexpr std::uint32_t flags = (parallel ? TOFGRAPH_STAGE_STATELESS + 0U : 0U) |
+                                      (many_inputs<T> ? TOFGRAPH_STAGE_MANY_INPUTS + 0U : 0U) |
+                                      (steady<T> ? TOFGRAPH_STAGE_STEADY + 0U : 0U);
       constexpr std::uint32_t port_size = sizeof(tofgraph_port), parameter_size = sizeof(tofgraph_parameter);
       // clang-format off
       return tofgraph_descriptor{

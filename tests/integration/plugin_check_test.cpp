@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: Misbehaviour/*:BuiltIn/*:PluginCheck.NothingWrong*:PluginCheck.ACrash*:PluginCheck.AnEndless*
+// Rooms: conformance plugins graph cli
+// `plugin check`: each misbehaviour is found by its check and told by its sentence; what is right passes.
+#include "tests/program.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include <set>
+
+namespace tofgraph::tests {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string misbehaviour = TOFGRAPH_BINARY_DIR "/tests/misbehaviour";
+
+Outcome check(const std::string& arguments) { return shell("\"$TOFGRAPH\" plugin check " + arguments, "/tmp"); }
+
+struct Case {
+  const char *kind, *name, *check, *sentence;
+  std::string file() const { return misbehaviour + "/tofgraph_" + kind + "_" + name + ".so"; }
+};
+
+const Case cases[] = {
+    {"filter", "leaks_lives", "lifetime", "it leaks: "},
+    {"filter", "leaks_frames", "growth", "it leaks: 10"},
+    {"filter", "allocates", "steady", "it asks for memory 1 times a frame, but says that it does not"},
+    {"filter", "data_race", "threads", "when several are in work at the same time: a data race"},
+    {"filter", "wrong_unit", "lengths", "where about 1 m arrives: is it in another unit?"},
+    {"filter", "declares_seconds", "units", "its port 'depth' has 'depth' in 's', but that channel is in 'm'"},
+    {"filter", "writes_input", "memory", "the stage changed 'depth', which it only reads"},
+    {"filter", "writes_behind", "memory", "the stage wrote beyond the end of the memory of 'depth'"},
+    {"filter", "invalid_unflagged", "memory", "'depth' is NaN without the flag 'invalid' at 1 pixel"},
+    {"filter", "remembers_frames", "stateless", "it remembers frames although it says that it is stateless"},
+    {"filter", "changes_locale", "process", "it changes the locale of the process"},
+    {"filter", "changes_folder", "process", "it changes the working folder of the process"},
+    {"filter", "catches_signals", "process", "it changes the handlers of signals of the process"},
+    {"filter", "rounds_down", "process", "floating-point numbers of the process"},
+    {"filter", "leaves_files_open", "process", "it leaves files open"},
+    {"filter", "leaves_threads", "process", "it leaves threads behind"},
+    {"filter", "ignores_strides", "gaps", "when the rows of a channel have gaps between them"},
+    {"filter", "throws_dice", "repeats", "two stages with the same settings give other frames for the same frames"},
+    {"filter", "crashes_when_empty", "empty", "crashed (signal 6, Aborted): node 'crashes_when_empty'"},
+    {"filter", "has_no_text", "texts", "parameter 'size' has no text"},
+    {"filter", "refuses_frames", "runs", "it is prepared for a stream and then refuses its frames: not today"},
+    {"filter", "crashes_at_a_bound", "values", "in prepare() of plugin"},
+    {"filter", "crashes_when_invalid", "invalid", "in process() of plugin"},
+    {"filter", "crashes_at_odd_sizes", "sizes", "in process() of plugin"},
+    {"effect", "never_off", "off", "it changes the light although all its sizes are off"},
+    {"effect", "wrong_derivative", "smooth", "the light does not change smoothly with 'size'"},
+    {"effect", "becomes_nan", "finite", "it turns finite light into NaN or infinity at size: "},
+    {"effect", "touches_other", "touches", "it changes 'distance' as much as anything, and does not declare it"},
+    {"effect", "mixes_lights", "same", "it gives other light for the same light"},
+};
+
+class Misbehaves : public testing::TestWithParam<Case> {};
+TEST_P(Misbehaves, IsFoundByItsCheck) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer ends the process first";
+#endif
+  const Outcome outcome = check(GetParam().file() + " --only " + GetParam().check);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr(GetParam().sentence));
+}
+INSTANTIATE_TEST_SUITE_P(Misbehaviour, Misbehaves, testing::ValuesIn(cases),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(PluginCheck, EveryMisbehaviourIsTested) {
+  std::set<std::string> tested = {"tofgraph_filter_well.so", "tofgraph_effect_well_effect.so"}, made;
+  for (const Case& one : cases) tested.insert(std::filesystem::path(one.file()).filename());
+  for (const auto& entry : std::filesystem::directory_iterator(misbehaviour)) made.insert(entry.path().filename());
+  EXPECT_EQ(made, tested);
+}
+
+TEST(PluginCheck, NothingWrongPassesAtTheHighestStrictness) {
+  for (const char* name : {"filter_well", "effect_well_effect"}) {
+    const Outcome outcome = check(misbehaviour + "/tofgraph_" + name + ".so --strictness 10 --json");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report.at("failed"), 0);
+    EXPECT_EQ(report.at("seed"), 1);
+    for (const auto& one : report.at("checks")) {
+      const bool steady = one.at("name") == "steady";  // it makes no such promise
+      EXPECT_EQ(one.at("result"), steady ? "skipped" : "passed") << one;
+    }
+  }
+}
+
+TEST(PluginCheck, ACrashTakesOnlyItsCheckDown) {
+  const std::string broken = TOFGRAPH_BINARY_DIR "/tests/broken/tofgraph_filter_";
+  const Outcome crashes = check(broken + "crashes_in_process.so");
+  EXPECT_EQ(crashes.exit_code, 1) << crashes.err;
+  EXPECT_THAT(crashes.out, HasSubstr("crashed (signal 11, Segmentation fault): node 'crashes_in_process'"));
+  EXPECT_THAT(crashes.out, HasSubstr("passed   texts"));
+  const Outcome ends = check(broken + "ends_the_process.so --only runs");
+  EXPECT_EQ(ends.exit_code, 1) << ends.err;
+  EXPECT_THAT(ends.out, HasSubstr("ended the process (exit code"));
+  const Outcome loading = check(broken + "crashes_when_loaded.so --only loads");
+  EXPECT_EQ(loading.exit_code, 1) << loading.err;
+  EXPECT_THAT(loading.out, HasSubstr("crashed (signal"));
+}
+
+TEST(PluginCheck, AnEndlessCallIsEnded) {
+  const Outcome endless = check(TOFGRAPH_BINARY_DIR "/tests/broken/tofgraph_filter_never_returns.so --only runs");
+  EXPECT_EQ(endless.exit_code, 1);
+  EXPECT_THAT(endless.out, HasSubstr("does not end within 30 s"));
+}
+
+TEST(PluginCheck, ListsItsChecks) {
+  const Outcome list = check("--list");
+  EXPECT_EQ(list.exit_code, 0);
+  for (const Case& one : cases) EXPECT_THAT(list.out, HasSubstr(std::string("  ") + one.check + " "));
+}
+
+TEST(PluginCheck, WrongUseIsTold) {
+  const auto expect_refused = [](const std::string& arguments, const std::string& words) {
+    const Outcome outcome = check(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(words)) << arguments;
+  };
+  const std::string well = misbehaviour + "/tofgraph_filter_well.so";
+  expect_refused("", "FILE is missing");
+  expect_refused("/nowhere/tofgraph_filter_a.so", "there is no file /nowhere/tofgraph_filter_a.so");
+  expect_refused("/bin/sh", "a plugin must be called tofgraph_KIND_NAME.so");
+  expect_refused(well + " --only dreams", "there is no check 'dreams'");
+  expect_refused(well + " --only off", "the check 'off' is for effect, not for a filter");
+  expect_refused(well + " --strictness 11", "'11' is not a whole number from 1 to 10");
+  expect_refused(well + " --set size", "'size' is not PARAMETER=VALUE");
+}
+
+/// Values of plugins that need some; $CAPTURE is a recording.
+const std::map<std::string, std::string> settings = {
+    {"filter_channels", "--set 'drop=[amplitude]'"},
+    {"filter_orient", "--set turn=180"},
+    {"filter_intrinsics", "--set 'fx=316 px'"},
+    {"filter_mask", "--set 'min_amplitude=50 counts'"},
+    {"sink_ply_writer", "--set 'path=cloud_{frame:06}.ply'"},
+    {"source_capture_reader", "--set file=" TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5"},
+};
+
+class BuiltInPlugin : public testing::TestWithParam<std::string> {};
+TEST_P(BuiltInPlugin, PassesAtTheHighestStrictness) {
+  const auto set = settings.find(GetParam());
+  const Outcome outcome = check(TOFGRAPH_BINARY_DIR "/lib/tofgraph/plugins/tofgraph_" + GetParam() +
+                                ".so --strictness 10 " + (set != settings.end() ? set->second : ""));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+}
+
+std::vector<std::string> built_in() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(TOFGRAPH_BINARY_DIR "/lib/tofgraph/plugins"))
+    names.push_back(entry.path().stem().string().substr(9));
+  std::ranges::sort(names);
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(BuiltIn, BuiltInPlugin, testing::ValuesIn(built_in()),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace tofgraph::tests

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: *
+// Rooms: sdk graph cli conformance
+// `plugin new` with the installed package alone: what it makes builds, passes its test and `plugin check` as it is.
+#include "tests/installed.hpp"
+
+#include <gmock/gmock.h>
+
+namespace tofgraph::tests {
+namespace {
+
+using testing::HasSubstr;
+
+class PluginNew : public InstalledPrefix {
+ protected:
+  static void SetUpTestSuite() { InstalledPrefix::SetUpTestSuite(); }
+};
+
+class Project : public PluginNew, public testing::WithParamInterface<std::tuple<const char*, const char*>> {
+ protected:
+  const std::string kind = std::get<1>(GetParam()), language = std::get<0>(GetParam());
+};
+
+TEST_P(Project, BuildsAndPassesItsTestsAsItIs) {
+  succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
+  succeeds(
+      "cd first_try && cmake -B build -DCMAKE_PREFIX_PATH=$PREFIX -DCMAKE_CXX_FLAGS='-Wconversion -Werror' "
+      "-DCMAKE_C_FLAGS='-Wconversion -Werror' >log && cmake --build build >>log");
+  const Outcome tested = run("cd first_try && ctest --test-dir build --output-on-failure");
+  EXPECT_EQ(tested.exit_code, 0) << tested.out;
+  EXPECT_THAT(tested.out, HasSubstr("100% tests passed, 0 tests failed out of 2"));
+  const Outcome checked =
+      run("$PREFIX/bin/tofgraph plugin check --strictness 10 first_try/build/tofgraph_" + kind + "_first_try.so");
+  EXPECT_EQ(checked.exit_code, 0) << checked.out;
+}
+
+/// The compilers and levels of optimisation; a plugin in C is one of C99.
+TEST_P(Project, IsTheSameWithEveryCompiler) {
+  succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
+  const bool c = language == "c";
+  const std::vector<std::string> compilers = c ? std::vector<std::string>{"gcc -std=c99 -pedantic", "clang -std=c99"}
+                                               : std::vector<std::string>{"g++ -std=c++20", "clang++ -std=c++20"};
+  for (const std::string& compiler : compilers) {
+    if (!is_there(compiler.substr(0, compiler.find(' ')))) continue;
+    for (const std::string level : {"-O0", "-O2"}) {
+      const std::string library = "made/tofgraph_" + kind + "_first_try.so";
+      succeeds("mkdir -p made && " + compiler + " " + level +
+               " -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden $(pkg-config --cflags tofgraph) "
+               "-DTOFGRAPH_PLUGIN_NAME='\"first_try\"' -DTOFGRAPH_PLUGIN_VERSION='\"1.0\"' first_try/first_try." +
+               (c ? "c" : "cpp") + " -o " + library);
+      const Outcome checked = run("$PREFIX/bin/tofgraph plugin check --strictness 2 " + library);
+      EXPECT_EQ(checked.exit_code, 0) << compiler << ' ' << level << '\n' << checked.out;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Languages, Project,
+                         testing::Combine(testing::Values("c++", "c"),
+                                          testing::Values("source", "filter", "sink", "effect")),
+                         [](const auto& info) {
+                           return std::string(std::get<0>(info.param)) == "c"
+                                      ? std::string("C_") + std::get<1>(info.param)
+                                      : std::string("Cpp_") + std::get<1>(info.param);
+                         });
+
+TEST_F(PluginNew, StagesInPythonPassTheirTest) {
+  if (run("PYTHONPATH=$PREFIX/lib/python3/dist-packages /usr/bin/python3 -c 'import tofgraph'").exit_code != 0)
+    GTEST_SKIP() << "the Python package is not there";
+  for (const std::string kind : {"source", "filter", "sink"}) {
+    succeeds("$PREFIX/bin/tofgraph --quiet plugin new my_" + kind + " --language python --kind " + kind);
+    const Outcome tested =
+        run("cd my_" + kind + " && PYTHONPATH=$PREFIX/lib/python3/dist-packages /usr/bin/python3 -m unittest");
+    EXPECT_EQ(tested.exit_code, 0) << tested.err;
+    EXPECT_THAT(tested.err, testing::ContainsRegex("Ran [12] test"));
+  }
+}
+
+TEST_F(PluginNew, RefusesWhatCannotBeDone) {
+  const auto expect_refused = [&](const std::string& arguments, const std::string& words) {
+    const Outcome outcome = run("$PREFIX/bin/tofgraph plugin new " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(words)) << arguments;
+  };
+  expect_refused("9lives", "'9lives' cannot be a plugin's name: small letters, digits and _, a letter first");
+  expect_refused("Edge", "example: tofgraph plugin new edge_mask --kind filter");
+  expect_refused("../edge", "cannot be a plugin's name");
+  expect_refused("median", "there is a filter 'median' already: ");
+  expect_refused("edge --kind colour", "'colour' is unknown, expected source, filter, sink, effect");
+  expect_refused("edge --kind effect --language python", "an effect is evaluated for every ray");
+  succeeds("mkdir -p edge && touch edge/kept");
+  expect_refused("edge", "edge exists already, and nothing is overwritten");
+  EXPECT_EQ(run("ls edge").out, "kept\n");
+}
+
+TEST_F(PluginNew, IsNamedAndHasNoLicenceOfOurs) {
+  succeeds("$PREFIX/bin/tofgraph --quiet plugin new edge_mask2 -o here");
+  EXPECT_THAT(read_text(folder_.path() / "here/edge_mask2.cpp"),
+              HasSubstr("struct EdgeMask2 final : tofgraph::Filter"));
+  EXPECT_EQ(run("grep -rE 'SPDX|my_plugin|MyPlugin|my_kind|my_source' here").out, "");
+}
+
+}  // namespace
+}  // namespace tofgraph::tests
