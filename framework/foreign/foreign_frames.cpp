@@ -60,6 +60,7 @@ ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignReque
   set_channels();
   count_frames();
   read_per_frame();
+  refused_.resize(channels_.size());
 }
 
 std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::path& path) {
@@ -264,7 +265,8 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
   if (sources_[channel].scattered) return read_scattered(frame, channel, out, flags);
   convert(frame, channel, out, flags);
   if (channels_[channel].name == "points")
-    mark_invalid_points(static_cast<float*>(out), flags, std::uint64_t{camera().width} * camera().height);
+    mark_invalid_points(static_cast<float*>(out), flags, std::uint64_t{camera().width} * camera().height,
+                        refused_[channel]);
 }
 
 void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
@@ -282,6 +284,7 @@ void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out,
            .mask = source.layout.mask,
            .invalid = source.layout.invalid,
            .is_length = is_length_channel(name) && name != "points",
+           .refused = &refused_[channel],
            .pixels = std::uint64_t{camera().width} * camera().height,
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);

@@ -42,6 +42,8 @@ class ForeignFrames {
   tofgraph_metadata metadata(std::uint64_t frame) const;
   /// Reads one channel of a frame. @param flags of the frame's pixels; invalid ones are added
   void read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
+  /// Lengths of a channel, of the frames read so far, that became invalid without a code that says so.
+  const io::RefusedLengths& refused(std::size_t channel) const { return refused_[channel]; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -86,6 +88,7 @@ class ForeignFrames {
   std::vector<std::uint64_t> first_frame_;  // of each file
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
+  std::vector<io::RefusedLengths> refused_;                      // by channel
   std::vector<double> integration_time_, modulation_frequency_;  // one, one a frame, or none
   std::vector<std::int64_t> timestamp_ns_;                       // one a frame, or none
   std::vector<std::uint64_t> numbers_;                           // in the names of a series; empty: none

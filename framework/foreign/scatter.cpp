@@ -77,6 +77,7 @@ template <class T, class U> class Scatter {
       for (std::uint64_t i = 0; i < n; ++i) invalid |= is_no_measurement(out[i]);
       for (std::uint64_t i = 0; i < n && invalid != 0; ++i) {
         if (is_no_measurement(out[i]) == 0) continue;
+        if (c_.refused != nullptr) c_.refused->add(static_cast<float>(out[i]));
         out[i] = nothing();
         if (flags_ != nullptr) flags_[(to + begin + i) / c_.per_pixel % c_.pixels] |= flag::invalid;
       }
@@ -104,8 +105,11 @@ template <class T, class U> class Scatter {
       if (!std::isfinite(value)) return true;
     }
     if (std::ranges::find(c_.invalid, static_cast<double>(value)) != c_.invalid.end()) return true;
-    return c_.is_length &&
-           !is_valid_length(static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale));
+    if (!c_.is_length) return false;
+    const auto length = static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale);
+    const bool valid = is_valid_length(length);
+    if (!valid && c_.refused != nullptr) c_.refused->add(length);
+    return !valid;
   }
   U converted(T value) const {
     const double shifted = static_cast<double>(value) - c_.zero;
@@ -176,10 +180,14 @@ void scatter(const FileArray& array, const std::uint8_t* in, std::span<const Axi
   }
 }
 
-void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels) {
+void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels, io::RefusedLengths& refused) {
   const PointRule rule("");
   for (std::uint64_t i = 0; i < pixels; ++i) {
-    if (rule.is_valid(points + 3 * i)) continue;
+    const std::span<const float> point(points + 3 * i, 3);
+    if (rule.is_valid(point.data())) continue;
+    if (std::ranges::none_of(point, [](float v) { return std::isnan(v); }))
+      refused.add(std::ranges::all_of(point, [](float v) { return v == 0; }) ? 0
+                                                                             : std::numeric_limits<float>::infinity());
     std::fill_n(points + 3 * i, 3, std::numeric_limits<float>::quiet_NaN());
     if (flags != nullptr) flags[i] |= flag::invalid;
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "foreign/foreign_file.hpp"
+#include "io/refused_lengths.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -23,6 +24,7 @@ struct Conversion {
   std::optional<std::uint64_t> mask;        ///< bits that count, of integers
   std::span<const double> invalid;          ///< values that mean "no measurement"
   bool is_length = false;                   ///< zero and negative values mean it as well
+  io::RefusedLengths* refused = nullptr;    ///< counts such values, null: not; those of `invalid` do not count
   std::uint64_t pixels = 0, per_pixel = 1;  ///< of the image; elements of a pixel, which stand together
 };
 
@@ -32,7 +34,8 @@ struct Conversion {
 void scatter(const FileArray& array, const std::uint8_t* in, std::span<const AxisStep> steps,
              const Conversion& conversion, void* out, std::uint16_t* flags);
 
-/// Points of which a coordinate is not finite, or which are the origin, become NaN and flagged.
-void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels);
+/// Points of which a coordinate is not finite, or which are the origin, become NaN and flagged. @param refused counts
+/// those at the origin and those too far away
+void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels, io::RefusedLengths& refused);
 
 }  // namespace tofgraph::foreign

@@ -4,6 +4,8 @@
 
 #include "config/quantity.hpp"
 
+#include <tofgraph/physics/constants.hpp>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +16,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace tofgraph::io {
 namespace {
@@ -114,6 +117,15 @@ std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const to
   return step > 0 ? fast_frames(step, doubtful ? std::nan("") : time, rate) : std::string();
 }
 
+/// Median of what is positive and finite, also of what is too long in a wrong unit; NaN: there is none.
+double median_of_positive(std::vector<float> values) {
+  std::erase_if(values, [](float v) { return !(v > 0 && std::isfinite(v)); });
+  if (values.empty()) return std::nan("");
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
   ClockTimes times;
   for (const tofgraph_metadata& frame : frames) {
@@ -147,7 +159,8 @@ std::string frequency_doubt(double frequency, const tofgraph_camera* camera) {
   const Interval expected = known ? Interval{nominal / 100, nominal * 100} : Interval{1e5, 1e9};
   if (expected.contains(frequency)) return {};
   const Interval near = known ? Interval{nominal / 5, nominal * 5} : Interval{1e6, 3e8};
-  const std::string units = likely_units(frequency, "Hz", near, {{"kHz", 1e3}, {"MHz", 1e6}, {"GHz", 1e9}});
+  const std::string units =
+      likely_units(frequency, "Hz", near, {{"kHz", 1e3}, {"MHz", 1e6}, {"GHz", 1e9}, {"THz", 1e12}});
   const std::string other =
       known ? fmt::format("that of the camera '{}' is {}", camera->name, format_quantity(nominal, "Hz"))
             : fmt::format("expected {}", range_text(expected, "Hz"));
@@ -180,13 +193,24 @@ std::string temperature_doubt(double temperature) {
                      unit != nullptr ? fmt::format(": likely it was written in {}, not in degC", unit) : "");
 }
 
-std::string length_doubt(const std::string& channel, double median, double unambiguous_range) {
+double expected_range(std::span<const tofgraph_exposure> exposures, double recorded, const tofgraph_camera* camera) {
+  const double nominal = camera != nullptr ? camera->modulation_frequency : std::nan("");
+  double lowest = std::isnan(recorded) || !frequency_doubt(recorded, camera).empty() ? nominal : recorded;
+  for (const tofgraph_exposure& exposure : exposures) {
+    if (exposure.frequency > 0) lowest = std::fmin(lowest, exposure.frequency);
+  }
+  return lowest > 0 ? physics::unambiguous_range(lowest) : std::nan("");
+}
+
+std::string length_doubt(const std::string& channel, std::vector<float> lengths, double unambiguous_range) {
+  const double median = median_of_positive(std::move(lengths));
   if (std::isnan(median)) return {};
   const bool known = unambiguous_range > 0;
   const Interval expected{5e-3, known ? 10 * unambiguous_range : 1e3};
   if (expected.contains(median)) return {};
   const Interval near{0.05, known ? unambiguous_range : 50};
-  const std::string units = likely_units(median, "m", near, {{"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}});
+  const std::string units =
+      likely_units(median, "m", near, {{"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"inches", 0.0254}, {"km", 1e3}});
   const std::string other = known ? fmt::format("the unambiguous range is {}", format_quantity(unambiguous_range, "m"))
                                   : fmt::format("expected {}", range_text(expected, "m"));
   return fmt::format("the median of {} is {}, {}{}", channel, format_quantity(median, "m"), other, likely(units, "m"));

@@ -24,10 +24,15 @@ std::string integration_time_doubt(double time, const tofgraph_camera* camera);
 /// Doubts about the temperature of a camera. @param temperature K, NaN: unknown; -60 to 120 degC is expected
 std::string temperature_doubt(double temperature);
 
-/// Doubts about the lengths of a channel. @param median of the valid ones, m, NaN: there are none
+/// Unambiguous range of the lowest frequency that is known, as several frequencies reach farther than each of them; m,
+/// NaN: unknown. @param recorded frequency of a frame, Hz, NaN: unknown; an implausible one does not count
+/// @param camera for its frequency; may be null
+double expected_range(std::span<const tofgraph_exposure> exposures, double recorded, const tofgraph_camera* camera);
+
+/// Doubts about the lengths of a channel. @param lengths of a frame, m, of which the median of the positive ones counts
 /// @param unambiguous_range m, NaN: unknown. Up to ten times as much is expected, or 1 km where it is unknown, and 5 mm
 /// at least
-std::string length_doubt(const std::string& channel, double median, double unambiguous_range);
+std::string length_doubt(const std::string& channel, std::vector<float> lengths, double unambiguous_range);
 
 /// Doubts about time stamps and about the time since power on, at most one for each: they run back, stand still, or
 /// follow each other faster than the frames can be exposed. @param camera for its frame rate; may be null

@@ -22,6 +22,7 @@
 #include "io/captures/capture.hpp"
 #include "io/captures/plausibility.hpp"
 #include "io/light_sources.hpp"
+#include "io/refused_lengths.hpp"
 
 namespace tofgraph {
 
@@ -89,9 +90,9 @@ struct CaptureReader final : Source {
 
   void finish() const {
     for (const auto& [channel, found] : refused_) {
-      if (found.count == 0) continue;
-      warn(fmt::format("{}: {} of {} values of {} in {} are {}: taken as invalid pixels", *file, found.count,
-                       found.values, channel, config::counted(read_, "frame"), found.described()));
+      if (found.lengths.count == 0) continue;
+      warn(
+          fmt::format("{}: {}", *file, found.lengths.sentence(channel, found.values, config::counted(read_, "frame"))));
     }
   }
 
@@ -104,16 +105,10 @@ struct CaptureReader final : Source {
   /// Returns whether a channel is the simulation's truth, which would conflict with computed channels.
   static bool is_truth(const io::CaptureChannel& channel) { return channel.applied == "truth"; }
 
-  /// Recorded values of a channel that are numbers but not valid lengths.
+  /// Recorded values of a channel, and those that are numbers but not valid lengths.
   struct Refused {
-    std::size_t count = 0, values = 0, zero = 0, negative = 0;
-
-    std::string described() const {
-      if (zero == count) return "0 m";
-      if (negative == count) return "negative";
-      if (zero + negative == 0) return fmt::format("infinite or greater than {:.0f} km", max_length / 1e3F);
-      return fmt::format("0 m, negative or greater than {:.0f} km", max_length / 1e3F);
-    }
+    std::size_t values = 0;
+    io::RefusedLengths lengths;
   };
 
   static tofgraph_channel described(const io::CaptureChannel& channel) {
@@ -261,31 +256,25 @@ struct CaptureReader final : Source {
       const io::CaptureChannel& channel = chosen_[i].channel;
       if (!is_length_channel(channel.name)) continue;
       const std::span<float> values(static_cast<float*>(views[i].data), channel.elements());
-      Refused now;
+      Refused& all = refused_[channel.name];
       if (channel.name == "points") {
         const PointRule rule(channel.applied);
         for (std::size_t k = 0; k + 3 <= values.size(); k += 3) {
           const std::span<float> point = values.subspan(k, 3);
           if (rule.is_valid(point.data()) || std::ranges::any_of(point, [](float v) { return std::isnan(v); }))
             continue;
-          ++now.count;
-          now.zero += point[0] == 0 && point[1] == 0 && point[2] == 0 ? 1 : 0;
+          const bool origin = point[0] == 0 && point[1] == 0 && point[2] == 0;
+          all.lengths.add(origin ? 0 : std::numeric_limits<float>::infinity());
           std::ranges::fill(point, nan);
         }
       } else {
         for (float& value : values) {
-          if (is_valid_length(value) || std::isnan(value)) continue;
-          ++now.count;
-          now.zero += value == 0 ? 1 : 0;
-          now.negative += value < 0 ? 1 : 0;
+          if (is_valid_length(value)) continue;
+          all.lengths.add(value);
           value = nan;
         }
       }
-      Refused& all = refused_[channel.name];
       all.values += channel.name == "points" ? values.size() / 3 : values.size();
-      all.count += now.count;
-      all.zero += now.zero;
-      all.negative += now.negative;
     }
   }
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads files of other programs: whatever a format plugin recognises, or a layout describes.
+#include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "config/log.hpp"
 #include "config/paths.hpp"
 #include "foreign/foreign_frames.hpp"
 #include "foreign/series.hpp"
@@ -85,12 +87,36 @@ struct FileReader final : Source {
     for (std::size_t i = channels.size(); i-- > 0;) {  // flags of the file first: others add to them
       void* out = channels[i].name == "flags" ? flags : frame.write(described(channels[i])).data;
       frames_->read(next_, i, out, flags);
+      if (next_ == 0 && is_image_of_lengths(channels[i].name)) check_lengths(channels[i].name, frame);
     }
     ++next_;
     return true;
   }
 
+  void finish() const {
+    for (std::size_t i = 0; i < frames_->channels().size(); ++i) {
+      const foreign::ForeignChannel& channel = frames_->channels()[i];
+      const io::RefusedLengths& refused = frames_->refused(i);
+      const std::size_t pixels = std::size_t{frames_->camera().width} * frames_->camera().height;
+      if (refused.count > 0)
+        warn(refused.sentence(channel.name, next_ * pixels, config::counted(next_, "frame")) +
+             "; if that is what they mean, say so, e.g. invalid: [0]");
+    }
+  }
+
  private:
+  static bool is_image_of_lengths(const std::string& name) { return is_length_channel(name) && name != "points"; }
+
+  /// Warns where the lengths of the first frame look as if they were in another unit.
+  void check_lengths(const std::string& name, const Frame& frame) const {
+    const Array<const float> lengths(frame.find(name.c_str()));
+    const tofgraph_camera& camera = frames_->camera();
+    const double range =
+        io::expected_range(physics::exposures_of(camera), frame.metadata().modulation_frequency, &camera);
+    const std::string doubt = io::length_doubt(name, {lengths.begin(), lengths.end()}, range);
+    if (!doubt.empty()) warn(doubt);
+  }
+
   /// @throws config::ConfigurationError
   io::CameraPtr stated_camera(const std::string& name) const {
     config::Diagnostics diagnostics;

@@ -158,6 +158,21 @@ TEST_F(Convert, NamesAreSortedNaturally) {
   for (std::size_t f = 0; f < 6; ++f) EXPECT_FLOAT_EQ(depth[f * small_pixels], static_cast<float>(expected[f])) << f;
 }
 
+TEST_F(Convert, LengthsThatCannotBeAreCountedAndAUnitThatCannotBeIsTold) {
+  std::string text;
+  for (std::size_t i = 0; i < small_pixels; ++i)
+    text += (i % 8 == 0 ? "" : ",") + std::string(i == 3 ? "0" : i == 9 ? "-20" : "1500") + (i % 8 == 7 ? "\n" : "");
+  write_text(path("z.csv"), text);
+  const Outcome right = convert("z.csv --as depth --unit mm");
+  ASSERT_EQ(right.exit_code, 0) << right.err;
+  EXPECT_THAT(right.err, HasSubstr("2 of 48 values of depth in 1 frame are 0 m, negative or greater than"));
+  EXPECT_THAT(right.err, testing::Not(HasSubstr("median")));
+  EXPECT_EQ(frames<std::uint16_t>("flags")[9], 1);
+  EXPECT_THAT(convert("z.csv --as depth --unit mm --invalid 0,-20").err, testing::Not(HasSubstr("taken as invalid")));
+  EXPECT_THAT(convert("z.csv --as depth --unit m").err,
+              testing::AllOf(HasSubstr("the median of depth is 1500 m"), HasSubstr("in mm (1500 mm = 1.5 m)")));
+}
+
 TEST_F(Convert, AFileOfAnotherSizeOrOrderInASeriesIsToldBeforeAnythingIsWritten) {
   cv::imwrite(path("a_1.png").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1000)));
   cv::imwrite(path("a_2.png").string(), cv::Mat(8, 6, CV_16U, cv::Scalar(1000)));

@@ -28,6 +28,7 @@ TEST(Frequency, IsDoubtedWhereAnotherUnitWouldFit) {
   EXPECT_THAT(frequency_doubt(20e3, &camera()), AllOf(HasSubstr("20 kHz"), HasSubstr("in kHz")));
   EXPECT_THAT(frequency_doubt(20e12, &camera()), HasSubstr("the modulation frequency is 20000 GHz"));
   EXPECT_THAT(frequency_doubt(80, nullptr), AllOf(HasSubstr("expected 100 kHz to 1 GHz"), HasSubstr("in MHz")));
+  EXPECT_THAT(frequency_doubt(20e-6, &camera()), HasSubstr("in THz"));
   EXPECT_THAT(frequency_doubt(0, &camera()), HasSubstr("is 0 Hz"));
   for (const double good : {1e6, 20e6, 60e6, std::nan("")}) EXPECT_EQ(frequency_doubt(good, &camera()), "") << good;
   EXPECT_EQ(frequency_doubt(80e6, nullptr), "");
@@ -51,13 +52,17 @@ TEST(Temperature, InKelvinIsDoubted) {
 
 TEST(Length, InMillimetresIsDoubted) {
   const double range = 299792458.0 / 40e6;
-  EXPECT_THAT(length_doubt("range", 1000, range), AllOf(HasSubstr("median of range is 1000 m"), HasSubstr("7.49481 m"),
-                                                        HasSubstr("in mm (1000 mm = 1 m)")));
-  EXPECT_THAT(length_doubt("depth", 250, range), AllOf(HasSubstr("in cm"), HasSubstr("or in mm")));
-  EXPECT_THAT(length_doubt("depth", 0.001, range), HasSubstr("is 1 mm"));
-  EXPECT_THAT(length_doubt("distance", 5000, std::nan("")), HasSubstr("in mm"));
-  for (const double good : {0.05, 1.0, 7.4, 40.0, std::nan("")})
-    EXPECT_EQ(length_doubt("range", good, range), "") << good;
+  EXPECT_THAT(length_doubt("range", {1000}, range), AllOf(HasSubstr("median of range is 1000 m"),
+                                                          HasSubstr("7.49481 m"), HasSubstr("in mm (1000 mm = 1 m)")));
+  EXPECT_THAT(length_doubt("depth", {250}, range),
+              AllOf(HasSubstr("in cm"), HasSubstr("or in mm"), HasSubstr("or in inches (250 inches = 6.35 m)")));
+  EXPECT_THAT(length_doubt("depth", {0.002F}, range), HasSubstr("in km (0.002 km = 2 m)"));
+  EXPECT_THAT(length_doubt("depth", {0, -1, std::nanf(""), 900, 1000, 1100}, range),
+              HasSubstr("median of depth is 1000 m"));
+  EXPECT_THAT(length_doubt("depth", {0.001F}, range), HasSubstr("is 1 mm"));
+  EXPECT_THAT(length_doubt("distance", {5000}, std::nan("")), HasSubstr("in mm"));
+  for (const float good : {0.05F, 1.0F, 7.4F, 40.0F, std::nanf("")})
+    EXPECT_EQ(length_doubt("range", {good}, range), "") << good;
 }
 
 std::vector<tofgraph_metadata> frames(const std::vector<std::int64_t>& stamps,
