@@ -88,11 +88,11 @@ class ForeignFrames {
   std::vector<std::uint64_t> first_frame_;  // of each file
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
-  std::vector<io::RefusedLengths> refused_;                      // by channel
-  std::vector<double> integration_time_, modulation_frequency_;  // one, one a frame, or none
-  std::vector<std::int64_t> timestamp_ns_;                       // one a frame, or none
-  std::vector<std::uint64_t> numbers_;                           // in the names of a series; empty: none
-  std::vector<std::size_t> projected_;                           // pixels of the points of projected_frame_
+  std::vector<io::RefusedLengths> refused_;                                            // by channel
+  std::vector<double> integration_time_, modulation_frequency_, time_since_power_on_;  // one, one a frame, or none
+  std::vector<std::int64_t> timestamp_ns_;                                             // one a frame, or none
+  std::vector<std::uint64_t> numbers_;  // in the names of a series; empty: none
+  std::vector<std::size_t> projected_;  // pixels of the points of projected_frame_
   std::uint64_t projected_frame_ = ~std::uint64_t{0};
   std::vector<std::uint8_t> buffer_;
   std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays of the open file whose frames are spread

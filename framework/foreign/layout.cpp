@@ -195,6 +195,7 @@ Layout read_layout(const std::filesystem::path& file) {
   layout.integration_time = read_per_frame(reader, "integration_time", "s", "1 ms", diagnostics);
   layout.modulation_frequency = read_per_frame(reader, "modulation_frequency", "Hz", "20 MHz", diagnostics);
   layout.timestamp = read_per_frame(reader, "timestamp", "s", "0 s", diagnostics);
+  layout.time_since_power_on = read_per_frame(reader, "time_since_power_on", "s", "2 h", diagnostics);
   layout.frame_rate = reader.number_within("frame_rate", "Hz", "30 Hz", io::unknown, 1e-6, 1e9);
   layout.file_header = static_cast<std::uint64_t>(reader.whole_number("file_header", "64", 0, 0, 1 << 30));
   layout.frame_header = static_cast<std::uint64_t>(reader.whole_number("frame_header", "16", 0, 0, 1 << 30));

@@ -53,10 +53,10 @@ struct HeaderlessArray {
 struct Layout {
   std::string camera;  ///< a profile by name or absolute path; empty: not stated
   std::vector<ChannelLayout> channels;
-  PerFrame integration_time, modulation_frequency, timestamp;  ///< s, Hz, s
-  double frame_rate = io::unknown;                             ///< Hz
-  std::uint64_t file_header = 0, frame_header = 0;             ///< bytes, of files without a header of their own
-  std::vector<HeaderlessArray> headerless;                     ///< not empty: the file has no header
+  PerFrame integration_time, modulation_frequency, timestamp, time_since_power_on;  ///< s, Hz, s, s
+  double frame_rate = io::unknown;                                                  ///< Hz
+  std::uint64_t file_header = 0, frame_header = 0;  ///< bytes, of files without a header of their own
+  std::vector<HeaderlessArray> headerless;          ///< not empty: the file has no header
 };
 
 /// Reads a layout file. @throws config::ConfigurationError with every mistake

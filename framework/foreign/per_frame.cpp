@@ -56,6 +56,7 @@ std::vector<std::int64_t> ForeignFrames::exact_times(const PerFrame& what) {
 void ForeignFrames::read_per_frame() {
   integration_time_ = values_of(request_.layout.integration_time, "s");
   modulation_frequency_ = values_of(request_.layout.modulation_frequency, "Hz");
+  time_since_power_on_ = values_of(request_.layout.time_since_power_on, "s");
   PerFrame timestamp = request_.layout.timestamp;
   if (timestamp.array.empty()) {  // that of the format, beside the first channel
     const std::string own = sources_[0].like.name + ".stamp";
@@ -75,7 +76,8 @@ std::uint64_t ForeignFrames::known() const {
   const bool times = timestamp_ns_.size() == frames_ || std::isfinite(request_.layout.frame_rate);
   return (times ? TOFGRAPH_KNOWS_TIMESTAMP + 0U : 0U) |
          (integration_time_.empty() ? 0U : TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U) |
-         (modulation_frequency_.empty() ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U);
+         (modulation_frequency_.empty() ? 0U : TOFGRAPH_KNOWS_MODULATION_FREQUENCY + 0U) |
+         (time_since_power_on_.empty() ? 0U : TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON + 0U);
 }
 
 tofgraph_metadata ForeignFrames::metadata(std::uint64_t frame) const {
@@ -87,7 +89,8 @@ tofgraph_metadata ForeignFrames::metadata(std::uint64_t frame) const {
   metadata.device_number = numbers_.empty() ? frame : numbers_[frame] - numbers_[0];
   metadata.integration_time = at(integration_time_);
   metadata.modulation_frequency = at(modulation_frequency_);
-  metadata.temperature = metadata.time_since_power_on = io::unknown;
+  metadata.temperature = io::unknown;
+  metadata.time_since_power_on = at(time_since_power_on_);
   const double seconds = std::isfinite(request_.layout.frame_rate)
                              ? static_cast<double>(metadata.device_number) / request_.layout.frame_rate
                              : 0;

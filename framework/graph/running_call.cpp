@@ -182,8 +182,10 @@ void tell_ending(const char* call, int code) {
   Line line;
   line << "\ntofgraph: error: a library ended the program by " << call << "(" << (code < 0 ? "-" : "")
        << static_cast<std::uint64_t>(code < 0 ? -std::int64_t{code} : code) << ")";
-  bool found = describe_calls(line, place);
-  for (const Thread& thread : threads()) found = found || describe_calls(line, &thread);
+  if (!describe_calls(line, place)) {
+    const auto calls = [&line](const Thread& thread) { return describe_calls(line, &thread); };
+    static_cast<void>(std::ranges::any_of(threads(), calls));  // the first that has any
+  }
   line << "\n";
   line.write();
 }

@@ -29,7 +29,7 @@ CameraPtr camera_of_folder(const std::filesystem::path& path, const config::Valu
     const std::size_t before = diagnostics.errors();
     for (const std::string& problem : folder_problems(*folder)) diagnostics.error(name.at, problem);
     if (diagnostics.errors() != before) return nullptr;
-    const CameraPtr camera = load_profile(folder->folder / folder_profile_name);
+    CameraPtr camera = load_profile(folder->folder / folder_profile_name);
     std::const_pointer_cast<Camera>(camera)->folder = std::move(folder);
     return camera;
   } catch (const config::ConfigurationError& failure) {

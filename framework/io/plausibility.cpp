@@ -155,7 +155,7 @@ std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
 std::string frequency_doubt(double frequency, const tofgraph_camera* camera) {
   if (std::isnan(frequency)) return {};
   const double nominal = camera != nullptr ? camera->modulation_frequency : std::nan("");
-  const bool known = nominal > 0;
+  const bool known = camera != nullptr && nominal > 0;
   const Interval expected = known ? Interval{nominal / 100, nominal * 100} : Interval{1e5, 1e9};
   if (expected.contains(frequency)) return {};
   const Interval near = known ? Interval{nominal / 5, nominal * 5} : Interval{1e6, 3e8};

@@ -199,7 +199,8 @@ struct Mask final : Filter {
     inside.assign(found.size(), image->empty() ? 1 : 0);
     if (!image->empty()) by_map(*image, size, [](std::size_t i) { inside[i] = 1; });
     for (std::size_t i = 0; i < found.size(); ++i) {
-      const auto x = static_cast<double>(i % size.second), y = static_cast<double>(i / size.second);
+      const std::size_t row = i / size.second, column = i % size.second;
+      const auto x = static_cast<double>(column), y = static_cast<double>(row);
       const bool in = inside[i] != 0 && (!polygon.given() || in_polygon(x, y));
       if (in != (*keep == "inside")) found[i] |= flag::user;
     }

@@ -76,6 +76,7 @@ struct FileReader final : Source {
     metadata.timestamp_ns = known.timestamp_ns;
     metadata.integration_time = known.integration_time;
     metadata.modulation_frequency = known.modulation_frequency;
+    metadata.time_since_power_on = known.time_since_power_on;
     const std::vector<foreign::ForeignChannel>& channels = frames_->channels();
     std::uint16_t* flags = nullptr;
     for (const foreign::ForeignChannel& channel : channels) {

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 #include <cmath>
+#include <fstream>
 #include <optional>
 
 namespace tofgraph::hidden {
@@ -21,6 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr double degree = M_PI / 180, two_hours = 7200;  // rad, s
 constexpr double placing = 0.3e-3;                       // m, sd of where a board stands, as a laser tells it
+
+constexpr std::size_t file_header = 64, frame_header = 16;  // bytes of a dump
 
 constexpr double square = 40e-3;  // m, of the chessboard
 
@@ -185,17 +188,32 @@ Taps taps_of(const Physics& physics, const Shot& shot) {
   return taps;
 }
 
+/// What a dump holds: both taps of a pixel beside each other, big-endian, settings as whole numbers.
+void write_layout(const fs::path& file, int side) {
+  std::ofstream(file) << fmt::format(
+      "layout: 1\nfile_header: {}\nframe_header: {}\narrays:\n"
+      "  stamp: {{type: uint64, byte_order: big, shape: [1]}}\n  exposed: {{type: uint64, byte_order: big, shape: "
+      "[1]}}\n"
+      "  running: {{type: uint64, byte_order: big, shape: [1]}}\n"
+      "  raw: {{type: uint16, byte_order: big, shape: [4, {}, {}, 2]}}\n"
+      "channels:\n  taps: {{array: raw, axes: exposure row column tap}}\n"
+      "timestamp: {{array: stamp, unit: ns}}\nintegration_time: {{array: exposed, unit: ns}}\n"
+      "time_since_power_on: {{array: running, unit: ms}}\n",
+      file_header, frame_header, side, side);
+}
+
 /// Writes one campaign after the other, each with noise of its own.
 class Recorder {
  public:
   Recorder(const Physics& physics, NoiseKind noise, const std::vector<Defect>& defects, std::uint64_t seed,
-           fs::path folder, std::string camera)
+           fs::path folder, std::string camera, bool foreign)
       : physics_(physics),
         noise_(noise),
         defects_(defects),
         seed_(seed),
         folder_(std::move(folder)),
-        camera_(std::move(camera)) {}
+        camera_(std::move(camera)),
+        foreign_(foreign) {}
 
   /// @param placed whether boards stand a little beside where the campaign says
   void operator()(const std::string& name, const std::vector<Shot>& shots, bool placed,
@@ -212,7 +230,7 @@ class Recorder {
       condition.capture = folder_ / name / "captures" / (condition.id + ".h5");
       Shot shot = shots[i];
       if (placed) shot.view.distance += placing * std::normal_distribution<double>()(random);
-      write_capture(condition.capture, shot, random);
+      write_recording(condition.capture, shot, random);
       campaign.conditions.push_back(condition);
     }
     io::write_campaign(campaign, folder_ / name / "campaign.yaml");
@@ -232,38 +250,67 @@ class Recorder {
     return condition;
   }
 
-  void write_capture(const fs::path& file, const Shot& shot, std::mt19937_64& random) {
+  void write_recording(const fs::path& file, const Shot& shot, std::mt19937_64& random) {
     const Taps taps = taps_of(physics_, shot);
     Readout readout(physics_, noise_);
     const Camera& camera = physics_.camera;
     const std::size_t n = camera.pixels();
-    const auto side = static_cast<std::uint64_t>(camera.width);
-    io::CaptureHeader header;
-    header.camera = "lab";
-    header.serial = "L7-042";
-    header.width = header.height = static_cast<std::uint32_t>(side);
-    io::CaptureWriter writer(file, header, {{"taps", TOFGRAPH_TYPE_U16, {4, 2, side, side}, "counts", "", "", ""}});
-    std::vector<std::uint16_t> samples(8 * n);
-    for (std::size_t f = 0; f < shot.frames; ++f) {
+    std::vector<std::vector<std::uint16_t>> frames(shot.frames, std::vector<std::uint16_t>(8 * n));
+    for (std::vector<std::uint16_t>& samples : frames) {
       for (std::size_t k = 0; k < 8; ++k)
         for (std::size_t i = 0; i < n; ++i) {
           const double expected = (k % 2 == 0 ? taps.a : taps.b)[k / 2][i];
           samples[k * n + i] = counts(damaged(defects_[i], readout(expected, random), random));
         }
-      tofgraph_view view = empty_view();
-      view.data = samples.data();
-      view.type = TOFGRAPH_TYPE_U16;
-      view.rank = 4;
+    }
+    if (foreign_)
+      write_dump(fs::path(file).replace_extension(".raw"), shot.view, frames);
+    else
+      write_capture(file, shot.view, frames);
+  }
+
+  void write_capture(const fs::path& file, const View& view, std::vector<std::vector<std::uint16_t>>& frames) const {
+    const auto side = static_cast<std::uint64_t>(physics_.camera.width);
+    io::CaptureHeader header;
+    header.camera = "lab";
+    header.serial = "L7-042";
+    header.width = header.height = static_cast<std::uint32_t>(side);
+    io::CaptureWriter writer(file, header, {{"taps", TOFGRAPH_TYPE_U16, {4, 2, side, side}, "counts", "", "", ""}});
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      tofgraph_view image = empty_view();
+      image.data = frames[f].data();
+      image.type = TOFGRAPH_TYPE_U16;
+      image.rank = 4;
       const std::array<std::uint64_t, 4> extent{4, 2, side, side};
       std::int64_t stride = 2;
       for (std::size_t d = 4; d-- > 0; stride *= static_cast<std::int64_t>(extent[d])) {
-        view.extent[d] = extent[d];
-        view.stride[d] = stride;
+        image.extent[d] = extent[d];
+        image.stride[d] = stride;
       }
-      const tofgraph_view views[] = {view};
-      writer.append(metadata(shot.view, f), views);
+      const tofgraph_view views[] = {image};
+      writer.append(metadata(view, f), views);
     }
     writer.finish();
+  }
+
+  /// A raw dump as `write_layout` describes it.
+  void write_dump(const fs::path& file, const View& view, const std::vector<std::vector<std::uint16_t>>& frames) const {
+    std::ofstream out(file, std::ios::binary);
+    const auto put = [&out](auto value) {  // the most significant byte first
+      for (std::size_t byte = sizeof value; byte-- > 0;) out.put(static_cast<char>(value >> (8 * byte)));
+    };
+    const std::size_t n = physics_.camera.pixels();
+    out << std::string(file_header, 'L');
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const tofgraph_metadata known = metadata(view, f);
+      out << std::string(frame_header, 'F');
+      put(static_cast<std::uint64_t>(known.timestamp_ns));
+      put(static_cast<std::uint64_t>(std::llround(known.integration_time * 1e9)));
+      put(static_cast<std::uint64_t>(std::llround(known.time_since_power_on * 1e3)));
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t i = 0; i < n; ++i)
+          for (std::size_t tap = 0; tap < 2; ++tap) put(frames[f][(2 * k + tap) * n + i]);
+    }
   }
 
   tofgraph_metadata metadata(const View& view, std::size_t frame) const {
@@ -285,6 +332,7 @@ class Recorder {
   std::uint64_t seed_, recorded_ = 0;
   fs::path folder_;
   std::string camera_;
+  bool foreign_;
 };
 
 }  // namespace
@@ -327,14 +375,15 @@ LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise) : noise_(noi
   defects_ = draw_defects(camera, seed);
 }
 
-void LabCamera::record_all(const fs::path& folder, const std::string& camera) const {
+void LabCamera::record_all(const fs::path& folder, const std::string& camera, bool foreign) const {
   fs::create_directories(folder);
   write_profile(folder / "lab.yaml");
+  if (foreign) write_layout(folder / "layout.yaml", physics_.camera.width);
   io::Pattern pattern;
   pattern.columns = 6;
   pattern.rows = 5;
   pattern.square = square;
-  Recorder record(physics_, noise_, defects_, seed_, folder, camera);
+  Recorder record(physics_, noise_, defects_, seed_, folder, camera, foreign);
   record("lens", lens_views(physics_), false, pattern);
   record("noise", noise_boards(), true);
   record("response", response_boards(), true);

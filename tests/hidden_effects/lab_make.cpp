@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
       "Makes the recordings of a camera with everything wrong at once: to calibrate it, and to judge the result."};
   int side = 64;
   std::uint64_t seed = 1;
+  bool foreign = false;
   std::string folder, camera = "lab7", noise = "gaussian";
   app.add_option("--side", side, "px, of the square sensor")->capture_default_str()->check(CLI::Range(32, 512));
   app.add_option("--seed", seed, "of everything that is drawn")->capture_default_str();
@@ -19,11 +20,13 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::IsMember({"heavy", "gaussian"}));
   app.add_option("--camera", camera, "as the campaigns name it")->capture_default_str();
+  app.add_flag("--foreign", foreign, "Raw dumps and their layout in place of captures");
   app.add_option("-o,--out", folder, "the folder to make")->required();
   CLI11_PARSE(app, argc, argv);
   try {
     if (std::filesystem::exists(folder)) throw std::runtime_error(folder + " exists already; choose another folder");
-    LabCamera(side, seed, noise == "heavy" ? NoiseKind::heavy : NoiseKind::gaussian).record_all(folder, camera);
+    LabCamera(side, seed, noise == "heavy" ? NoiseKind::heavy : NoiseKind::gaussian)
+        .record_all(folder, camera, foreign);
   } catch (const std::exception& failure) {
     fmt::print(stderr, "hidden_effects_lab: {}\n", failure.what());
     return 1;

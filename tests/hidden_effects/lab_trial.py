@@ -28,16 +28,21 @@ REQUIRED = {"mean_bias": (0.8, "mm"), "worst_bias": (2, "mm"), "flatness": (1.5,
 
 
 class Trial:
-    def __init__(self, build, folder, seed, side, noise):
+    def __init__(self, build, folder, seed, side, noise, foreign):
         self.folder, self.seconds = folder, {}
         self.program = str((Path(build) / "bin/tofgraph").resolve())
         self.environment = {**os.environ, "XDG_DATA_HOME": str(folder.resolve() / "data"),
                             "XDG_CACHE_HOME": str(folder.resolve() / "cache")}
         subprocess.run([str(Path(build) / "tests/hidden_effects_lab"), "--seed", str(seed), "--side", str(side),
-                        "--noise", noise, "-o", str(folder)], check=True)
+                        "--noise", noise, "-o", str(folder), *(["--foreign"] if foreign else [])], check=True)
         self.log = open(folder / "log.txt", "w")
         for name, more in (("raw", ""), ("denoised", DENOISED), ("cloud", CLOUD)):
             (folder / f"{name}.yaml").write_text(PIPELINE.format(more=more))
+        for dump in sorted(folder.glob("*/captures/*.raw")):
+            name = str(dump.relative_to(folder).with_suffix(""))
+            self.tofgraph("convert", f"{name}.raw", "-o", f"{name}.h5", "--camera", "./lab.yaml", "--layout",
+                          "layout.yaml")
+            dump.unlink()
 
     def tofgraph(self, *arguments):
         """One command as a lab gives it; its time is kept."""
@@ -135,13 +140,15 @@ def main():
     parser.add_argument("--seeds", default="1,2,3,4,5", help="one camera each")
     parser.add_argument("--side", type=int, default=64, help="px of the square sensor")
     parser.add_argument("--noise", default="gaussian", help="or heavy: outliers as of Student's t with 3 degrees of freedom")
+    parser.add_argument("--foreign", action="store_true",
+                        help="begin with raw dumps of another program, which `tofgraph convert` reads by a layout")
     parser.add_argument("--last", action="store_true", help="judge once, with all calibrations")
     parser.add_argument("-o", "--out", required=True, help="the folder to make")
     arguments = parser.parse_args()
     met, results = True, {}
     for seed in arguments.seeds.split(","):
         trial = Trial(arguments.build, Path(arguments.out) / f"seed{seed}", int(seed), arguments.side,
-                      arguments.noise)
+                      arguments.noise, arguments.foreign)
         rows, figures = trial.run(not arguments.last)
         results[seed] = {"steps": rows, "figures": figures, "seconds": trial.seconds}
         print(f"camera {seed}, mm\n{table(rows)}")

@@ -3,8 +3,8 @@
 // Slow: *
 // Rooms: calibration simulation plugins cli
 // A camera with everything wrong at once, of physics that are not the simulator's, calibrated from one end to the other
-// with the camera's folder and judged by surfaces that no calibration saw: one camera of
-// tests/hidden_effects/lab_trial.py.
+// with the camera's folder, from raw dumps of another program on, and judged by surfaces that no calibration saw: one
+// camera of tests/hidden_effects/lab_trial.py.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>
@@ -14,11 +14,11 @@
 namespace tofgraph::tests {
 namespace {
 
-TEST(LabTrial, ADirtyCameraIsCalibratedFromOneEndToTheOther) {
+TEST(LabTrial, ADirtyCameraIsCalibratedFromRawDumpsToClouds) {
   const TemporaryFolder folder;
   const Outcome outcome = shell("python3 '" TOFGRAPH_SOURCE_DIR
                                 "/tests/hidden_effects/lab_trial.py' --build \"${TOFGRAPH%/bin/*}\" --last "
-                                "--seeds 1 -o trial",
+                                "--foreign --seeds 1 -o trial",
                                 folder.path());
   ASSERT_NE(outcome.exit_code, 2) << outcome.err;
   const nlohmann::json result = nlohmann::json::parse(read_text(folder.path() / "trial/trial.json"))["1"]["figures"];
