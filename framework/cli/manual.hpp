@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Files that follow from the declarations: man pages, shell completion, reference pages, schemas.
+/// @file Files that follow from the declarations: man pages, shell completion, reference pages, schemas, type stubs.
 #pragma once
 
 #include "cli/commands.hpp"
@@ -28,5 +28,7 @@ void write_manual(const CLI::App& app, const std::filesystem::path& folder);
 /// Schema draft 7, which editors complete and check YAML by.
 void write_reference(const CLI::App& app, const std::filesystem::path& folder);
 void write_schemas(const std::filesystem::path& folder);
+/// Writes _stages.pyi, by which editors and type checkers of Python know the stages and their parameters.
+void write_stubs(const std::filesystem::path& folder);
 
 }  // namespace tofgraph::cli

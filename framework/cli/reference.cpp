@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reference pages and schemas, made_note from the declarations of commands and plugins.
+// Reference pages, schemas and type stubs, made from the declarations of commands and plugins.
 #include "cli/manual.hpp"
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
@@ -179,7 +179,59 @@ json list_schema(const std::vector<json>& plugins, const std::string& key, const
       {"allOf", rules}};
 }
 
+/// What Python takes for a parameter.
+std::string python_type(const json& p) {
+  const std::string type = text_at(p, "type");
+  if (type == "bool") return "bool";
+  if (type == "integer") return "int";
+  if (type == "number") return text_at(p, "unit").empty() ? "float | str" : "str";
+  if (type == "numbers") return "Sequence[float | str]";
+  if (type == "input file" || type == "output file") return "str | PathLike[str]";
+  if (type != "choice") return "Any";
+  std::string words;
+  const json schema = value_schema(p);
+  for (const json& word : schema["enum"]) words += (words.empty() ? "" : ", ") + word.dump();
+  return fmt::format("Literal[{}]", words);
+}
+
+/// A stage as a function of its parameters. Words of the language among them are left to `**more`.
+std::string python_stub(const json& stage) {
+  static constexpr std::string_view keywords[] = {"as", "from", "in", "is", "not", "with", "lambda", "class", "global"};
+  std::string arguments, about;
+  for (const json& p : stage["parameters"]) {
+    const std::string name = text_at(p, "name");
+    about += fmt::format("        @param {} {}\n", name, text_at(value_schema(p), "description"));
+    if (std::ranges::find(keywords, name) == std::end(keywords))
+      arguments += fmt::format(", {}: {}{}", name, python_type(p), p["required"].get<bool>() ? "" : " = ...");
+  }
+  return fmt::format("    def {}(self, *, name: str = ...{}, **more: Any) -> Node:\n        \"\"\"{}.\n{}        \"\"\"\n",
+                     text_at(stage, "name"), arguments, text_at(stage, "summary"), about.empty() ? "" : "\n" + about);
+}
+
+/// The stages, by kind and name.
+std::vector<json> all_stages() {
+  std::vector<json> stages;
+  for (const char* kind : {"source", "filter", "sink"}) std::ranges::move(plugins_of(kind), std::back_inserter(stages));
+  return stages;
+}
+
 }  // namespace
+
+void write_stubs(const fs::path& folder) {
+  fs::create_directories(folder);
+  std::string text =
+      "# SPDX-FileCopyrightText: 2026 The tofgraph authors\n# SPDX-License-Identifier: BSD-3-Clause\n"
+      "# Made from the declarations by `tofgraph manual`; do not edit.\n"
+      "\"\"\"Stages of the program's own plugins, as nodes of a pipeline. `more`: name, inputs, queue, "
+      "overwrite.\"\"\"\n\n"
+      "from os import PathLike\nfrom typing import Any, Callable, Literal, Sequence\n\nfrom ._pipeline import Node\n\n"
+      "class Stages:\n";
+  for (const json& stage : all_stages()) text += python_stub(stage);
+  io::write_file(folder / "_stages.pyi", text +
+                                             "    def __getattr__(self, name: str) -> Callable[..., Node]:\n"
+                                             "        \"\"\"Returns a stage of another plugin.\"\"\"\n\n"
+                                             "stage: Stages\n");
+}
 
 void write_reference(const CLI::App& app, const fs::path& folder) {
   fs::create_directories(folder);
@@ -197,8 +249,7 @@ void write_schemas(const fs::path& folder) {
     schema["title"] = title;
     io::write_file(folder / file, config::json_text(schema, 1) + "\n");
   };
-  std::vector<json> stages;
-  for (const char* kind : {"source", "filter", "sink"}) std::ranges::move(plugins_of(kind), std::back_inserter(stages));
+  const std::vector<json> stages = all_stages();
   const json of_nodes = {
       {"name", {{"type", "string"}, {"description", "default: the stage's name"}}},
       {"inputs", {{"description", "nodes whose frames arrive; default: the node above"}}},
@@ -229,7 +280,8 @@ void add_manual(CLI::App& app, Common& common) {
   auto folder = std::make_shared<std::filesystem::path>();
   CLI::App* command = app.add_subcommand("manual", "Write files that follow from the declarations");
   command->group("");  // for packages and the documentation
-  command->add_option("WHAT", *what, "pages (man pages and completions), reference or schemas")->required();
+  command->add_option("WHAT", *what, "pages (man pages and completions), reference, schemas or stubs (of Python)")
+      ->required();
   command->add_option("-o,--out", *folder, "The folder; files are replaced")->option_text("FOLDER")->required();
   command->callback([=, &app, &common] {
     common.command = [=, &app] {
@@ -239,8 +291,10 @@ void add_manual(CLI::App& app, Common& common) {
         write_reference(app, *folder);
       else if (*what == "schemas")
         write_schemas(*folder);
+      else if (*what == "stubs")
+        write_stubs(*folder);
       else
-        throw config::ConfigurationError("error: expected pages, reference or schemas");
+        throw config::ConfigurationError("error: expected pages, reference, schemas or stubs");
       return done;
     };
   });

@@ -11,18 +11,24 @@ namespace {
 using testing::HasSubstr;
 
 /// What is there is what the program would write now.
-void expect_fresh(const std::string& what, const std::string& folder) {
+void expect_fresh(const std::string& what, const std::string& place, const std::string& file = "") {
   const TemporaryFolder made;
   const Outcome outcome = shell("\"$TOFGRAPH\" manual " + what + " -o made", made.path());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Outcome difference =
-      shell("diff -r made '" TOFGRAPH_SOURCE_DIR "/docs/" + folder + "' | head -20", made.path());
-  EXPECT_EQ(difference.out + difference.err, "")
-      << "stale: build/bin/tofgraph manual " << what << " -o docs/" << folder;
+      shell("diff -r made" + file + " '" TOFGRAPH_SOURCE_DIR "/" + place + file + "' | head -20", made.path());
+  EXPECT_EQ(difference.out + difference.err, "") << "stale: build/bin/tofgraph manual " << what << " -o " << place;
 }
 
-TEST(Manual, ThePagesOfTheReferenceAreNotStale) { expect_fresh("reference", "reference"); }
-TEST(Manual, TheSchemasAreNotStale) { expect_fresh("schemas", "schema"); }
+TEST(Manual, ThePagesOfTheReferenceAreNotStale) { expect_fresh("reference", "docs/reference"); }
+TEST(Manual, TheSchemasAreNotStale) { expect_fresh("schemas", "docs/schema"); }
+TEST(Manual, TheTypeStubsOfPythonAreNotStaleAndParse) {
+  expect_fresh("stubs", "framework/python/tofgraph", "/_stages.pyi");
+  const Outcome parsed =
+      shell("python3 -c 'import ast; tree = ast.parse(open(\"_stages.pyi\").read()); print(len(tree.body))'",
+            TOFGRAPH_SOURCE_DIR "/framework/python/tofgraph");
+  EXPECT_EQ(parsed.exit_code, 0) << parsed.err;
+}
 
 TEST(Manual, ManPagesHaveNoWarnings) {
   const TemporaryFolder made;

@@ -12,7 +12,8 @@ Lengths are in metre, times in second, frequencies in hertz, temperatures in kel
 from ._core import Frame, version as __version__
 from ._errors import ConfigurationError, ParameterError, RunError
 from ._stage import Filter, In, InOut, Out, Param, Sink, Source
-from ._pipeline import Chain, Node, Pipeline, stage
+from ._pipeline import Chain, Node, Pipeline
+from ._stages import stage
 from ._captures import Capture, read_capture, simulate, write_capture
 from ._program import Report, calibrate, describe, diagnose, run_program, stages
 

@@ -4,7 +4,8 @@
 
 import numpy as np
 
-from ._pipeline import Node, Pipeline, stage
+from ._pipeline import Node, Pipeline
+from ._stages import stage
 from ._stage import Source
 
 METADATA = ("timestamp_ns", "device_number", "integration_time", "modulation_frequency", "temperature",

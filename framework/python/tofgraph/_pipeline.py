@@ -41,21 +41,6 @@ class Chain(list):
         return Chain([*self, *(other if isinstance(other, (list, tuple)) else [other])])
 
 
-class _Stages:
-    """tofgraph.stage.NAME(parameter=value, ..): a node of a pipeline."""
-
-    def __getattr__(self, name):
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return lambda **parameters: Node(stage=name, **parameters)
-
-    def __dir__(self):
-        return _core.stages([])
-
-
-stage = _Stages()
-
-
 def _plain(value):
     """A value as JSON has it: NumPy's numbers and arrays, paths, tuples."""
     if hasattr(value, "tolist"):

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stages by name, as nodes of a pipeline; `_stages.pyi` tells editors their parameters."""
+
+from . import _core
+from ._pipeline import Node
+
+
+class Stages:
+    """tofgraph.stage.NAME(parameter=value, ..): a node of a pipeline."""
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda **parameters: Node(stage=name, **parameters)
+
+    def __dir__(self):
+        return _core.stages([])
+
+
+stage = Stages()
