@@ -45,12 +45,17 @@ void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
 void add_evaluate(CLI::App& app, Common& common);
+void add_reduce(CLI::App& app, Common& common);
+void add_merge(CLI::App& app, Common& common);
 void add_convert(CLI::App& app, Common& common);
 void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
 void add_plugin(CLI::App& app, Common& common);
 void add_manual(CLI::App& app, Common& common);
+
+/// Adds `--shard I/N`.
+void add_shard(CLI::App& command, std::string& shard);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {

@@ -40,8 +40,10 @@ void add_diagnose(CLI::App& app, Common& common) {
   command->add_option("--model", arguments->model, "The model file: what the simulation knows")
       ->option_text("FILE")
       ->required();
-  command->add_option("--data", arguments->data, "The campaign file: measured captures with the truth of their scenes")
-      ->option_text("FILE")
+  command
+      ->add_option("--data", arguments->data,
+                   "The campaign file: measured captures with the truth of their scenes; or a folder of `reduce`")
+      ->option_text("DATA")
       ->required();
   command->add_option("-o,--out", arguments->out, "A folder for report.html, report.json and the extended model.yaml")
       ->option_text("FOLDER")

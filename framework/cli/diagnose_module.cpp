@@ -7,6 +7,7 @@
 #include "config/quantity.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "diagnosis/report/gap_report.hpp"
+#include "diagnosis/statistics_folder.hpp"
 #include "io/output_files.hpp"
 
 #include <fmt/chrono.h>
@@ -114,7 +115,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   Progress bar(arguments.quiet);
   diagnosis::DiagnosisOptions options;
   options.model = arguments.model;
-  options.data = arguments.data;
+  options.data = diagnosis::campaign_in(arguments.data);
   options.without = arguments.without;
   options.skip = arguments.skip;
   options.skip_missing = arguments.skip_missing;
