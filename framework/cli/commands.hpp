@@ -47,6 +47,7 @@ void add_diagnose(CLI::App& app, Common& common);
 void add_evaluate(CLI::App& app, Common& common);
 void add_reduce(CLI::App& app, Common& common);
 void add_merge(CLI::App& app, Common& common);
+void add_batch(CLI::App& app, Common& common);
 void add_convert(CLI::App& app, Common& common);
 void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
@@ -73,6 +74,10 @@ struct PipelineArguments {
 /// @param arguments what the module expects, see its header in cli/
 /// @returns the exit code
 int run_module(const std::string& name, const void* arguments);
+
+/// For the program under the name tofgraph-mpi: makes this process a rank of an MPI job.
+/// @returns true if that is its name @throws std::runtime_error when the library that knows MPI is not installed
+bool join_ranks(const char* program_name);
 
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
 void warn_shadowed(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");

@@ -67,6 +67,7 @@ void add_diagnose(CLI::App& app, Common& common) {
                    "Inject this number of known truths into this design and report how often the search is right")
       ->option_text("N")
       ->check(whole_number(0));
+  add_shard(*command, arguments->shard);
   CLI::Option* const stability =
       command
           ->add_option(

@@ -10,7 +10,6 @@
 #include <tbb/global_control.h>
 
 #include <filesystem>
-#include <thread>
 
 namespace tofgraph::cli {
 namespace {
@@ -28,7 +27,7 @@ int merge(const ReduceArguments& arguments) {
 
 int reduce(const ReduceArguments& arguments) {
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                    arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
+                                    arguments.threads != 0 ? arguments.threads : config::default_threads());
   diagnosis::ReduceOptions options{arguments.campaign, arguments.out, config::parse_shard(arguments.shard), {}};
   Progress bar(arguments.quiet);
   options.progress = [&](std::size_t done, std::size_t all) {
@@ -36,6 +35,7 @@ int reduce(const ReduceArguments& arguments) {
   };
   const diagnosis::ReduceResult result = diagnosis::reduce_campaign(options);
   bar.finish();
+  if (config::ranks().rank() != 0) return result.failed.empty() ? 0 : 1;  // the first one prints
   for (const std::string& file : result.damaged) print_message("warning: " + file + "; made again");
   constexpr std::size_t shown = 10;
   for (std::size_t i = 0; i < std::min(shown, result.failed.size()); ++i) print_message("error: " + result.failed[i]);

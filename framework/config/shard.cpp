@@ -6,8 +6,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
+#include <thread>
+#include <utility>
 
 namespace tofgraph::config {
 namespace {
@@ -45,6 +48,7 @@ Shard parse_shard(const std::string& text) {
 }
 
 const Ranks& ranks() { return *the_ranks(); }
+unsigned default_threads() { return ranks().size() > 1 ? 1 : std::max(1U, std::thread::hardware_concurrency()); }
 void set_ranks(std::unique_ptr<Ranks> ranks) { the_ranks() = std::move(ranks); }
 
 }  // namespace tofgraph::config

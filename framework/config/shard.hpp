@@ -38,7 +38,9 @@ class Ranks {
 
 /// The ranks of this run: one, unless set_ranks() was called.
 const Ranks& ranks();
-/// Called once, before any command.
+/// Threads of a run that states none: one per core; of several ranks one each.
+unsigned default_threads();
+/// Called before any command, and after the last one with the default.
 void set_ranks(std::unique_ptr<Ranks> ranks);
 
 }  // namespace tofgraph::config

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/statistics_folder.hpp"
 
+#include "config/json_text.hpp"
 #include "diagnosis/data/condition_frames.hpp"
 #include "diagnosis/shard_records.hpp"
 #include "io/campaign.hpp"
@@ -12,6 +13,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -98,7 +100,7 @@ class ShardReduction {
       }
       if (options_.progress) options_.progress(++done, own.size());
     });
-    std::ranges::sort(result_.failed);
+    gather_counts();
     std::erase_if(reduced, [](const ReducedCondition& c) { return c.key.empty(); });
     for (const std::string& text : ranks.gather(text_of(reduced)))
       for (ReducedCondition& c : reduced_of(text)) record_.reduced.push_back(std::move(c));
@@ -115,6 +117,22 @@ class ShardReduction {
   }
 
  private:
+  /// Adds up what the ranks have done; each then has the sums.
+  void gather_counts() {
+    const nlohmann::json mine = {
+        {"made", result_.made}, {"there", result_.there}, {"damaged", result_.damaged}, {"failed", result_.failed}};
+    result_ = {};
+    for (const std::string& text : config::ranks().gather(config::json_text(mine))) {
+      const nlohmann::json j = nlohmann::json::parse(text);
+      result_.made += j["made"].get<std::size_t>();
+      result_.there += j["there"].get<std::size_t>();
+      for (const auto& file : j["damaged"]) result_.damaged.push_back(file);
+      for (const auto& message : j["failed"]) result_.failed.push_back(message);
+    }
+    std::ranges::sort(result_.damaged);
+    std::ranges::sort(result_.failed);
+  }
+
   ReducedCondition reduce_one(std::size_t index) {
     const io::Condition& condition = campaign_.conditions[index];
     const fs::path capture = fs::absolute(condition.capture).lexically_normal();
