@@ -38,8 +38,8 @@ constexpr double time_margin = 4, memory_margin = 2;
 constexpr double shard_seconds = 600;                 // wanted of one task of reduce
 constexpr double least_seconds = 600;                 // requested of any task
 constexpr double least_memory = 512.0 * (1U << 20U);  // bytes, likewise
-constexpr double search_seconds = 10,
-                 search_bytes = 4.0 * (1U << 20U);  // of diagnose, a condition: docs/large_campaigns.md
+// Of diagnose, one condition: docs/large_campaigns.md.
+constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
 
 /// A child's exit code, with what it took. @param log receives its output
 std::pair<int, rusage> run_child(const std::vector<std::string>& words, const fs::path& log) {

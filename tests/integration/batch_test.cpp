@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/sha256.hpp"
+#include "tests/guide.hpp"
 #include "tests/unit/full_disk.hpp"
 
 #include <unistd.h>
@@ -246,6 +247,20 @@ TEST_F(Batch, RanksGiveTheSameReport) {
     run("timeout -s KILL 0.8 " + program.string() + " reduce c/campaign.yaml -o ranks_killed");
   done(mpirun + "2 " + program.string() + " reduce c/campaign.yaml -o ranks_killed --quiet");
   EXPECT_EQ(read_text(home() / "ranks_killed/campaign.yaml"), read_text(home() / "ranks2_s/campaign.yaml"));
+}
+
+TEST_F(Batch, EveryCommandOfThePage) {
+  write_text(home() / "guide/scene.yaml", read_text(home() / "scene.yaml"));
+  write_text(home() / "guide/ideal.yaml", read_text(home() / "ideal.yaml"));
+  const std::vector<std::string> blocks = commands_of(TOFGRAPH_SOURCE_DIR "/docs/large_campaigns.md");
+  ASSERT_EQ(blocks.size(), 3U);
+  for (const std::string& block : blocks) {
+    const Outcome outcome = shell("set -e; export PATH=\"$(dirname \"$TOFGRAPH\"):$PATH\"; " + block, home() / "guide");
+    EXPECT_EQ(outcome.exit_code, 0) << block << outcome.err;
+  }
+  for (const std::string folder : {"guide/gap", "guide/job/result"})
+    EXPECT_TRUE(fs::exists(home() / folder / "report.html")) << folder;
+  EXPECT_EQ(result_of("guide/injected"), result_of("whole"));
 }
 
 TEST_F(Batch, SaysWhatIsWrong) {
