@@ -35,9 +35,9 @@ namespace fs = std::filesystem;
 
 // Requests are limits beyond which the engine ends a task, so they are several times what is expected.
 constexpr double time_margin = 4, memory_margin = 2;
-constexpr double shard_seconds = 600;                 // wanted of one task of reduce
-constexpr double least_seconds = 600;                 // requested of any task
-constexpr double least_memory = 512.0 * (1U << 20U);  // bytes, likewise
+constexpr double shard_seconds = 600;                    // wanted of one task of reduce
+constexpr double min_task_seconds = 600;                 // requested of any task
+constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, likewise
 // Of diagnose, one condition: docs/large_campaigns.md.
 constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
 
@@ -72,11 +72,11 @@ std::string text_of(const fs::path& file) {
 
 /// "01:30:00"
 std::string slurm_time(double seconds) {
-  const auto minutes = static_cast<std::size_t>(std::ceil(std::max(seconds, least_seconds) / 60));
+  const auto minutes = static_cast<std::size_t>(std::ceil(std::max(seconds, min_task_seconds) / 60));
   return fmt::format("{:02}:{:02}:00", minutes / 60, minutes % 60);
 }
 std::string slurm_memory(double bytes) {
-  return fmt::format("{:.0f}M", std::ceil(std::max(bytes, least_memory) / (1U << 20U)));
+  return fmt::format("{:.0f}M", std::ceil(std::max(bytes, min_task_memory) / (1U << 20U)));
 }
 
 struct Plan {

@@ -13,6 +13,7 @@ namespace {
 
 /// Adds options on resources and on replaced outputs.
 void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
+  add_shard(command, arguments.shard);
   command.add_option("--threads", arguments.threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));
@@ -67,7 +68,6 @@ void add_diagnose(CLI::App& app, Common& common) {
                    "Inject this number of known truths into this design and report how often the search is right")
       ->option_text("N")
       ->check(whole_number(0));
-  add_shard(*command, arguments->shard);
   CLI::Option* const stability =
       command
           ->add_option(
