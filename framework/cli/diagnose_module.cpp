@@ -95,16 +95,34 @@ void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   files.commit();
 }
 
+/// The shard of the cases, once it is known that its results can be written.
+config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& cases) {
+  const config::Shard shard = config::parse_shard(arguments.shard);
+  if (shard.is_whole()) {
+    check_outputs(arguments);
+    return shard;
+  }
+  if (arguments.confidence == 0)
+    throw config::ConfigurationError(
+        "--shard: error: it divides the cases of --confidence, which is not given\n"
+        "         example: --confidence 32 --shard 1/4");
+  if (const std::string problem = io::write_error(cases / "case"); !problem.empty())
+    throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+  return shard;
+}
+
+void print_cases(const DiagnoseArguments& arguments, const diagnosis::Diagnosis& result, const fs::path& cases) {
+  if (arguments.quiet) return;
+  print_message(fmt::format("{}: {} of {} cases are there\n         the same command without --shard counts them",
+                            cases.string(), result.confidence ? result.confidence->cases() : 0, arguments.confidence));
+}
+
 int diagnose(const DiagnoseArguments& arguments) {
   // A search makes and drops the same arrays over and over: giving them back to the system costs a fifth of the time.
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  const config::Shard shard = config::parse_shard(arguments.shard);
-  if (!shard.is_whole() && arguments.confidence == 0)
-    throw config::ConfigurationError(
-        "--shard: error: it divides the cases of --confidence, which is not given\n"
-        "         example: --confidence 32 --shard 1/4");
-  check_outputs(arguments);
+  const fs::path cases = fs::path(arguments.out) / "cases";
+  const config::Shard shard = checked_shard(arguments, cases);
   const graph::PluginRegistry registry(arguments.plugin_folders);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : config::default_threads());
@@ -120,7 +138,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.time_limit = time_limit_of(arguments);
   options.confidence = arguments.confidence;
   options.shard = shard;
-  options.cases = fs::path(arguments.out) / "cases";
+  options.cases = cases;
   options.resample = arguments.resample;
   options.search.seed = arguments.seed;
   options.warn = [&](const std::string& text) {
@@ -137,10 +155,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   bar.finish();
   if (config::ranks().rank() != 0) return 0;  // the first one writes
   if (!shard.is_whole()) {
-    if (!arguments.quiet)
-      print_message(fmt::format("{}: {} of {} cases are there\n         the same command without --shard counts them",
-                                options.cases.string(), result->confidence ? result->confidence->cases() : 0,
-                                arguments.confidence));
+    print_cases(arguments, *result, cases);
     return 0;
   }
   const auto end = std::chrono::system_clock::now();

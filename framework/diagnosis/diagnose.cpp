@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnose.hpp"
 
+#include "config/paths.hpp"
 #include "diagnosis/case_files.hpp"
 #include "diagnosis/data/plausibility.hpp"
 #include "diagnosis/data/search_settings.hpp"
@@ -11,6 +12,7 @@
 #include "diagnosis/search/pixel_maps.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/serial.hpp"
+#include "io/sha256.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -148,9 +150,15 @@ class Run {
   }
 
   void inject(const SearchOptions& options) {
-    const CaseFiles files(options_.cases, d_->inputs,
-                          fmt::format("seed {} effects {} without {} skip {}", options.seed, options.max_effects,
-                                      fmt::join(options_.without, ","), fmt::join(options_.skip, ",")));
+    std::string basis =
+        fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects, fmt::join(options_.skip, ","));
+    for (const graph::PluginFile& file : catalogue_.files()) {
+      const bool excluded = std::ranges::find(options_.without, file.name) != options_.without.end();
+      if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";
+    }
+    if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))
+      basis += io::sha256_of_file(program);  // a search of another version may find something else
+    const CaseFiles files(options_.cases, d_->inputs, basis);
     CaseDivision division{options_.shard, {}, {}};
     if (!options_.cases.empty()) division.load = [&](std::size_t k) { return files.load(k); };
     if (!options_.shard.is_whole())
