@@ -45,12 +45,18 @@ void add_calibrate(CLI::App& app, Common& common);
 void add_report(CLI::App& app, Common& common);
 void add_diagnose(CLI::App& app, Common& common);
 void add_evaluate(CLI::App& app, Common& common);
+void add_reduce(CLI::App& app, Common& common);
+void add_merge(CLI::App& app, Common& common);
+void add_batch(CLI::App& app, Common& common);
 void add_convert(CLI::App& app, Common& common);
 void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
 void add_plugin(CLI::App& app, Common& common);
 void add_manual(CLI::App& app, Common& common);
+
+/// Adds `--shard I/N`.
+void add_shard(CLI::App& command, std::string& shard);
 
 /// Options of all commands that take a pipeline.
 struct PipelineArguments {
@@ -68,6 +74,10 @@ struct PipelineArguments {
 /// @param arguments what the module expects, see its header in cli/
 /// @returns the exit code
 int run_module(const std::string& name, const void* arguments);
+
+/// For the program under the name tofgraph-mpi: makes this process a rank of an MPI job.
+/// @returns true if that is its name @throws std::runtime_error when the library that knows MPI is not installed
+bool join_ranks(const char* program_name);
 
 /// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
 void warn_shadowed(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");

@@ -13,6 +13,7 @@ namespace {
 
 /// Adds options on resources and on replaced outputs.
 void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
+  add_shard(command, arguments.shard);
   command.add_option("--threads", arguments.threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));
@@ -40,8 +41,10 @@ void add_diagnose(CLI::App& app, Common& common) {
   command->add_option("--model", arguments->model, "The model file: what the simulation knows")
       ->option_text("FILE")
       ->required();
-  command->add_option("--data", arguments->data, "The campaign file: measured captures with the truth of their scenes")
-      ->option_text("FILE")
+  command
+      ->add_option("--data", arguments->data,
+                   "The campaign file: measured captures with the truth of their scenes; or a folder of `reduce`")
+      ->option_text("DATA")
       ->required();
   command->add_option("-o,--out", arguments->out, "A folder for report.html, report.json and the extended model.yaml")
       ->option_text("FOLDER")

@@ -13,6 +13,7 @@ namespace tofgraph::cli {
 struct DiagnoseArguments {
   std::string model, data, out;
   std::string time_limit;  ///< "": none
+  std::string shard;       ///< of the cases of --confidence; "": all
   std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
   std::size_t confidence = 0;  ///< injected cases

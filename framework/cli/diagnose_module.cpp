@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
+#include "cli/shell_words.hpp"
 #include "config/diagnostics.hpp"
 #include "config/json_text.hpp"
 #include "config/quantity.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "diagnosis/report/gap_report.hpp"
+#include "diagnosis/statistics_folder.hpp"
 #include "io/output_files.hpp"
 
 #include <fmt/chrono.h>
@@ -16,7 +18,6 @@
 
 #include <array>
 #include <chrono>
-#include <thread>
 
 namespace tofgraph::cli {
 namespace {
@@ -46,15 +47,6 @@ std::string written(const fs::path& out) {
     if (fs::exists(out / name)) text += (text.empty() ? "" : ", ") + (out / name).string();
   }
   return text;
-}
-
-/// A word as a shell reads it back.
-std::string in_shell(const std::string& word) {
-  constexpr std::string_view plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=@%+";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 /// The command line that gives the same result.
@@ -103,18 +95,41 @@ void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   files.commit();
 }
 
+/// The shard of the cases, once it is known that its results can be written.
+config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& cases) {
+  const config::Shard shard = config::parse_shard(arguments.shard);
+  if (shard.is_whole()) {
+    check_outputs(arguments);
+    return shard;
+  }
+  if (arguments.confidence == 0)
+    throw config::ConfigurationError(
+        "--shard: error: it divides the cases of --confidence, which is not given\n"
+        "         example: --confidence 32 --shard 1/4");
+  if (const std::string problem = io::write_error(cases / "case"); !problem.empty())
+    throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+  return shard;
+}
+
+void print_cases(const DiagnoseArguments& arguments, const diagnosis::Diagnosis& result, const fs::path& cases) {
+  if (arguments.quiet) return;
+  print_message(fmt::format("{}: {} of {} cases are there\n         the same command without --shard counts them",
+                            cases.string(), result.confidence ? result.confidence->cases() : 0, arguments.confidence));
+}
+
 int diagnose(const DiagnoseArguments& arguments) {
   // A search makes and drops the same arrays over and over: giving them back to the system costs a fifth of the time.
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  check_outputs(arguments);
+  const fs::path cases = fs::path(arguments.out) / "cases";
+  const config::Shard shard = checked_shard(arguments, cases);
   const graph::PluginRegistry registry(arguments.plugin_folders);
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
-                                    arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
+                                    arguments.threads != 0 ? arguments.threads : config::default_threads());
   Progress bar(arguments.quiet);
   diagnosis::DiagnosisOptions options;
   options.model = arguments.model;
-  options.data = arguments.data;
+  options.data = diagnosis::campaign_in(arguments.data);
   options.without = arguments.without;
   options.skip = arguments.skip;
   options.skip_missing = arguments.skip_missing;
@@ -122,6 +137,8 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.search.max_effects = arguments.max_effects;
   options.time_limit = time_limit_of(arguments);
   options.confidence = arguments.confidence;
+  options.shard = shard;
+  options.cases = cases;
   options.resample = arguments.resample;
   options.search.seed = arguments.seed;
   options.warn = [&](const std::string& text) {
@@ -136,6 +153,11 @@ int diagnose(const DiagnoseArguments& arguments) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
   bar.finish();
+  if (config::ranks().rank() != 0) return 0;  // the first one writes
+  if (!shard.is_whole()) {
+    print_cases(arguments, *result, cases);
+    return 0;
+  }
   const auto end = std::chrono::system_clock::now();
   result->origin = {command_of(arguments), fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(begin)),
                     std::chrono::duration<double>(end - begin).count()};

@@ -3,6 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/slow_calls.hpp"
+#include "config/shard.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <memory>
 #include <optional>
 
 namespace tofgraph::cli {
@@ -74,9 +76,11 @@ std::unique_ptr<graph::Graph> build(const config::Value& document, const Pipelin
 
 }  // namespace tofgraph::cli
 
-int main(int argc, char** argv) {
+namespace {
+
+/// Parses the command line and runs the command. @returns the exit code
+int run_program(int argc, char** argv) {
   using namespace tofgraph;
-  graph::install_crash_handler();
   cli::Common common;
   CLI::App app("tofgraph turns what a time-of-flight camera measures into correct point clouds.", "tofgraph");
   app.formatter(cli::help_in_words());
@@ -98,7 +102,7 @@ int main(int argc, char** argv) {
        {cli::add_run,       cli::add_check,  cli::add_explain,  cli::add_list,     cli::add_describe, cli::add_simulate,
         cli::add_gallery,   cli::add_info,   cli::add_record,   cli::add_repair,   cli::add_pose,     cli::add_devices,
         cli::add_calibrate, cli::add_report, cli::add_diagnose, cli::add_evaluate, cli::add_convert,  cli::add_inspect,
-        cli::add_camera,    cli::add_plugin, cli::add_manual})
+        cli::add_camera,    cli::add_reduce, cli::add_merge,    cli::add_batch,    cli::add_plugin,   cli::add_manual})
     add(app, common);
   try {
     app.parse(argc, argv);
@@ -106,6 +110,7 @@ int main(int argc, char** argv) {
     common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
       if (!common.quiet) cli::print_message("warning: " + problem);
     });
+    common.quiet |= config::ranks().rank() != 0;  // the first one speaks for all
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help, version
@@ -119,4 +124,21 @@ int main(int argc, char** argv) {
     cli::print_message(fmt::format("tofgraph: error: {}", error.what()));
     return cli::failed;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace tofgraph;
+  graph::install_crash_handler();
+  try {
+    if (!cli::join_ranks(argv[0])) return run_program(argc, argv);
+  } catch (const std::exception& error) {
+    cli::print_message(fmt::format("tofgraph: error: {}", error.what()));
+    return cli::failed;
+  }
+  const int code = run_program(argc, argv);
+  if (code != cli::done) config::ranks().abort(code);  // others may wait for what this one will not send
+  config::set_ranks(std::make_unique<config::Ranks>());
+  return code;
 }

@@ -19,4 +19,16 @@ int run_module(const std::string& name, const void* arguments) {
   return reinterpret_cast<int (*)(const void*)>(symbol)(arguments);
 }
 
+bool join_ranks(const char* program_name) {
+  if (std::filesystem::path(program_name).filename() != "tofgraph-mpi") return false;
+  const auto file = config::library_folder() / "mpi.so";
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NODELETE);  // MPI loads libraries that need it
+  void* symbol = library != nullptr ? dlsym(library, "tofgraph_set_ranks") : nullptr;
+  if (symbol == nullptr)
+    throw std::runtime_error(
+        fmt::format("MPI cannot be used: {}\n         is the package tofgraph-mpi installed?", dlerror()));
+  reinterpret_cast<void (*)()>(symbol)();
+  return true;
+}
+
 }  // namespace tofgraph::cli

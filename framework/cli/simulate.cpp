@@ -29,6 +29,7 @@ void add_simulate(CLI::App& app, Common& common) {
   command->add_option("--frames", arguments->frames, "Frames of each condition, instead of the scene's")
       ->option_text("N")
       ->check(whole_number(1));
+  add_shard(*command, arguments->shard);
   command->add_option("--compression", arguments->compression, "Compression of the captures: 0 (none, default) to 9")
       ->option_text("N")
       ->check(whole_number(0, 9));

@@ -12,7 +12,7 @@
 namespace tofgraph::cli {
 
 struct SimulateArguments {
-  std::string scene, out, model, preview;
+  std::string scene, out, model, preview, shard;
   std::optional<std::uint64_t> seed;
   std::int64_t frames = 0;  ///< 0: the scene's
   int compression = 0;

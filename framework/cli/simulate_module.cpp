@@ -58,7 +58,7 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   std::error_code error;
   if (fs::exists(out, error) && !fs::is_directory(out, error))
     refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
-  if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force)
+  if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force && arguments.shard.empty())
     refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces the files of a campaign in it",
                                 out.string()));
 }
@@ -72,6 +72,11 @@ int simulate(const SimulateArguments& arguments) {
   if (!simulation) throw config::ConfigurationError(diagnostics);
   if (!arguments.quiet && !diagnostics.all().empty()) print_message(diagnostics.text());
   const bool campaign = !simulation->scene().sequence.empty();
+  const config::Shard shard = config::parse_shard(arguments.shard);
+  if (!shard.is_whole() && (!campaign || arguments.force))
+    throw config::ConfigurationError(
+        campaign ? "--shard: error: shards keep what is there and cannot be used with --force"
+                 : "--shard: error: the scene has no sequence, so that it has one condition, which cannot be divided");
   check_outputs(arguments, campaign);
   if (!arguments.preview.empty()) {
     io::write_file(arguments.preview, preview_of(*simulation));
@@ -83,8 +88,10 @@ int simulate(const SimulateArguments& arguments) {
                                     arguments.threads != 0 ? arguments.threads : std::thread::hardware_concurrency());
   Progress progress(arguments.quiet);
   std::atomic<std::uint64_t> done = 0;
-  const std::uint64_t all = simulation->conditions().size() * simulation->frames();
-  const simulation::RecordingOptions options{arguments.truth, arguments.force, arguments.compression, [&] {
+  std::uint64_t conditions = 0;
+  for (std::size_t i = 0; i < simulation->conditions().size(); ++i) conditions += shard.has(i) ? 1U : 0U;
+  const std::uint64_t all = conditions * simulation->frames();
+  const simulation::RecordingOptions options{arguments.truth, arguments.force, arguments.compression, shard, [&] {
                                                progress.show(
                                                    static_cast<double>(++done) / static_cast<double>(all),
                                                    fmt::format("{} of {}", done.load(), config::counted(all, "frame")));
@@ -95,8 +102,7 @@ int simulate(const SimulateArguments& arguments) {
     simulation::record(*simulation, 0, arguments.out, options);
   progress.finish();
   if (!arguments.quiet)
-    print_message(fmt::format("wrote {}: {}, {}", arguments.out,
-                              config::counted(simulation->conditions().size(), "condition"),
+    print_message(fmt::format("wrote {}: {}, {}", arguments.out, config::counted(conditions, "condition"),
                               config::counted(all, "frame")));
   return 0;
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnose.hpp"
 
+#include "config/paths.hpp"
+#include "diagnosis/case_files.hpp"
 #include "diagnosis/data/plausibility.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/report/notes.hpp"
@@ -10,8 +12,10 @@
 #include "diagnosis/search/pixel_maps.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/serial.hpp"
+#include "io/sha256.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -110,6 +114,10 @@ class Run {
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
     const SearchOptions search_options = searching();
     d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
+    if (!options_.shard.is_whole()) {
+      inject(of_other_data(search_options));
+      return std::move(d_);
+    }
     note(d_->given->notes());
     if (has_maps(d_->search.after.state)) {
       progress(found_by, "looking at every pixel");
@@ -125,19 +133,40 @@ class Run {
       d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
                                                            d_->search.dropped, d_->audit));
     judge();
-    SearchOptions further = search_options;  // of other data: the given model stays as it is by now
-    further.hold_given = nullptr;
-    further.fold_done = nullptr;
-    further.deadline = further.verification = further.comparison = {};
+    const SearchOptions further = of_other_data(search_options);
     if (const std::size_t halves = halves_to_search(); halves > 0 && !d_->search.time_expired)
       search_again(halves, further);
-    if (options_.confidence > 0 && !d_->search.time_expired)
-      d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
-                                  options_.confidence, further);
+    if (options_.confidence > 0 && !d_->search.time_expired) inject(further);
     return std::move(d_);
   }
 
  private:
+  /// A search of other data: the given model stays as it is by now.
+  static SearchOptions of_other_data(SearchOptions options) {
+    options.hold_given = nullptr;
+    options.fold_done = nullptr;
+    options.deadline = options.verification = options.comparison = {};
+    return options;
+  }
+
+  void inject(const SearchOptions& options) {
+    std::string basis =
+        fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects, fmt::join(options_.skip, ","));
+    for (const graph::PluginFile& file : catalogue_.files()) {
+      const bool excluded = std::ranges::find(options_.without, file.name) != options_.without.end();
+      if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";
+    }
+    if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))
+      basis += io::sha256_of_file(program);  // a search of another version may find something else
+    const CaseFiles files(options_.cases, d_->inputs, basis);
+    CaseDivision division{options_.shard, {}, {}};
+    if (!options_.cases.empty()) division.load = [&](std::size_t k) { return files.load(k); };
+    if (!options_.shard.is_whole())
+      division.save = [&](std::size_t k, const CaseOutcome& outcome) { files.save(k, outcome); };
+    d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
+                                options_.confidence, options, division);
+  }
+
   /// @throws config::ConfigurationError for a model of another device
   void check_serial() {
     const std::string problem = io::serial_problem(d_->model.serial, d_->measurements.serial, "the captures");

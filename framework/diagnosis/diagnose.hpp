@@ -23,6 +23,9 @@ struct DiagnosisOptions {
   std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
   std::size_t resample = 0;    ///< random halves on which effects are chosen again; 0: not at all
   double time_limit = 0;       ///< s; 0: none
+  config::Shard shard;         ///< of the cases; a part of them gives no report
+  std::filesystem::path
+      cases;  ///< folder of cases that were searched before, and into which a shard writes; may be empty
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
   std::function<void(const std::string& text)> warn;  ///< of what may be a mistake and does not stop the search

@@ -7,6 +7,7 @@
 #include "io/captures/capture.hpp"
 #include "io/light_sources.hpp"
 #include "io/output_file.hpp"
+#include "io/sha256.hpp"
 #include "simulation/scene_text.hpp"
 
 #include <fmt/format.h>
@@ -113,11 +114,21 @@ bool is_plain_board(const SceneCondition& condition) {
          physics::norm(object.velocity) == 0;
 }
 
-io::CaptureHeader header_of(const Simulation& simulation, const io::Condition& condition) {
+/// SHA-256 of a condition's scene, with the model and the seed: captures with the same one are of the same content.
+std::string condition_hash(const Simulation& simulation, std::size_t condition, bool truth) {
+  return io::sha256_of(
+      fmt::format("{}\n{}\nseed {} frames {} truth {}\n", scene_text(document_of(simulation.scene(), condition)),
+                  config::json_text(described(simulation.model())), simulation.seed(), simulation.frames(), truth));
+}
+
+io::CaptureHeader header_of(const Simulation& simulation, std::size_t index, bool truth) {
+  const io::Condition& condition = simulation.conditions()[index];
   const tofgraph_camera& camera = simulation.camera();
-  const nlohmann::json provenance = {
-      {"simulated",
-       {{"scene", simulation.scene().name}, {"model", described(simulation.model())}, {"seed", simulation.seed()}}}};
+  const nlohmann::json provenance = {{"simulated",
+                                      {{"scene", simulation.scene().name},
+                                       {"model", described(simulation.model())},
+                                       {"seed", simulation.seed()},
+                                       {"condition_sha256", condition_hash(simulation, index, truth)}}}};
   return {camera.name,
           camera.width,
           camera.height,
@@ -135,7 +146,7 @@ void record(const Simulation& simulation, std::size_t index, const std::filesyst
             const RecordingOptions& options) {
   const auto condition = simulation.prepare(index);
   Images images(simulation, *condition, options.truth);
-  io::CaptureWriter writer(capture, header_of(simulation, condition->condition), images.channels(),
+  io::CaptureWriter writer(capture, header_of(simulation, index, options.truth), images.channels(),
                            {options.compression, options.overwrite});
   for (std::uint64_t frame = 0; frame < simulation.frames(); ++frame) {
     writer.append(simulation.metadata(condition->condition, frame), images.fill(frame));
@@ -143,6 +154,34 @@ void record(const Simulation& simulation, std::size_t index, const std::filesyst
   }
   writer.finish();
 }
+
+namespace {
+
+/// True if the capture is there and was made of this very condition.
+/// @throws std::runtime_error for a capture of something else
+bool is_recorded(const Simulation& simulation, std::size_t index, const std::filesystem::path& capture,
+                 const RecordingOptions& options) {
+  if (!std::filesystem::exists(capture)) return false;
+  if (io::CaptureReader(capture).header().provenance == header_of(simulation, index, options.truth).provenance)
+    return true;
+  throw std::runtime_error(capture.string() + " is there and was made of another scene, model or seed: remove it");
+}
+
+/// Records the conditions of a shard. What is whole stays; a recording that was interrupted begins again.
+void record_shard(const Simulation& simulation, const std::vector<io::Condition>& conditions,
+                  const RecordingOptions& options) {
+  tbb::parallel_for(std::size_t{0}, conditions.size(), [&](std::size_t i) {
+    const std::filesystem::path& capture = conditions[i].capture;
+    if (!options.shard.has(i)) return;
+    if (!options.shard.is_whole() && is_recorded(simulation, i, capture, options)) return;
+    const std::filesystem::path part = io::CaptureWriter::part_of(capture);
+    if (!options.shard.is_whole() && std::filesystem::exists(part) && !io::CaptureWriter::is_at_work(part))
+      std::filesystem::remove(part);
+    record(simulation, i, capture, options);
+  });
+}
+
+}  // namespace
 
 void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
                      const RecordingOptions& options) {
@@ -161,8 +200,9 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
     condition.scene = folder / "scenes" / (condition.id + ".yaml");
     io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
   }
-  tbb::parallel_for(std::size_t{0}, campaign.conditions.size(),
-                    [&](std::size_t i) { record(simulation, i, campaign.conditions[i].capture, options); });
+  record_shard(simulation, campaign.conditions, options);
+  // Each shard looks after its last capture has its name, so that the one that ends last sees all.
+  if (!std::ranges::all_of(campaign.conditions, [](const io::Condition& c) { return exists(c.capture); })) return;
   io::write_campaign(campaign, folder / "campaign.yaml");
 }
 

@@ -3,6 +3,7 @@
 /// @file Simulated frames as captures and campaigns.
 #pragma once
 
+#include "config/shard.hpp"
 #include "simulation/simulation.hpp"
 
 #include <filesystem>
@@ -14,6 +15,7 @@ struct RecordingOptions {
   bool truth = false;  ///< adds depth, points (`applied`: truth) and reflectivity, without error
   bool overwrite = false;
   int compression = 0;
+  config::Shard shard;  ///< of the conditions; a part keeps captures that are there and were made of the same scene
   std::function<void()> frame_done;  ///< from any thread; may be empty
 };
 
@@ -22,7 +24,8 @@ void record(const Simulation& simulation, std::size_t condition, const std::file
             const RecordingOptions& options);
 
 /// Records every condition, several at a time, into a folder: captures/, campaign.yaml, which comes last, and for
-/// conditions that are not a single board their scenes. @throws std::exception
+/// conditions that are not a single board their scenes. Of several shards the one that ends last writes campaign.yaml.
+/// @throws std::exception
 void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
                      const RecordingOptions& options);
 

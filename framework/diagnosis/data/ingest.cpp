@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
+#include "diagnosis/data/condition_frames.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
-#include "io/captures/recording.hpp"
 #include "io/serial.hpp"
 #include "io/sha256.hpp"
 #include "simulation/files/pose.hpp"
@@ -18,7 +18,6 @@
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <set>
@@ -33,36 +32,8 @@ std::string problem_of(const io::Condition& c) {
   return "";
 }
 
-FrameSums sums_of(const io::Recording& recording, const io::Condition& condition, const io::Camera& profile) {
-  const tofgraph_camera& camera = profile.view();
-  using Kind = io::Recording::Kind;
-  static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
-                                       FrameSums::Kind::distances};
-  const auto& header = recording.reader().header();
-  const std::size_t frames = recording.reader().frames(), first = condition.frames ? (*condition.frames)[0] : 0,
-                    last = condition.frames ? (*condition.frames)[1] : frames - 1;
-  if (recording.kind() == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
-  if (last >= frames) throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, last));
-  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
-                 Demodulation(physics::exposures_of(camera)));
-  for (std::size_t f = first; f <= last; ++f) {
-    if (recording.kind() == Kind::taps)
-      sums.add_taps(recording.taps(f), camera.full_well);
-    else if (recording.kind() == Kind::phases)
-      sums.add_phases(recording.floats("phases", f));
-    else
-      sums.add_decoded(recording.floats("distance", f),
-                       recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
-                       physics::metres_per_radian(camera.modulation_frequency));
-  }
-  for (std::size_t i = 0; i < std::size_t{header.width} * header.height && !profile.bad_pixels.empty(); ++i)
-    if (profile.is_bad(i)) sums.leave_out(i);
-  return sums;
-}
-
 /// Adds what the capture states and the campaign does not.
-void complete(io::Condition& condition, const io::CaptureReader& capture) {
-  const tofgraph_metadata first = capture.metadata(0);
+void complete(io::Condition& condition, const tofgraph_metadata& first) {
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
   if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
   if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
@@ -103,19 +74,12 @@ class Reader {
     Read result;
     result.condition = written;
     io::Condition& condition = result.condition;
-    const io::Recording recording(condition.capture);
-    const io::CaptureReader& capture = recording.reader();
-    if (capture.header().width != camera_.width || capture.header().height != camera_.height)
-      throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", capture.header().width,
-                                           capture.header().height, camera_.name, camera_.width, camera_.height));
-    result.serial = capture.header().serial;
-    if (capture.frames() == 0) throw std::runtime_error("has no frames");
-    if (const std::string problem = io::other_exposures(capture, camera_); !problem.empty())
-      throw std::runtime_error(problem);
-    complete(condition, capture);
-    result.recorded_time = capture.metadata(0).integration_time;
+    const ConditionFrames frames = read_frames(condition, profile_);
+    const FrameSums& sums = frames.sums;
+    result.serial = frames.facts.header.serial;
+    complete(condition, frames.facts.first);
+    result.recorded_time = frames.facts.first.integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
-    const FrameSums sums = sums_of(recording, condition, profile_);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
       result.why_not = "its lens is capped: distances without amplitudes say nothing there";
       return result;
@@ -214,10 +178,6 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
 
 }  // namespace
 
-FrameSums frames_of(const io::Condition& condition, const io::Camera& camera) {
-  return sums_of(io::Recording(condition.capture), condition, camera);
-}
-
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   const Reader reader(campaign, options);
   const std::size_t n = campaign.conditions.size();
@@ -301,6 +261,11 @@ std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data
   const auto add = [&](const fs::path& file) {
     std::error_code error;
     if (file.empty() || !fs::is_regular_file(file, error) || !seen.insert(file).second) return;
+    if (io::is_statistics(file)) {  // the report names the capture, whose content decides
+      const io::StatisticsHeader header = io::read_statistics_header(file);
+      inputs.push_back({header.capture, header.capture_sha256});
+      return;
+    }
     inputs.push_back(
         {fs::absolute(file).lexically_normal().lexically_proximate(folder).generic_string(), io::sha256_of_file(file)});
   };

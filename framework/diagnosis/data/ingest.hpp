@@ -60,9 +60,6 @@ struct IngestOptions {
 /// @throws config::ConfigurationError for captures of several devices
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
 
-/// The frames of a condition that was measured. @throws std::runtime_error when they cannot be read
-FrameSums frames_of(const io::Condition& condition, const io::Camera& camera);
-
 /// The means of a table: distance from the depth or else from the half path, and the amplitude where it is there. Their
 /// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.
 /// @throws std::invalid_argument when too little is left to search in

@@ -7,14 +7,25 @@
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 
 namespace {
 
 constexpr std::uint8_t no_number = 1, full = 2;
+
+/// Names of FrameSums::Kind, in its order.
+constexpr std::array<const char*, 4> kind_names = {"taps", "phases", "decoded", "distances"};
+
+FrameSums::Kind kind_of(const std::string& name) {
+  const auto found = std::ranges::find(kind_names, name);
+  if (found == kind_names.end()) throw std::invalid_argument("the statistics are of an unknown kind: " + name);
+  return static_cast<FrameSums::Kind>(found - kind_names.begin());
+}
 
 /// A pixel in units of the ideal camera's: what does not depend on where the pixel is, if all is well.
 struct Relative {
@@ -49,23 +60,36 @@ FrameSums::FrameSums(Kind kind, std::size_t width, std::size_t height, const Dem
       demodulation_(kind == Kind::taps || kind == Kind::phases ? demodulation : four_steps()),
       width_(width),
       height_(height),
-      exposures_(demodulation_.exposures()),
-      sum_(width * height * exposures_, 0),
-      square_(width * height, 0),
-      intensity_(width * height, 0),
-      bad_(width * height, 0) {}
+      exposures_(demodulation_.exposures()) {
+  const std::size_t pixels = width * height;
+  content_.kind = kind_names.at(static_cast<std::size_t>(kind));
+  content_.limit = std::numeric_limits<double>::infinity();
+  content_.sum.assign(pixels * exposures_, 0);
+  content_.square.assign(pixels, 0);
+  content_.intensity.assign(pixels, 0);
+  content_.bad.assign(pixels, 0);
+}
+
+FrameSums::FrameSums(io::PixelSums content, std::size_t width, std::size_t height, const Demodulation& demodulation)
+    : FrameSums(kind_of(content.kind), 0, 0, demodulation) {
+  width_ = width;
+  height_ = height;
+  if (content.sum.size() != width * height * exposures_ || content.square.size() != width * height)
+    throw std::invalid_argument("the statistics are of another number of pixels or exposures than the camera's");
+  content_ = std::move(content);
+}
 
 void FrameSums::add(std::size_t i, std::span<const double> samples, double intensity) {
   for (std::size_t k = 0; k < exposures_; ++k) {
-    sum_[i * exposures_ + k] += samples[k];
-    square_[i] += samples[k] * samples[k];
+    content_.sum[i * exposures_ + k] += samples[k];
+    content_.square[i] += samples[k] * samples[k];
   }
-  intensity_[i] += intensity;
+  content_.intensity[i] += intensity;
 }
 
 void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) {
-  const std::size_t n = square_.size();
-  limit_ = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
+  const std::size_t n = content_.square.size();
+  content_.limit = full_well > 0 ? std::min(full_well, 65535.0) : 65535.0;
   std::vector<double> samples(exposures_);
   for (std::size_t i = 0; i < n; ++i) {
     double sum = 0, most = 0;
@@ -75,44 +99,44 @@ void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) 
       sum += a + b;
       most = std::max({most, a, b});
     }
-    if (most >= limit_) bad_[i] |= full;
+    if (most >= content_.limit) content_.bad[i] |= full;
     add(i, samples, sum / (2 * static_cast<double>(exposures_)));
   }
-  ++frames_;
+  ++content_.frames;
 }
 
 void FrameSums::add_phases(std::span<const float> phases) {
-  const std::size_t n = square_.size();
+  const std::size_t n = content_.square.size();
   std::vector<double> samples(exposures_);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < exposures_; ++k) samples[k] = phases[k * n + i];
     if (std::ranges::all_of(samples, [](double c) { return std::isfinite(c); }))
       add(i, samples, 0);
     else
-      bad_[i] |= no_number;
+      content_.bad[i] |= no_number;
   }
-  ++frames_;
+  ++content_.frames;
 }
 
 void FrameSums::add_decoded(std::span<const float> distances, std::span<const float> amplitudes,
                             double metres_per_radian) {
-  for (std::size_t i = 0; i < square_.size(); ++i) {
+  for (std::size_t i = 0; i < content_.square.size(); ++i) {
     const double length = distances[i], strength = amplitudes.empty() ? 1 : amplitudes[i];
     if (std::isfinite(length + strength))
       add(i, physics::samples_of(std::polar(strength, length / metres_per_radian)), 0);
     else
-      bad_[i] |= no_number;
+      content_.bad[i] |= no_number;
   }
-  ++frames_;
+  ++content_.frames;
 }
 
 std::size_t FrameSums::saturated() const {
-  return static_cast<std::size_t>(std::ranges::count_if(bad_, [](std::uint8_t b) { return (b & full) != 0; }));
+  return static_cast<std::size_t>(std::ranges::count_if(content_.bad, [](std::uint8_t b) { return (b & full) != 0; }));
 }
 
 Signal FrameSums::mean(std::size_t i) const {
-  const auto frames = static_cast<double>(frames_);
-  Signal signal = demodulation_.of_samples(sums(i), intensity_[i]);
+  const auto frames = static_cast<double>(content_.frames);
+  Signal signal = demodulation_.of_samples(sums(i), content_.intensity[i]);
   signal.phasor /= frames;
   if (is_decoded()) return {signal.phasor};  // what else there is of it is rounding
   signal.intensity /= frames;
@@ -130,7 +154,7 @@ class Reduction {
         ideal_(ideal),
         noise_(noise),
         scale_(scale),
-        frames_(static_cast<double>(sums.frames_)),
+        frames_(static_cast<double>(sums.content_.frames)),
         stands_in_(stands_in),
         own_(own),
         found_(found) {}
@@ -153,13 +177,14 @@ class Reduction {
     }
     counts.bad += pixels.size() - kept.size();
     // Near the full well the noise decides which frames are clipped: what is left there is not their mean.
-    if (std::ranges::any_of(
-            kept, [this](std::size_t i) { return brightest(i) > settings.max_full_well_fraction * sums_.limit_; }))
+    if (std::ranges::any_of(kept, [this](std::size_t i) {
+          return brightest(i) > settings.max_full_well_fraction * sums_.content_.limit;
+        }))
       return;
     if (kept.size() < settings.min_pixels) return;
     const std::complex<double> ratio = summarise(kept, s, n, out);
     const bool knows_light = sums_.kind_ != FrameSums::Kind::distances;
-    if (knows_light && sums_.frames_ > 1 && noise_.known() && !stands_in_ &&
+    if (knows_light && sums_.content_.frames > 1 && noise_.known() && !stands_in_ &&
         std::isfinite(out.variance[distance * n + s])) {
       double expected = 0;
       for (const std::size_t i : kept) expected += profile_variance(i) / static_cast<double>(kept.size());
@@ -183,7 +208,7 @@ class Reduction {
   double brightest(std::size_t i) const {
     double most = 0;
     for (const double c : sums_.sums(i)) most = std::max(most, std::abs(c));
-    return (sums_.intensity_[i] + most / 2) / frames_;
+    return (sums_.content_.intensity[i] + most / 2) / frames_;
   }
 
   Relative relative_to_ideal(std::size_t i) const {
@@ -197,12 +222,12 @@ class Reduction {
   /// frame the profile's, scaled to the scatter between neighbouring pixels.
   double sample_variance(const std::vector<std::size_t>& pixels) const {
     double sum = 0;
-    if (sums_.frames_ < 2) {
+    if (sums_.content_.frames < 2) {
       for (const std::size_t i : pixels) sum += profile_variance(i);
       return sum / static_cast<double>(pixels.size()) * scatter_ratio(pixels);
     }
     for (const std::size_t i : pixels) {
-      double squares = sums_.square_[i];
+      double squares = sums_.content_.square[i];
       for (const double c : sums_.sums(i)) squares -= c * c / frames_;
       sum += squares / (static_cast<double>(sums_.exposures_) * (frames_ - 1));
     }
@@ -242,7 +267,7 @@ class Reduction {
     const double gain = std::abs(sums_.mean(i).phasor) / ideal;
     switch (sums_.kind_) {
       case FrameSums::Kind::taps:
-        return noise_.sample_variance(sums_.intensity_[i] / frames_);
+        return noise_.sample_variance(sums_.content_.intensity[i] / frames_);
       case FrameSums::Kind::phases:
         return noise_.sample_variance(ideal_[i].intensity * gain);
       case FrameSums::Kind::decoded:

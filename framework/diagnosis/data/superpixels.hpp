@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/data/demodulation.hpp"
+#include "io/captures/statistics_file.hpp"
 
 #include <tofgraph/physics/four_phase.hpp>
 
@@ -46,10 +47,13 @@ class FrameSums {
   enum class Kind { taps, phases, decoded, distances };  ///< decoded: distance and amplitude
   /// @param demodulation of the taps or phases; decoded frames are taken as four samples that give them
   FrameSums(Kind kind, std::size_t width, std::size_t height, const Demodulation& demodulation = four_steps());
+  /// Sums that were kept in a file. @throws std::invalid_argument when they are of another number of pixels or
+  /// exposures
+  FrameSums(io::PixelSums content, std::size_t width, std::size_t height, const Demodulation& demodulation);
 
   Kind kind() const { return kind_; }
   bool is_decoded() const { return kind_ == Kind::decoded || kind_ == Kind::distances; }
-  std::size_t frames() const { return frames_; }
+  std::size_t frames() const { return content_.frames; }
   std::size_t width() const { return width_; }
   std::size_t height() const { return height_; }
   /// P x 2 x pixels, P exposures. @param full_well counts; taps at or beyond it are saturated; NaN: not known
@@ -60,27 +64,25 @@ class FrameSums {
 
   std::size_t saturated() const;
   /// True if a pixel has a number in every frame, and none that is saturated.
-  bool is_usable(std::size_t pixel) const { return bad_[pixel] == 0; }
+  bool is_usable(std::size_t pixel) const { return content_.bad[pixel] == 0; }
   /// Leaves a pixel out that is bad in the map of the camera's profile.
-  void leave_out(std::size_t pixel) { bad_[pixel] |= listed; }
+  void leave_out(std::size_t pixel) { content_.bad[pixel] |= listed; }
   /// Over the frames.
   Signal mean(std::size_t pixel) const;
+  /// The sums as a file keeps them.
+  const io::PixelSums& content() const { return content_; }
 
  private:
   friend class Reduction;
   void add(std::size_t pixel, std::span<const double> samples, double intensity);
-  std::span<const double> sums(std::size_t pixel) const { return {&sum_[pixel * exposures_], exposures_}; }
+  std::span<const double> sums(std::size_t pixel) const { return {&content_.sum[pixel * exposures_], exposures_}; }
 
   Kind kind_;
   Demodulation camera_;        ///< that of the taps or phases, of which decoded frames were made
   Demodulation demodulation_;  ///< of what is summed
-  std::size_t width_, height_, exposures_, frames_ = 0;
-  double limit_ = std::numeric_limits<double>::infinity();  ///< counts of a saturated tap
-  std::vector<double> sum_;                                 ///< pixels x exposures, of c_k
-  std::vector<double> square_;                              ///< of c_k^2, over k
-  std::vector<double> intensity_;
-  static constexpr std::uint8_t listed = 4;
-  std::vector<std::uint8_t> bad_;  ///< 1 no number, 2 saturated, 4 bad in the camera's map
+  std::size_t width_, height_, exposures_;
+  io::PixelSums content_;
+  static constexpr std::uint8_t listed = 4;  ///< bit of content_.bad: bad in the camera's map
 };
 
 /// Counts of the reduction besides the observations.

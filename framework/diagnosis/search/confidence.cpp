@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
+#include <sstream>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -24,34 +26,57 @@ bool right(const SearchResult& result, const Candidate& truth) {
   return !result.found.empty() && std::ranges::all_of(result.found, is_right);
 }
 
+/// One text for the cases of this rank, and back.
+std::string text_of(const std::map<std::size_t, CaseOutcome>& cases) {
+  std::string text;
+  for (const auto& [k, outcome] : cases) text += fmt::format("{} {:d} {:d}\n", k, outcome.named, outcome.right);
+  return text;
+}
+void add_cases(const std::string& text, std::map<std::size_t, CaseOutcome>& cases) {
+  std::istringstream lines(text);
+  std::size_t k = 0;
+  for (CaseOutcome outcome; lines >> k >> outcome.named >> outcome.right;) cases[k] = outcome;
+}
+
 }  // namespace
 
 Confidence confidence(const Problem& problem, const std::vector<Term>& model,
                       const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
-                      std::size_t cases, SearchOptions options) {
+                      std::size_t cases, SearchOptions options, const CaseDivision& division) {
   std::vector<const Candidate*> truths = {nullptr};
   for (const Visibility& seen : audit.effects) {
     if (!seen.blind) truths.push_back(seen.candidate);
   }
   const auto progress = options.progress;
   options.progress = {};
-  Confidence result;
-  for (std::size_t k = 0; k < cases; ++k) {
+  const auto search_case = [&](std::size_t k) {
     const Candidate* truth = truths[k % truths.size()];
-    if (progress) progress(fmt::format("injecting case {} of {}", k + 1, cases));
     const std::uint64_t seed = options.seed + 1000 * (k + 1);
     State state{model, found.log_reflectivity, found.random_sd, found.nuisances};
     if (truth != nullptr) state.terms.push_back(random_term(*truth, 1, seed));
     const std::vector<Observations> data = injected(problem, state, seed + 1);
     const Problem injected_problem{problem.design, data, problem.targets, problem.target, problem.nuisances};
     const SearchResult searched = search(injected_problem, model, candidates, options);
-    if (searched.found.empty()) {
-      ++result.silent;
-      result.silent_right += truth == nullptr ? 1U : 0U;
-    } else {
-      ++result.named;
-      result.named_right += truth != nullptr && right(searched, *truth) ? 1U : 0U;
+    const bool named = !searched.found.empty();
+    return CaseOutcome{named, named ? truth != nullptr && right(searched, *truth) : truth == nullptr};
+  };
+  const config::Ranks& ranks = config::ranks();
+  std::map<std::size_t, CaseOutcome> outcomes;
+  std::size_t turn = 0;
+  for (std::size_t k = 0; k < cases; ++k) {
+    if (const auto before = division.load ? division.load(k) : std::nullopt) {
+      outcomes[k] = *before;
+    } else if (division.shard.has(k) && turn++ % ranks.size() == ranks.rank()) {
+      if (progress) progress(fmt::format("injecting case {} of {}", k + 1, cases));
+      outcomes[k] = search_case(k);
+      if (division.save) division.save(k, outcomes[k]);
     }
+  }
+  for (const std::string& text : ranks.gather(text_of(outcomes))) add_cases(text, outcomes);
+  Confidence result;
+  for (const auto& [k, outcome] : outcomes) {
+    (outcome.named ? result.named : result.silent) += 1;
+    if (outcome.right) (outcome.named ? result.named_right : result.silent_right) += 1;
   }
   return result;
 }

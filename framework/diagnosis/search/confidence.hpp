@@ -3,12 +3,15 @@
 /// @file Frequency with which a search is right on this very design: truths are injected and searched for.
 #pragma once
 
+#include "config/shard.hpp"
 #include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/search.hpp"
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 
 namespace tofgraph::diagnosis {
 
@@ -18,12 +21,26 @@ struct Confidence {
   std::size_t cases() const { return named + silent; }
 };
 
+/// Outcome of the search of one injected case.
+struct CaseOutcome {
+  bool named = false;  ///< an effect was named
+  bool right = false;  ///< rightly; of a search that found nothing: nothing was injected
+};
+
+/// Division of the cases among runs. A case depends on its number alone, not on the number of cases.
+struct CaseDivision {
+  config::Shard shard;                                          ///< cases that are searched in this run
+  std::function<std::optional<CaseOutcome>(std::size_t)> load;  ///< of a case that was searched before; may be empty
+  std::function<void(std::size_t, const CaseOutcome&)> save;    ///< called after each search; may be empty
+};
+
 /// Injects, in turn, nothing and each effect that the audit calls visible at its typical size, with the noise, jitter
-/// and light that were estimated, and searches.
+/// and light that were estimated, and searches. Cases of other shards that cannot be loaded are left out; those of this
+/// shard are spread over the ranks and counted in the order of their numbers.
 /// @param found the state whose reflectivities and variances are taken; what it has beyond the model is not injected
 Confidence confidence(const Problem& problem, const std::vector<Term>& model,
                       const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
-                      std::size_t cases, SearchOptions options);
+                      std::size_t cases, SearchOptions options, const CaseDivision& division = {});
 
 // ---- Campaigns of which the truth is known ----
 

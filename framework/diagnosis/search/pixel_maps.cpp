@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/pixel_maps.hpp"
 
+#include "diagnosis/data/condition_frames.hpp"
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/maps.hpp"
@@ -231,7 +232,8 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
     tbb::parallel_for(std::size_t{0}, parts.front().size(), [&](std::size_t k) {
       const std::size_t i = first + k;
       if (!problem.design.shows_board(i)) return;
-      const FrameSums sums = frames_of(measurements.design->conditions()[i], *measurements.design->camera_pointer());
+      const FrameSums sums =
+          read_frames(measurements.design->conditions()[i], *measurements.design->camera_pointer()).sums;
       for (std::size_t f = 0; f < fits.size(); ++f) parts[f][k] = fits[f].contribution_of(i, sums);
     });
     for (std::size_t f = 0; f < fits.size(); ++f) fits[f].add(parts[f]);

@@ -4,8 +4,8 @@
 
 #include "config/log.hpp"
 #include "config/quantity.hpp"
-#include "io/captures/capture.hpp"
 #include "io/captures/capture_guard.hpp"
+#include "io/captures/statistics_file.hpp"
 #include "io/light_sources.hpp"
 #include "io/profile.hpp"
 
@@ -38,7 +38,8 @@ class Check {
     std::vector<config::Diagnostics> found(campaign_.conditions.size());
     std::vector<Opened> opened(found.size());
     std::vector<std::filesystem::path> files;
-    for (const Condition& condition : campaign_.conditions) files.push_back(condition.capture);
+    for (const Condition& condition : campaign_.conditions)
+      if (!is_statistics(condition.capture)) files.push_back(condition.capture);
     try_ahead(files);
     tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
       opened[i] = Check(campaign_, purpose_, found[i]).capture_of(campaign_.conditions[i]);
@@ -59,7 +60,7 @@ class Check {
     std::error_code error;
     if (!std::filesystem::is_regular_file(condition.capture, error)) return {};  // told already, or there is none
     try {
-      return one(condition, CaptureReader(condition.capture));
+      return one(condition, read_facts(condition.capture));
     } catch (const std::runtime_error& problem) {
       if (purpose_ == CapturesFor::anything) mistake(condition, problem.what());
       return {};
@@ -91,19 +92,19 @@ class Check {
     return fmt::format("; or leave {} out: --exclude-condition {}", conditions.size() == 1 ? "it" : "them", ids);
   }
 
-  Opened one(const Condition& condition, const CaptureReader& capture) {
-    const CaptureHeader& header = capture.header();
+  Opened one(const Condition& condition, const CaptureFacts& capture) {
+    const CaptureHeader& header = capture.header;
     const tofgraph_camera* camera = campaign_.camera ? &campaign_.camera->view() : nullptr;
     Opened opened;
     if (camera != nullptr && (header.width != camera->width || header.height != camera->height))
       opened.size = fmt::format("{} x {} px, the camera '{}' has {} x {}", header.width, header.height, camera->name,
                                 camera->width, camera->height);
     if (camera != nullptr && header.camera != camera->name) opened.camera = header.camera;
-    if (capture.frames() > 0) opened.time = capture.metadata(0).integration_time;
-    if (condition.frames && (*condition.frames)[1] >= capture.frames())
+    if (capture.frames > 0) opened.time = capture.first.integration_time;
+    if (condition.frames && (*condition.frames)[1] >= capture.frames)
       mistake(condition, fmt::format("the capture has {}, counted from 0: frame {} is not there",
-                                     config::counted(capture.frames(), "frame"), (*condition.frames)[1]));
-    if (std::isnan(condition.integration_time) && capture.frames() > 0 && std::isnan(opened.time))
+                                     config::counted(capture.frames, "frame"), (*condition.frames)[1]));
+    if (std::isnan(condition.integration_time) && capture.frames > 0 && std::isnan(opened.time))
       obstacle(condition, "capture", "neither it nor its capture says the integration time",
                "example: integration_time: 1 ms");
     exposures(condition, capture);
@@ -168,7 +169,7 @@ class Check {
              "decode it with phase_decoder and search its distances, with a profile of one frequency");
   }
 
-  void exposures(const Condition& condition, const CaptureReader& capture) {
+  void exposures(const Condition& condition, const CaptureFacts& capture) {
     const tofgraph_camera* camera = campaign_.camera ? &campaign_.camera->view() : nullptr;
     if (camera == nullptr) return;
     if (const std::string problem = other_exposures(capture, *camera); !problem.empty())
@@ -234,17 +235,15 @@ void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagn
   Check(campaign, purpose, diagnostics).all();
 }
 
-std::string other_exposures(const CaptureReader& capture, const tofgraph_camera& camera) {
-  const auto samples = std::ranges::find_if(
-      capture.channels(), [](const CaptureChannel& c) { return c.name == "taps" || c.name == "phases"; });
-  if (samples == capture.channels().end()) return {};
-  const physics::Exposures &own = capture.header().exposures, cameras = physics::exposures_of(camera);
-  if (own.empty() ? samples->extent[0] == cameras.size()
+std::string other_exposures(const CaptureFacts& capture, const tofgraph_camera& camera) {
+  if (capture.exposures == 0) return {};
+  const physics::Exposures &own = capture.header.exposures, cameras = physics::exposures_of(camera);
+  if (own.empty() ? capture.exposures == cameras.size()
                   : physics::same_steps(own, cameras, camera.modulation_frequency))
     return {};
   return fmt::format(
       "has {}, the camera '{}' has {}",
-      own.empty() ? fmt::format("{} exposures a frame", samples->extent[0]) : physics::exposures_text(own), camera.name,
+      own.empty() ? fmt::format("{} exposures a frame", capture.exposures) : physics::exposures_text(own), camera.name,
       physics::exposures_text(cameras));
 }
 

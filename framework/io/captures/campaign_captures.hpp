@@ -4,7 +4,7 @@
 #pragma once
 
 #include "io/campaign.hpp"
-#include "io/captures/capture.hpp"
+#include "io/captures/capture_facts.hpp"
 
 #include <span>
 #include <string>
@@ -27,7 +27,7 @@ void check_captures(const Campaign& campaign, CapturesFor purpose, config::Diagn
 
 /// Difference of a capture's exposures from the camera's; empty: none, or it has decoded frames only, which need not
 /// state them.
-std::string other_exposures(const CaptureReader& capture, const tofgraph_camera& camera);
+std::string other_exposures(const CaptureFacts& capture, const tofgraph_camera& camera);
 
 /// By more than 1 %. @param a, b s; NaN: not known, and no other one
 bool is_other_integration_time(double a, double b);

@@ -20,6 +20,7 @@ class LateText {
     const hsize_t none = 0, any = H5S_UNLIMITED, chunk = 16384;
     const Handle space(H5Screate_simple(1, &none, &any), H5Sclose);
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
     check(H5Pset_chunk(creation, 1, &chunk), name);
     dataset_ =
         Handle(check(H5Dcreate2(file, name, H5T_STD_U8LE, space, H5P_DEFAULT, creation, H5P_DEFAULT), name), H5Dclose);
@@ -54,6 +55,7 @@ struct Series {
     const int rank = static_cast<int>(size.size());
     const Handle space(H5Screate_simple(rank, size.data(), most.data()), H5Sclose);
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
     check(H5Pset_chunk(creation, rank, chunk.data()), "the chunks of " + name);
     if (compression > 0) {
       check(H5Pset_shuffle(creation), "byte shuffling");

@@ -145,7 +145,9 @@ CaptureWriter::~CaptureWriter() {
 }
 
 void CaptureWriter::Impl::create(const CaptureHeader& header) {
-  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access()), "cannot be made"), H5Fclose);
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
+  h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, creation, access()), "cannot be made"), H5Fclose);
   write_text(h5, "format", layout::format);
   write_integer(h5, "version", layout::version);
   write_text(h5, "camera", header.camera);
@@ -165,9 +167,11 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
     write_numbers(h5, layout::phase, phases);
     write_numbers(h5, layout::frequency, frequencies);
   }
-  const Handle group(
-      check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "the group frames cannot be created"),
-      H5Gclose);
+  const Handle of_group(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+  H5Pset_obj_track_times(of_group, false);
+  const Handle group(check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, of_group, H5P_DEFAULT),
+                           "the group frames cannot be created"),
+                     H5Gclose);
   for (const CaptureChannel& channel : channels) {
     Series& made = series.emplace_back(group, channel.name, file_type(channel.type), h5::memory_type(channel.type),
                                        channel.extent, 1, options.compression);

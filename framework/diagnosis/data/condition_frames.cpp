@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/condition_frames.hpp"
+
+#include "io/captures/campaign_captures.hpp"
+#include "io/captures/recording.hpp"
+#include "io/sha256.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <sstream>
+#include <stdexcept>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+FrameSums sums_of(const io::Recording& recording, const std::array<std::uint64_t, 2>& frames,
+                  const tofgraph_camera& camera) {
+  using Kind = io::Recording::Kind;
+  static constexpr std::array kinds = {FrameSums::Kind::taps, FrameSums::Kind::phases, FrameSums::Kind::decoded,
+                                       FrameSums::Kind::distances};
+  const auto& header = recording.reader().header();
+  FrameSums sums(kinds.at(static_cast<std::size_t>(recording.kind())), header.width, header.height,
+                 Demodulation(physics::exposures_of(camera)));
+  for (std::size_t f = frames[0]; f <= frames[1]; ++f) {
+    if (recording.kind() == Kind::taps)
+      sums.add_taps(recording.taps(f), camera.full_well);
+    else if (recording.kind() == Kind::phases)
+      sums.add_phases(recording.floats("phases", f));
+    else
+      sums.add_decoded(recording.floats("distance", f),
+                       recording.kind() == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{},
+                       physics::metres_per_radian(camera.modulation_frequency));
+  }
+  return sums;
+}
+
+/// The first line in which two texts differ, as "now X, then Y".
+std::string difference_of(const std::string& now, const std::string& then) {
+  std::istringstream a(now), b(then);
+  for (std::string x, y; std::getline(a, x) && std::getline(b, y);)
+    if (x != y) return fmt::format("now '{}', then '{}'", x, y);
+  return "another number of settings";
+}
+
+ConditionFrames of_statistics(const io::Condition& condition, const io::Camera& camera) {
+  io::Statistics statistics = io::read_statistics(condition.capture);
+  const io::StatisticsHeader& h = statistics.header;
+  const std::string now = statistics_settings(h.capture_sha256, used_frames(condition, h.facts.frames), camera);
+  if (now != h.settings)
+    throw std::runtime_error(
+        fmt::format("was made with other settings: {}; reduce the campaign again", difference_of(now, h.settings)));
+  return {h.facts, FrameSums(std::move(statistics.sums), h.facts.header.width, h.facts.header.height,
+                             Demodulation(physics::exposures_of(camera.view())))};
+}
+
+/// @throws std::runtime_error for a capture that does not fit the camera
+void check_facts(const io::CaptureFacts& facts, const tofgraph_camera& camera) {
+  if (facts.header.width != camera.width || facts.header.height != camera.height)
+    throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", facts.header.width,
+                                         facts.header.height, camera.name, camera.width, camera.height));
+  if (facts.frames == 0) throw std::runtime_error("has no frames");
+  if (const std::string problem = io::other_exposures(facts, camera); !problem.empty())
+    throw std::runtime_error(problem);
+}
+
+ConditionFrames of_capture(const io::Condition& condition, const io::Camera& camera) {
+  const io::Recording recording(condition.capture);
+  const io::CaptureFacts facts = io::facts_of(recording.reader());
+  check_facts(facts, camera.view());
+  if (recording.kind() == io::Recording::Kind::images)
+    throw std::runtime_error("has neither taps nor phases nor distance");
+  return {facts, sums_of(recording, used_frames(condition, facts.frames), camera.view())};
+}
+
+}  // namespace
+
+std::array<std::uint64_t, 2> used_frames(const io::Condition& condition, std::uint64_t frames) {
+  const std::array<std::uint64_t, 2> used = condition.frames.value_or(std::array<std::uint64_t, 2>{0, frames - 1});
+  if (used[1] >= frames)
+    throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, used[1]));
+  return used;
+}
+
+ConditionFrames read_frames(const io::Condition& condition, const io::Camera& camera) {
+  ConditionFrames frames =
+      io::is_statistics(condition.capture) ? of_statistics(condition, camera) : of_capture(condition, camera);
+  check_facts(frames.facts, camera.view());
+  for (std::size_t i = 0; i < frames.sums.width() * frames.sums.height() && !camera.bad_pixels.empty(); ++i)
+    if (camera.is_bad(i)) frames.sums.leave_out(i);
+  return frames;
+}
+
+std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,
+                                const io::Camera& camera) {
+  const tofgraph_camera& view = camera.view();
+  std::string text =
+      fmt::format("version {}\ncapture {}\nframes {} to {}\ncamera {}\nwidth {}\nheight {}\n", io::statistics_version,
+                  capture_sha256, frames[0], frames[1], view.name, view.width, view.height);
+  text += fmt::format("full_well {}\nmodulation_frequency {}\n", view.full_well, view.modulation_frequency);
+  for (const tofgraph_exposure& e : physics::exposures_of(view))
+    text += fmt::format("exposure {} {}\n", e.phase, e.frequency);
+  return text;
+}
+
+io::Statistics reduce_capture(const io::Condition& condition, const io::Camera& camera, const std::string& shown,
+                              const std::string& capture_sha256) {
+  const ConditionFrames frames = of_capture(condition, camera);
+  const std::array<std::uint64_t, 2> used = used_frames(condition, frames.facts.frames);
+  io::Statistics result;
+  result.header = {.settings = statistics_settings(capture_sha256, used, camera),
+                   .capture = shown,
+                   .capture_sha256 = capture_sha256,
+                   .facts = frames.facts,
+                   .frames = used};
+  result.header.key = io::sha256_of(result.header.settings);
+  result.sums = frames.sums.content();
+  return result;
+}
+
+}  // namespace tofgraph::diagnosis

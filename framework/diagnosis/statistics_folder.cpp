@@ -1,0 +1,311 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/statistics_folder.hpp"
+
+#include "config/json_text.hpp"
+#include "diagnosis/data/condition_frames.hpp"
+#include "diagnosis/shard_records.hpp"
+#include "io/campaign.hpp"
+#include "io/captures/campaign_captures.hpp"
+#include "io/captures/statistics_file.hpp"
+#include "io/output_file.hpp"
+#include "io/sha256.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <map>
+#include <mutex>
+
+namespace tofgraph::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* campaign_file = "campaign.yaml";
+
+[[noreturn]] void refuse(const std::string& what, const std::string& hint) {
+  throw config::ConfigurationError(fmt::format("error: {}\n         {}", what, hint));
+}
+
+fs::path statistics_path(const fs::path& folder, const std::string& key) {
+  return folder / (key + io::statistics_extension);
+}
+
+/// A campaign with captures of some conditions that were checked. @param shard whose captures are checked
+io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
+  config::Diagnostics diagnostics;
+  io::Campaign campaign = io::read_campaign(file, diagnostics, io::Captures::may_be_missing);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  if (campaign.from_table)
+    refuse(fmt::format("{} is a table of means, which has no captures to reduce", file.string()),
+           "diagnose takes it as it is");
+  io::Campaign part = campaign;
+  part.conditions.clear();
+  for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
+    const io::Condition& c = campaign.conditions[i];
+    if (!shard.has(i)) continue;
+    if (!fs::exists(c.capture))
+      diagnostics.error(c.place("capture"), fmt::format("'capture': there is no file {}", c.capture.string()));
+    else if (io::is_statistics(c.capture))
+      diagnostics.error(c.place("capture"), "'capture': these are statistics already", "give the campaign of captures");
+    part.conditions.push_back(c);
+  }
+  if (diagnostics.ok()) io::check_captures(part, io::CapturesFor::search, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  return campaign;
+}
+
+/// Reduction of the conditions of one shard into a folder.
+class ShardReduction {
+ public:
+  explicit ShardReduction(const ReduceOptions& options)
+      : options_(options), campaign_(read_checked(options.campaign, options.shard)) {
+    const std::array<fs::path, 1> inputs = {options.campaign};
+    std::string problem = io::input_problem(options.out / campaign_file, inputs);
+    if (problem.empty()) problem = io::write_error(options.out / campaign_file);
+    if (problem.empty() && fs::exists(options.out / campaign_file) && !fs::exists(options.out / "shards"))
+      problem = fmt::format("{} is a campaign that was not made by reduce", (options.out / campaign_file).string());
+    if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+    record_.campaign = fs::absolute(options.campaign).lexically_normal();
+    record_.campaign_sha256 = io::sha256_of_file(options.campaign);
+    record_.conditions = campaign_.conditions.size();
+    record_.shard = options.shard;
+    for (const ShardRecord& before : read_records(options.out)) {
+      for (const ReducedCondition& c : before.reduced) known_[c.capture] = c;
+      if (options.shard.is_whole() && !before.shard.is_whole()) replaced_.push_back(before.file);
+    }
+  }
+
+  ReduceResult run() {
+    const config::Ranks& ranks = config::ranks();
+    std::vector<std::size_t> own;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < campaign_.conditions.size(); ++i) {
+      if (options_.shard.has(i) && count++ % ranks.size() == ranks.rank()) own.push_back(i);
+    }
+    std::vector<ReducedCondition> reduced(own.size());
+    std::atomic<std::size_t> done = 0;
+    tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
+      const io::Condition& condition = campaign_.conditions[own[k]];
+      try {
+        reduced[k] = reduce_one(own[k]);
+      } catch (const std::exception& error) {
+        const std::lock_guard lock(mutex_);
+        result_.failed.push_back(fmt::format("condition '{}': {}", condition.id, error.what()));
+      }
+      if (options_.progress) options_.progress(++done, own.size());
+    });
+    gather_counts();
+    std::erase_if(reduced, [](const ReducedCondition& c) { return c.key.empty(); });
+    for (const std::string& text : ranks.gather(text_of(reduced)))
+      for (ReducedCondition& c : reduced_of(text)) record_.reduced.push_back(std::move(c));
+    std::ranges::sort(record_.reduced, {}, &ReducedCondition::index);
+    const bool whole = record_.reduced.size() == count;
+    if (whole && ranks.rank() == 0) write_record(options_.out, record_);
+    result_.complete = whole && options_.shard.is_whole();
+    if (result_.complete && ranks.rank() == 0) {
+      for (const fs::path& file : replaced_) fs::remove(file);
+      const std::vector<fs::path> folders = {options_.out};
+      merge_statistics(folders, options_.out);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// Adds up what the ranks have done; each then has the sums.
+  void gather_counts() {
+    const nlohmann::json mine = {
+        {"made", result_.made}, {"there", result_.there}, {"damaged", result_.damaged}, {"failed", result_.failed}};
+    result_ = {};
+    for (const std::string& text : config::ranks().gather(config::json_text(mine))) {
+      const nlohmann::json j = nlohmann::json::parse(text);
+      result_.made += j["made"].get<std::size_t>();
+      result_.there += j["there"].get<std::size_t>();
+      for (const auto& file : j["damaged"]) result_.damaged.push_back(file);
+      for (const auto& message : j["failed"]) result_.failed.push_back(message);
+    }
+    std::ranges::sort(result_.damaged);
+    std::ranges::sort(result_.failed);
+  }
+
+  ReducedCondition reduce_one(std::size_t index) {
+    const io::Condition& condition = campaign_.conditions[index];
+    const fs::path capture = fs::absolute(condition.capture).lexically_normal();
+    ReducedCondition one{.index = index, .id = condition.id, .capture = capture.string(), .sha256 = {}, .key = {}};
+    set_file_state(capture, one);
+    const auto before = known_.find(one.capture);
+    const bool same =
+        before != known_.end() && before->second.bytes == one.bytes && before->second.modified_ns == one.modified_ns;
+    one.sha256 = same ? before->second.sha256 : io::sha256_of_file(capture);
+    const std::uint64_t frames = condition.frames ? 0 : io::read_facts(capture).frames;
+    const auto used = condition.frames ? *condition.frames : used_frames(condition, frames);
+    one.key = io::sha256_of(statistics_settings(one.sha256, used, *campaign_.camera));
+    const fs::path file = statistics_path(options_.out, one.key);
+    if (is_whole(file)) return one;
+    const std::string shown = capture.lexically_proximate(record_.campaign.parent_path()).generic_string();
+    io::write_statistics(file, reduce_capture(condition, *campaign_.camera, shown, one.sha256));
+    ReducedCondition now = one;
+    set_file_state(capture, now);
+    if (now.bytes != one.bytes || now.modified_ns != one.modified_ns) {
+      fs::remove(file);
+      throw std::runtime_error(fmt::format("{} changed while it was reduced", capture.string()));
+    }
+    const std::lock_guard lock(mutex_);
+    ++result_.made;
+    return one;
+  }
+
+  /// True if the file is there and whole; a damaged one is noted.
+  bool is_whole(const fs::path& file) {
+    if (!fs::exists(file)) return false;
+    try {
+      io::read_statistics_header(file);
+    } catch (const std::runtime_error& error) {
+      const std::lock_guard lock(mutex_);
+      result_.damaged.push_back(error.what());
+      return false;
+    }
+    const std::lock_guard lock(mutex_);
+    ++result_.there;
+    return true;
+  }
+
+  const ReduceOptions& options_;
+  io::Campaign campaign_;
+  ShardRecord record_;
+  std::map<std::string, ReducedCondition> known_;  ///< captures that were hashed before
+  std::vector<fs::path> replaced_;                 ///< records of other divisions, which the whole replaces
+  ReduceResult result_;
+  std::mutex mutex_;
+};
+
+/// Checks of records against each other and against what they were made from.
+class Merge {
+ public:
+  explicit Merge(std::span<const fs::path> folders) {
+    for (const fs::path& folder : folders) {
+      if (!fs::is_directory(folder))
+        refuse(folder.string() + " is not a folder of statistics", "give what reduce wrote");
+      for (ShardRecord& record : read_records(folder)) records_.push_back(std::move(record));
+    }
+    if (records_.empty())
+      refuse(fmt::format("{} has no shards of statistics", folders.front().string()),
+             fmt::format("example: tofgraph reduce campaign.yaml -o {}", folders.front().string()));
+    check_campaign();
+    collect();
+  }
+
+  std::size_t write(const fs::path& out) const {
+    config::Diagnostics diagnostics;
+    io::Campaign campaign = io::read_campaign(records_.front().campaign, diagnostics, io::Captures::may_be_missing);
+    if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    const fs::path profile = records_.front().campaign.parent_path() / campaign.camera_name;
+    if (fs::is_regular_file(profile))
+      campaign.camera_name =
+          profile.lexically_normal().lexically_proximate(fs::absolute(out).lexically_normal()).generic_string();
+    for (const auto& [index, from] : found_) {
+      const fs::path source = statistics_path(from.folder, from.condition->key);
+      campaign.conditions[index].capture = statistics_path(out, from.condition->key);
+      if (!fs::exists(campaign.conditions[index].capture))
+        io::write_statistics(campaign.conditions[index].capture, io::read_statistics(source));
+    }
+    io::write_campaign(campaign, out / campaign_file);
+    return found_.size();
+  }
+
+ private:
+  struct From {
+    const ReducedCondition* condition;
+    const ShardRecord* record;
+    fs::path folder;
+  };
+
+  static std::string again(const ShardRecord& record) {
+    return fmt::format("tofgraph reduce {} -o {} --shard {}", record.campaign.string(),
+                       record.file.parent_path().parent_path().string(), record.shard.text());
+  }
+
+  void check_campaign() const {
+    const ShardRecord& first = records_.front();
+    for (const ShardRecord& r : records_) {
+      if (!fs::exists(r.campaign)) refuse(fmt::format("the campaign {} is not there", r.campaign.string()), again(r));
+      if (r.campaign_sha256 != io::sha256_of_file(r.campaign))
+        refuse(
+            fmt::format("the campaign {} has changed since shard {} was reduced", r.campaign.string(), r.shard.text()),
+            again(r));
+      if (r.campaign_sha256 != first.campaign_sha256)
+        refuse(fmt::format("{} and {} are of different campaigns", first.file.string(), r.file.string()),
+               "merge shards of one campaign");
+    }
+  }
+
+  void collect() {
+    for (const ShardRecord& record : records_) {
+      const fs::path folder = record.file.parent_path().parent_path();
+      for (const ReducedCondition& c : record.reduced) {
+        check_capture(c, record);
+        const auto [at, added] = found_.try_emplace(c.index, From{&c, &record, folder});
+        if (!added && at->second.condition->key != c.key)
+          refuse(fmt::format("the shards {} and {} have different statistics of the condition '{}'",
+                             at->second.record->file.string(), record.file.string(), c.id),
+                 "reduce both again, or remove the one of another division");
+        check_file(c, record, folder);
+      }
+    }
+    if (found_.size() == records_.front().conditions) return;
+    refuse(fmt::format("{} of {} conditions have statistics; missing shards: {}", found_.size(),
+                       records_.front().conditions, missing_shards(records_)),
+           fmt::format("example: tofgraph reduce {} -o {} --shard {}", records_.front().campaign.string(),
+                       records_.front().file.parent_path().parent_path().string(),
+                       missing_shards(records_).substr(0, missing_shards(records_).find(','))));
+  }
+
+  static void check_capture(const ReducedCondition& c, const ShardRecord& record) {
+    ReducedCondition now = c;
+    set_file_state(c.capture, now);
+    const bool same = now.bytes == c.bytes && now.modified_ns == c.modified_ns;
+    if (same || !fs::exists(c.capture) || io::sha256_of_file(c.capture) == c.sha256) return;
+    refuse(fmt::format("the capture {} has changed since shard {} was reduced", c.capture, record.shard.text()),
+           again(record));
+  }
+
+  static void check_file(const ReducedCondition& c, const ShardRecord& record, const fs::path& folder) {
+    try {
+      if (io::read_statistics_header(statistics_path(folder, c.key)).key == c.key) return;
+      throw std::runtime_error(statistics_path(folder, c.key).string() + ": has another key than its name");
+    } catch (const std::runtime_error& error) {
+      refuse(fmt::format("the statistics of the condition '{}': {}", c.id, error.what()), again(record));
+    }
+  }
+
+  std::vector<ShardRecord> records_;
+  std::map<std::size_t, From> found_;  ///< by condition
+};
+
+}  // namespace
+
+ReduceResult reduce_campaign(const ReduceOptions& options) { return ShardReduction(options).run(); }
+
+std::size_t merge_statistics(std::span<const fs::path> folders, const fs::path& out) {
+  return Merge(folders).write(out);
+}
+
+fs::path campaign_in(const fs::path& data) {
+  if (!fs::is_directory(data)) return data;
+  if (fs::exists(data / campaign_file)) return data / campaign_file;
+  const std::vector<ShardRecord> records = read_records(data);
+  if (records.empty())
+    refuse(fmt::format("the folder {} has no campaign.yaml", data.string()),
+           fmt::format("example: tofgraph reduce campaign.yaml -o {}", data.string()));
+  const std::string missing = missing_shards(records);
+  refuse(missing.empty() ? fmt::format("the shards of {} are not merged", data.string())
+                         : fmt::format("{} lacks the shards {}", data.string(), missing),
+         fmt::format("then: tofgraph merge {}", data.string()));
+}
+
+}  // namespace tofgraph::diagnosis

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Statistics of one capture (.stats): the sums over its frames that a gap search needs of every pixel, in HDF5 behind
+/// a first block that holds the SHA-256 of the rest. The layout is that of docs/formats/statistics.md.
+#pragma once
+
+#include "io/captures/capture.hpp"
+#include "io/captures/capture_facts.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tofgraph::io {
+
+/// Origin of statistics.
+struct StatisticsHeader {
+  std::string key;                        ///< SHA-256 of `settings`
+  std::string settings;                   ///< all that the sums depend on, one "name value" a line
+  std::string capture;                    ///< path relative to the campaign that it was reduced for
+  std::string capture_sha256;             ///< of the capture's bytes
+  CaptureFacts facts;                     ///< of the capture
+  std::array<std::uint64_t, 2> frames{};  ///< first and last frame that were used
+};
+
+/// Sums over the frames of a capture, row-major over the pixels.
+struct PixelSums {
+  std::string kind;  ///< taps, phases, decoded or distances: see io::Recording
+  std::uint64_t frames = 0;
+  double limit = 0;               ///< counts from which a tap is saturated; infinite: not known
+  std::vector<double> sum;        ///< pixels x exposures, of c_k, counts
+  std::vector<double> square;     ///< pixels, of c_k^2 over all k, counts^2
+  std::vector<double> intensity;  ///< pixels, of the taps' mean, counts
+  std::vector<std::uint8_t> bad;  ///< pixels: bit 1 no number in a frame, bit 2 saturated in a frame
+};
+
+struct Statistics {
+  StatisticsHeader header;
+  PixelSums sums;
+};
+
+inline constexpr const char* statistics_extension = ".stats";
+inline constexpr int statistics_version = 1;
+
+/// True for the name of a statistics file.
+bool is_statistics(const std::filesystem::path& file);
+
+/// Writes the file whole or not at all; the same statistics give the same bytes. @throws std::runtime_error
+void write_statistics(const std::filesystem::path& file, const Statistics& statistics);
+
+/// Reads a file and checks it against its hash first, so that damage is found before HDF5 sees it.
+/// @throws std::runtime_error naming the file: damaged, another format version, unreadable
+Statistics read_statistics(const std::filesystem::path& file);
+
+/// The same without the sums.
+StatisticsHeader read_statistics_header(const std::filesystem::path& file);
+
+}  // namespace tofgraph::io

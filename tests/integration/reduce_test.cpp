@@ -1,0 +1,315 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Campaigns in parts: statistics in place of captures, shards in any order, kills, full disks, and the same bits.
+// Slow: Reduce.*SameReport*:Reduce.*Killed*:Reduce.*Cases*
+// Rooms: diagnosis simulation
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/full_disk.hpp"
+
+#include <algorithm>
+#include <random>
+
+using namespace tofgraph::tests;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t conditions = 12;
+
+class Reduce : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    home_ = std::make_unique<TemporaryFolder>();
+    write_text(home() / "scene.yaml",
+               "scene: 1\nname: small campaign\ncamera: camcube2\nframes: 3\noutput: taps\nseed: 3\n"
+               "model: {light: reference, effects: [{effect: wiggling, amplitude: 6 mm, phase: 0.4 rad}]}\n"
+               "objects:\n  - {name: board, type: board, distance: 500 mm, reflectivity: 0.8}\n"
+               "sequence:\n"
+               "  - {key: board.distance, values: [600 mm, 800 mm, 1000 mm, 1200 mm, 1400 mm, 1600 mm]}\n"
+               "  - {key: integration_time, values: [0.5 ms, 1 ms]}\n");
+    write_text(home() / "ideal.yaml", "model: 1\ncamera: camcube2\nlight: reference\neffects: []\n");
+    done("$TOFGRAPH simulate scene.yaml -o c --quiet");
+    done("$TOFGRAPH reduce c/campaign.yaml -o s --quiet");
+  }
+  static void TearDownTestSuite() { home_.reset(); }
+
+  static fs::path home() { return home_->path(); }
+  static Outcome run(const std::string& command) { return shell(command, home()); }
+  static Outcome done(const std::string& command) {
+    Outcome outcome = run(command);
+    EXPECT_EQ(outcome.exit_code, 0) << command << "\n" << outcome.err;
+    return outcome;
+  }
+  /// The report of a search without the name and hash of the campaign's own file, and the model.
+  static std::string result_of(const std::string& folder) {
+    nlohmann::json report = nlohmann::json::parse(read_text(home() / folder / "report.json"));
+    EXPECT_GE(report["inputs"].size(), 2 + conditions);
+    report["inputs"].erase(1);
+    return report.dump(1) + read_text(home() / folder / "model.yaml");
+  }
+  static void search(const std::string& data, const std::string& out, const std::string& more = "") {
+    done("$TOFGRAPH diagnose --model ideal.yaml --data " + data + " -o " + out + " --quiet " + more);
+  }
+  /// Path of the first statistics file.
+  static fs::path first_file(const std::string& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(home() / folder))
+      if (entry.path().extension() == ".stats") files.push_back(entry.path());
+    std::ranges::sort(files);
+    return files.at(0);
+  }
+  static void copy(const std::string& from, const std::string& to) {
+    fs::remove_all(home() / to);
+    fs::copy(home() / from, home() / to, fs::copy_options::recursive);
+  }
+  static void damage(const fs::path& file, std::streamoff at) {
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekg(at);
+    const char byte = static_cast<char>(stream.get() ^ 0x10);
+    stream.seekp(at);
+    stream.put(byte);
+  }
+
+ private:
+  static inline std::unique_ptr<TemporaryFolder> home_;
+};
+
+TEST_F(Reduce, SameReportFromStatisticsAsFromCaptures) {
+  search("c/campaign.yaml", "from_captures");
+  search("s", "from_statistics");
+  EXPECT_EQ(result_of("from_captures"), result_of("from_statistics"));
+}
+
+TEST_F(Reduce, SameReportWithPatternsOfPixels) {
+  // A fixed pattern is estimated pixel by pixel, which needs every pixel's sums.
+  std::string scene = read_text(home() / "scene.yaml");
+  write_text(home() / "map.py",
+             "import struct, random\nr = random.Random(5)\nn = 204 * 204\n"
+             "h = \"{'descr': '<f4', 'fortran_order': False, 'shape': (204, 204), }\"\n"
+             "h = h + ' ' * (117 - len(h)) + '\\n'\n"
+             "open('map.npy', 'wb').write(b'\\x93NUMPY\\x01\\x00' + struct.pack('<H', len(h)) + "
+             "h.encode() + b''.join(struct.pack('<f', r.gauss(0, 0.02)) for _ in range(n)))\n");
+  done("python3 map.py");
+  const std::string effect = "{effect: wiggling, amplitude: 6 mm, phase: 0.4 rad}";
+  scene.replace(scene.find(effect), effect.size(), "{effect: fixed_pattern, map: {file: map.npy}, scale: 1}");
+  write_text(home() / "pattern.yaml", scene);
+  done("$TOFGRAPH simulate pattern.yaml -o pc --quiet");
+  done("$TOFGRAPH reduce pc/campaign.yaml -o ps --quiet");
+  search("pc/campaign.yaml", "pattern_captures");
+  search("ps", "pattern_statistics");
+  EXPECT_EQ(result_of("pattern_captures"), result_of("pattern_statistics"));
+  EXPECT_THAT(result_of("pattern_captures"), HasSubstr("fixed_pattern"));
+}
+
+TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {
+  copy("s", "again");
+  const auto time = fs::last_write_time(first_file("again"));
+  EXPECT_THAT(done("$TOFGRAPH reduce c/campaign.yaml -o again").err, HasSubstr("0 reduced, 12 there before"));
+  EXPECT_EQ(fs::last_write_time(first_file("again")), time);
+}
+
+TEST_F(Reduce, RedoesDamagedFilesAndReportsThem) {
+  for (const std::streamoff at : {3, 30, 700, 200000}) {
+    copy("s", "damaged");
+    damage(first_file("damaged"), at);
+    const Outcome search = run("$TOFGRAPH diagnose --model ideal.yaml --data damaged -o none");
+    EXPECT_NE(search.exit_code, 0) << at;
+    EXPECT_THAT(search.err, HasSubstr(first_file("damaged").filename())) << at;
+    const Outcome outcome = done("$TOFGRAPH reduce c/campaign.yaml -o damaged");
+    EXPECT_THAT(outcome.err, HasSubstr("0 reduced, 11 there before, 1 damaged and made again")) << at;
+    EXPECT_THAT(outcome.err, HasSubstr(first_file("damaged").filename())) << at;
+    EXPECT_EQ(read_text(first_file("damaged")), read_text(first_file("s")));
+  }
+}
+
+TEST_F(Reduce, SameFilesForAnyNumberAndOrderOfShards) {
+  std::mt19937 generator(7);
+  for (const int shards : {2, 3, 16}) {
+    const std::string folder = "s" + std::to_string(shards);
+    std::vector<int> order;
+    for (int i = 1; i <= shards; ++i) order.push_back(i);
+    std::ranges::shuffle(order, generator);
+    for (const int i : order)
+      done("$TOFGRAPH reduce c/campaign.yaml --quiet -o " + folder + " --shard " + std::to_string(i) + "/" +
+           std::to_string(shards));
+    done("$TOFGRAPH merge --quiet " + folder);
+    EXPECT_EQ(read_text(home() / folder / "campaign.yaml"), read_text(home() / "s/campaign.yaml"));
+    for (const std::string& name : listing(home() / "s")) {
+      if (!name.ends_with(".stats")) continue;
+      EXPECT_TRUE(read_text(home() / folder / name) == read_text(home() / "s" / name)) << name;
+    }
+  }
+}
+
+TEST_F(Reduce, ShardsOfSeveralFoldersBecomeOne) {
+  for (const std::string i : {"1", "2"})
+    done("$TOFGRAPH reduce c/campaign.yaml --quiet -o part" + i + " --shard " + i + "/2");
+  done("$TOFGRAPH merge --quiet part1 part2 -o joined");
+  std::vector<std::string> joined = listing(home() / "joined"), whole = listing(home() / "s");
+  std::erase(whole, "shards");
+  EXPECT_EQ(joined, whole);
+}
+
+TEST_F(Reduce, SimulatesTheSameBytesInShards) {
+  for (const std::string shard : {"3/3", "1/3", "2/3"}) {
+    EXPECT_FALSE(fs::exists(home() / "simulated/campaign.yaml"));
+    done("$TOFGRAPH simulate scene.yaml -o simulated --quiet --shard " + shard);
+  }
+  EXPECT_EQ(read_text(home() / "simulated/campaign.yaml"), read_text(home() / "c/campaign.yaml"));
+  for (const std::string& name : listing(home() / "c/captures"))
+    EXPECT_TRUE(read_text(home() / "simulated/captures" / name) == read_text(home() / "c/captures" / name)) << name;
+  done("sed 's/seed: 3/seed: 4/' scene.yaml > other.yaml");
+  const Outcome other = run("$TOFGRAPH simulate other.yaml -o simulated --shard 1/3");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("made of another scene, model or seed"));
+}
+
+TEST_F(Reduce, CasesOfShardsGiveTheSameReport) {
+  search("s", "cases_whole", "--confidence 3");
+  for (const std::string shard : {"2/2", "1/2"}) search("s", "cases_shards", "--confidence 3 --shard " + shard);
+  EXPECT_EQ(listing(home() / "cases_shards/cases").size(), 3U);
+  search("s", "cases_shards", "--confidence 3");
+  EXPECT_EQ(result_of("cases_whole"), result_of("cases_shards"));
+  EXPECT_THAT(result_of("cases_whole"), HasSubstr("\"cases\": 3"));
+}
+
+TEST_F(Reduce, KilledTasksLoseNothing) {
+  // Random kills of `reduce` and starting again: no whole file is made twice, none is lost.
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> when(0.01, 0.35);
+  std::map<std::string, fs::file_time_type> whole;
+  std::size_t kills = 0;
+  for (int k = 0; k < 100; ++k) {
+    const Outcome outcome = run("timeout -s KILL " + std::to_string(when(generator)) +
+                                " $TOFGRAPH reduce c/campaign.yaml -o killed --quiet --threads 1");
+    kills += outcome.exit_code == 137 ? 1U : 0U;
+    if (!fs::exists(home() / "killed")) continue;
+    for (const std::string& name : listing(home() / "killed")) {
+      if (!name.ends_with(".stats")) continue;
+      const fs::path file = home() / "killed" / name;
+      EXPECT_TRUE(read_text(file) == read_text(home() / "s" / name)) << name;
+      const auto [at, added] = whole.try_emplace(name, fs::last_write_time(file));
+      EXPECT_EQ(at->second, fs::last_write_time(file)) << name << " was made again";
+    }
+    if (outcome.exit_code == 0) fs::remove_all(home() / "killed"), whole.clear();
+  }
+  EXPECT_GE(kills, 10U);
+  done("$TOFGRAPH reduce c/campaign.yaml -o killed --quiet");
+  EXPECT_EQ(read_text(home() / "killed/campaign.yaml"), read_text(home() / "s/campaign.yaml"));
+  RecordProperty("kills", static_cast<int>(kills));
+}
+
+TEST_F(Reduce, FullDiskKeepsWhatIsWhole) {
+  const SmallDisk disk("3m");
+  if (!disk.available()) GTEST_SKIP() << "no rights to mount a small disk";
+  const std::string reduce = "$TOFGRAPH reduce c/campaign.yaml -o " + (disk.path() / "s").string();
+  const Outcome full = run(reduce);
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+  std::size_t kept = 0;
+  for (const std::string& name : listing(disk.path() / "s")) {
+    EXPECT_TRUE(name.ends_with(".stats")) << name;
+    EXPECT_TRUE(read_text(disk.path() / "s" / name) == read_text(home() / "s" / name));
+    ++kept;
+  }
+  EXPECT_GE(kept, 1U);
+  EXPECT_THAT(run(reduce).err, HasSubstr(std::to_string(kept) + " there before"));
+}
+
+// ---- Bad input: one clear error each ----
+
+TEST_F(Reduce, RefusesAReadOnlyFolder) {
+  const SmallDisk disk("1m");
+  if (!disk.available() || !disk.make_read_only()) GTEST_SKIP() << "no rights to mount a small disk";
+  const Outcome outcome = run("$TOFGRAPH reduce c/campaign.yaml -o " + (disk.path() / "s").string());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--out: error:"));
+}
+
+TEST_F(Reduce, NamesMissingShards) {
+  done("$TOFGRAPH reduce c/campaign.yaml --quiet -o missing --shard 2/4");
+  const Outcome merge = run("$TOFGRAPH merge missing");
+  EXPECT_EQ(merge.exit_code, 2);
+  EXPECT_THAT(merge.err, HasSubstr("3 of 12 conditions have statistics; missing shards: 1/4, 3/4, 4/4"));
+  const Outcome search = run("$TOFGRAPH diagnose --model ideal.yaml --data missing -o none");
+  EXPECT_EQ(search.exit_code, 2);
+  EXPECT_THAT(search.err, HasSubstr("lacks the shards 1/4, 3/4, 4/4"));
+}
+
+TEST_F(Reduce, RefusesCapturesThatHaveChanged) {
+  copy("c", "changed");
+  done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 1/2");
+  done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 2/2");
+  const std::string name = listing(home() / "changed/captures").front();
+  done("touch changed/captures/" + name);  // another time and the same content is no change
+  done("$TOFGRAPH merge --quiet changed_s");
+  damage(home() / "changed/captures" / name, 300000);
+  const Outcome merge = run("$TOFGRAPH merge changed_s");
+  EXPECT_EQ(merge.exit_code, 2);
+  EXPECT_THAT(merge.err, HasSubstr(name + " has changed since shard 1/2 was reduced"));
+}
+
+TEST_F(Reduce, RefusesACampaignThatHasChanged) {
+  copy("c", "edited");
+  done("$TOFGRAPH reduce edited/campaign.yaml --quiet -o edited_s --shard 1/1");
+  done("$TOFGRAPH reduce edited/campaign.yaml --quiet -o edited_2 --shard 1/2");
+  done("sed -i 's/600 mm/601 mm/' edited/campaign.yaml");
+  EXPECT_THAT(run("$TOFGRAPH merge edited_2").err, HasSubstr("has changed since shard 1/2 was reduced"));
+  // Places of boards are not in the statistics: none is made again.
+  EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err, HasSubstr("0 reduced, 12 there before"));
+}
+
+TEST_F(Reduce, RefusesOtherSettings) {
+  copy("s", "settings");
+  const std::string profile = std::string(TOFGRAPH_SOURCE_DIR) + "/devices/profiles/camcube2.yaml";
+  done("sed 's/full_well: .*/full_well: 20000 counts/' " + profile + " > settings/camera.yaml");
+  done("sed -i 's/^camera: .*/camera: .\\/camera.yaml/' settings/campaign.yaml");
+  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data settings -o none");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("was made with other settings: now 'full_well 20000', then 'full_well 30000'"));
+}
+
+TEST_F(Reduce, RefusesAnotherCamera) {
+  copy("s", "camera");
+  done("sed -i 's/^camera: .*/camera: o3d303/' camera/campaign.yaml");
+  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data camera -o none");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("'o3d303'"));
+}
+
+TEST_F(Reduce, RefusesAnotherVersion) {
+  copy("s", "version");
+  const fs::path file = first_file("version");
+  std::string bytes = read_text(file);
+  bytes.replace(bytes.find("statistics 1"), 12, "statistics 2");
+  write_text(file, bytes);
+  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data version -o none");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("is of version 2 of the format, this program reads version 1"));
+}
+
+TEST_F(Reduce, RefusesWrongShards) {
+  for (const std::string shard : {"0/2", "3/2", "1", "a/b", "1/2/3", "-1/2"}) {
+    const Outcome outcome = run("$TOFGRAPH reduce c/campaign.yaml -o none --shard=" + shard);
+    EXPECT_EQ(outcome.exit_code, 2) << shard;
+    EXPECT_THAT(outcome.err, HasSubstr("expected I/N")) << shard;
+  }
+  EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data s -o none --shard 1/2").err,
+              HasSubstr("it divides the cases of --confidence"));
+}
+
+TEST_F(Reduce, NeverReplacesTheCampaignThatItReads) {
+  EXPECT_EQ(run("$TOFGRAPH reduce c/campaign.yaml -o c").exit_code, 2);
+  EXPECT_THAT(read_text(home() / "c/campaign.yaml"), HasSubstr(".h5"));
+}
+
+TEST_F(Reduce, OtherCommandsSayThatTheyNeedCaptures) {
+  EXPECT_THAT(run("$TOFGRAPH calibrate offset s/campaign.yaml -o none.yaml").err,
+              HasSubstr("holds statistics of a capture, which only diagnose reads"));
+}
+
+}  // namespace
