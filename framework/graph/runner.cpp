@@ -3,7 +3,9 @@
 #include "graph/runner.hpp"
 
 #include "graph/background_hasher.hpp"
+#include "graph/explain.hpp"
 #include "graph/frame_queue.hpp"
+#include "graph/live_changes.hpp"
 #include "graph/segments.hpp"
 #include "graph/valid_frames.hpp"
 
@@ -39,7 +41,7 @@ std::string what_was_thrown() {
 
 }  // namespace
 
-class Runner::Impl {
+class Runner::Impl final : public RunControl {
  public:
   Impl(Graph& graph, const RunOptions& options)
       : graph_(graph),
@@ -49,14 +51,28 @@ class Runner::Impl {
         times_(graph.nodes().size()),
         failed_(graph.nodes().size()),
         valid_(graph.nodes().size()),
-        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), *pool_) {
+        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), *pool_),
+        changes_(graph) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
     }
+    const std::unique_lock lock(graph.host().control_mutex);
+    graph.host().control = this;
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() override {
+    changes_.end();
+    const std::unique_lock lock(graph_.host().control_mutex);
+    graph_.host().control = nullptr;
   }
 
   RunResult run();
   void stop();
+  nlohmann::json state() const override;
+  nlohmann::json change(const std::string& node, const std::string& parameter, const std::string& value) override {
+    return changes_.request(node, parameter, value);
+  }
 
   std::atomic<std::uint64_t> done_{0};
   std::uint64_t dropped() const { return frame_queue_.dropped(); }
@@ -92,6 +108,7 @@ class Runner::Impl {
   std::vector<std::atomic<bool>> failed_;
   std::vector<ValidFrames> valid_;
   FrameQueue frame_queue_;
+  LiveChanges changes_;
 
   std::vector<Segment> segments_;
   std::vector<std::unique_ptr<Step>> steps_;
@@ -164,6 +181,7 @@ RunResult Runner::Impl::run() {
     BackgroundHasher hashing(graph_);
     arena.execute([&] { flow(); });
     result.wall_s = seconds_since(start);
+    changes_.end();
     if (!error_.empty()) hashing.stop();  // what went wrong is told at once
     finish();
   }
@@ -195,8 +213,12 @@ void Runner::Impl::produce() {
 
 /// Produces one frame. @returns false at the end. Waiting frames are sent when another frame is finished.
 bool Runner::Impl::produce(std::uint64_t number) {
-  FrameSlot* slot =
-      frame_queue_.acquire([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
+  const auto stopped = [this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; };
+  if (changes_.pending()) {
+    if (!frame_queue_.wait_until_idle(stopped)) return false;
+    changes_.apply(number);
+  }
+  FrameSlot* slot = frame_queue_.acquire(stopped);
   if (slot == nullptr) return false;
   if (!fill(*slot, number)) {
     frame_queue_.put_back(slot);
@@ -326,6 +348,35 @@ void Runner::Impl::finish() {
         error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, thrown);
     }
   }
+}
+
+nlohmann::json Runner::Impl::state() const {
+  nlohmann::json nodes = nlohmann::json::array();
+  for (const auto& node : graph_.nodes()) {
+    nlohmann::json inputs = nlohmann::json::array(), channels = nlohmann::json::array();
+    for (const std::size_t input : graph_.inputs(node->index)) inputs.push_back(graph_.nodes()[input]->name);
+    for (const Channel& channel : node->output().channels) {
+      if (channel.name == "rays" || node->is_sink()) continue;
+      channels.push_back({{"name", channel.name},
+                          {"unit", channel.unit},
+                          {"text", channel_text(channel)},
+                          {"new", channel.made_by == node->index}});
+    }
+    const TimeHistogram& times = times_[node->index];
+    nodes.push_back({{"name", node->name},
+                     {"stage", node->stage().name},
+                     {"kind", node->stage().kind},
+                     {"summary", node->stage().summary},
+                     {"inputs", std::move(inputs)},
+                     {"channels", std::move(channels)},
+                     {"parameters", changes_.parameters(*node)},
+                     {"frames", times.count()},
+                     {"median_s", times.quantile(0.5)},
+                     {"p99_s", times.quantile(0.99)},
+                     {"max_s", times.maximum()}});
+  }
+  return {{"pipeline", graph_.name()},     {"frames", done_.load()}, {"dropped", dropped()},
+          {"frames_expected", expected()}, {"nodes", nodes},         {"changes", changes_.done()}};
 }
 
 void Runner::Impl::stop() {
