@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
        {cli::add_run,       cli::add_check,  cli::add_explain,  cli::add_list,     cli::add_describe, cli::add_simulate,
         cli::add_gallery,   cli::add_info,   cli::add_record,   cli::add_repair,   cli::add_pose,     cli::add_devices,
         cli::add_calibrate, cli::add_report, cli::add_diagnose, cli::add_evaluate, cli::add_convert,  cli::add_inspect,
-        cli::add_camera,    cli::add_plugin, cli::add_manual})
+        cli::add_camera,    cli::add_view,   cli::add_plugin,   cli::add_manual})
     add(app, common);
   try {
     app.parse(argc, argv);

@@ -46,7 +46,12 @@ struct LiveView final : Sink {
       this,
       "pace",
       {.unit = "Hz", .min = 0.01, .max = 1e4, .text = "the pipeline runs no faster, e.g. 30 Hz for a recording"}};
-  Param<bool> wait{this, "wait", {.default_value = "false", .text = "the first frame waits for a client"}};
+  Param<bool> wait{
+      this,
+      "wait",
+      {.default_value = "false",
+       .text = "the first frame waits for a client, each further one at most 1 s until a client is ready: for "
+               "recordings, of which no frame should be missed"}};
   Param<bool> hold{this,
                    "hold",
                    {.default_value = "false",
@@ -79,6 +84,7 @@ struct LiveView final : Sink {
   void process(std::span<Frame> frames) {
     if (!announced_) announce();
     keep_pace();
+    wait_for_client(Clock::now() + std::chrono::seconds(1));
     const std::uint64_t wanted = *hold ? ~std::uint64_t{0} : server_->wanted();
     if (wanted == 0) return;
     auto picture = std::make_shared<live::Picture>();
@@ -165,8 +171,13 @@ struct LiveView final : Sink {
                   fmt::format("live view: {}{}", server_->url(),
                               everywhere ? " (in place of the zeros the name of this computer)" : "")
                       .c_str());
-    while (*wait && server_->wanted() == 0 && !stopping()) std::this_thread::sleep_for(tick);
+    wait_for_client(Clock::time_point::max());
     next_ = Clock::now();
+  }
+
+  void wait_for_client(Clock::time_point until) const {
+    while (*wait && server_->wanted() == 0 && !stopping() && Clock::now() < until)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 
   void keep_pace() {

@@ -41,6 +41,8 @@ const session = app.session = new Session({
     session.askState();
   },
   frame(frame) {
+    const newest = app.frames[app.frames.length - 1];
+    if (ended && newest && newest.number === frame.number) return;
     if (!app.paused) {
       app.frames.push(frame);
       let bytes = app.frames.reduce((sum, kept) => sum + kept.bytes, 0);
@@ -59,7 +61,7 @@ const session = app.session = new Session({
     if (tab === 'graph') showGraph($('graph'), state);
   },
   answer(message) { parameters.answer(message); app.answer = message; session.askState(); },
-  end() { ended = true; status('the pipeline has ended; the last frames stay'); },
+  end() { ended = true; status('the pipeline has ended; the last frames stay'); session.next(); },
   status,
 });
 setInterval(() => session.askState(), 1000);
@@ -112,7 +114,7 @@ function tools(frame, fresh) {
           names.map((name) => `<tr><td>${name}</td>${cells(name)}</tr>`).join('')
       : '';
   const now = performance.now();
-  if (fresh && now - lastTools < 250 && !app.paused) return;  // the plots need not keep up with every frame
+  if (fresh && now - lastTools < 500 && !app.paused) return;  // the plots need not keep up with every frame
   lastTools = now;
   const images = pane.shownImages().map((image) => image.name);
   const name = images.includes(marks.channel) && marks.channel !== 'flags' ? marks.channel : images.find((n) => n !== 'flags');
@@ -133,13 +135,11 @@ function noise(name, region) {
     const now = pane.channels[name];
     if (!now || channels.length === 0) return null;
     const same = channels.filter((c) => c.rows === now.rows && c.columns === now.columns);
-    const pixels = (region[2] - region[0] + 1) * (region[3] - region[1] + 1);
-    return {node: pane.info.name, unit: now.unit, middle: median(valuesIn(now, region)),
-            noise: pixels * same.length <= 2e6 ? temporalNoise(same, region) : null};
+    return {node: pane.info.name, unit: now.unit, middle: median(valuesIn(now, region)), noise: temporalNoise(same, region)};
   }).filter(Boolean);
   app.noise = cells;
   $('noise').innerHTML = cells.map((cell) => `<tr><td>${cell.node}: median ${quantity(cell.middle, cell.unit)}</td><td class="n">` +
-      (cell.noise ? `temporal noise ${quantity(cell.noise.median, cell.unit, 3)} (${cell.noise.frames} frames)` : 'drag a smaller region for its temporal noise') + '</td></tr>').join('');
+      `temporal noise ${quantity(cell.noise.median, cell.unit, 3)} (${cell.noise.frames} frames)</td></tr>`).join('');
 }
 
 function pause(wanted) {

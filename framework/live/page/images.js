@@ -5,11 +5,18 @@ import {RISING, FLAGS, INVALID, NO_FLAG, OTHER_FLAG} from './colours.js';
 import {codeRange} from './decode.js';
 
 const word = (hex) => 0xff000000 | (hex & 255) << 16 | hex & 0xff00 | hex >> 16 & 255;  // 0xAABBGGRR
-const table = new Uint32Array(1024);
+export const colourWords = new Uint32Array(1024);
 for (let i = 0; i < 1024; ++i) {
   const place = i / 1023 * (RISING.length - 1), first = Math.min(Math.floor(place), RISING.length - 2), part = place - first;
   const mix = (shift) => Math.round((RISING[first] >> shift & 255) * (1 - part) + (RISING[first + 1] >> shift & 255) * part);
-  table[i] = word(mix(16) << 16 | mix(8) << 8 | mix(0));
+  colourWords[i] = word(mix(16) << 16 | mix(8) << 8 | mix(0));
+}
+/// Colour of a pixel's flags: the reason says more than that the pixel is invalid.
+const flagColours = FLAGS.map((flag) => [flag.bit, word(flag.colour)]);
+export function flagWord(bits) {
+  if (bits === 0) return word(NO_FLAG);
+  const reason = flagColours.find(([bit]) => bits & bit && bit !== 1);
+  return reason ? reason[1] : bits & 1 ? flagColours[0][1] : word(OTHER_FLAG);
 }
 export const css = (hex) => '#' + hex.toString(16).padStart(6, '0');
 export const gradient = `linear-gradient(90deg, ${RISING.map(css).join(', ')})`;
@@ -55,29 +62,29 @@ export class ImageView {
   }
 
   paintFlags(codes) {
-    const none = word(NO_FLAG), other = word(OTHER_FLAG), colours = FLAGS.map((f) => [f.bit, word(f.colour)]);
     let seen = 0;
     for (let i = 0; i < codes.length; ++i) {
       const bits = codes[i];
       seen |= bits;
-      let colour = bits === 0 ? none : other;
-      if (bits !== 0) {
-        // The reason says more than that the pixel is invalid.
-        for (let k = colours.length - 1; k >= 0; --k) if (bits & colours[k][0] && (k > 0 || colour === other)) colour = colours[k][1];
-      }
-      this.words[i] = colour;
+      this.words[i] = flagWord(bits);
     }
     const shown = FLAGS.filter((flag) => seen & flag.bit);
     this.legend.className = 'words';
-    this.legend.innerHTML = [{name: 'good', colour: NO_FLAG}, ...shown]
-        .map((flag) => `<span><i style="background:${css(flag.colour)}"></i>${flag.name}</span>`).join('');
+    if (this.seen === seen) return;
+    this.seen = seen;
+    this.legend.replaceChildren(...[{name: 'good', colour: NO_FLAG}, ...shown].map((flag) => {
+      const entry = document.createElement('span'), mark = document.createElement('i');
+      mark.style.background = css(flag.colour);
+      entry.append(mark, flag.name);
+      return entry;
+    }));
   }
 
   paintCodes(channel) {
     const {codes, offset, step, unit} = channel, [low, high] = codeRange(channel), scale = 1023 / (high - low), gap = word(INVALID);
     for (let i = 0; i < codes.length; ++i) {
       const code = codes[i], share = (code - low) * scale;
-      this.words[i] = code === 0 ? gap : table[share < 0 ? 0 : share > 1023 ? 1023 : share | 0];
+      this.words[i] = code === 0 ? gap : colourWords[share < 0 ? 0 : share > 1023 ? 1023 : share | 0];
     }
     const value = (code) => quantity(offset + (code - 1) * step, unit, 4);
     this.legend.className = 'scale';

@@ -19,20 +19,20 @@ export class Pane {
       <div class="bar"><strong></strong>
         <span class="group">${['orbit', 'top', 'side', 'camera'].map((v) => `<button data-view="${v}">${v}</button>`).join('')}</span>
         <label>colour <select class="by">${['depth', 'amplitude', 'sigma', 'flags', 'z'].map((v) => `<option>${v}</option>`).join('')}</select></label>
-        <label>points <input class="size" type="range" min="0.3" max="4" step="0.1" value="1" style="width:70px"></label>
+        <label>points <input class="size" type="range" min="0.3" max="4" step="0.1" value="1"></label>
       </div>
-      <div class="cloud"><canvas></canvas><div class="legend"></div><div class="note"></div></div>
+      <div class="cloud"><canvas></canvas><div class="legend"><div></div><div class="bar-of-colours"></div></div><div class="note"></div></div>
       <div class="images"></div>`;
     parent.append(this.root);
     const find = (selector) => this.root.querySelector(selector);
     this.title = find('strong');
     this.note = find('.note');
-    this.legend = find('.legend');
+    [this.legend, this.colours] = find('.legend').children;
+    this.colours.style.background = gradient;
     this.box = find('.images');
     this.cloud = new Cloud(find('.cloud canvas'));
-    if (!this.cloud.gl) this.note.textContent = 'This browser has no WebGL 2: no cloud, the images work.';
     for (const button of this.root.querySelectorAll('[data-view]')) {
-      button.onclick = () => { place(shared.view, button.dataset.view, this.cloud.middle, this.cloud.extent); redraw(); };
+      button.onclick = () => { if (this.cloud.count > 0) place(shared.view, button.dataset.view, this.cloud.measured()); redraw(); };
     }
     find('.by').onchange = ({target}) => { shared.by = target.value; redraw(); };
     find('.size').oninput = ({target}) => { shared.size = Number(target.value); redraw(); };
@@ -115,15 +115,13 @@ export class Pane {
     }
     this.cloud.size = size;
     const colours = this.cloud.take(this.channels, this.rays, this.info, by);
-    if (!view.placed && this.cloud.count > 0) place(view, 'orbit', this.cloud.middle, this.cloud.extent);
+    if (!view.placed && this.cloud.count > 0) place(view, 'orbit', this.cloud.measured());
     this.cloud.draw(view);
-    this.legend.innerHTML = '';
-    if (this.cloud.gl) this.note.textContent = colours ? '' : this.whyNoCloud();
-    if (colours && colours.words) this.legend.textContent = 'flags: colours as in the image';
-    else if (colours) {
-      this.legend.innerHTML = `<div></div><div style="width:160px;height:8px;background:${gradient}"></div>`;
-      this.legend.firstChild.textContent = `${colours.name} ${quantity(colours.low, colours.unit, 4)} to ${quantity(colours.high, colours.unit, 4)}`;
-    }
+    this.note.textContent = colours ? '' : this.whyNoCloud();
+    this.root.classList.toggle('no-cloud', !colours);
+    this.colours.hidden = !colours || Boolean(colours.words);
+    this.legend.textContent = !colours ? '' : colours.words ? 'flags: colours as in the image'
+        : `${colours.name} ${quantity(colours.low, colours.unit, 4)} to ${quantity(colours.high, colours.unit, 4)}`;
     for (const button of this.root.querySelectorAll('[data-view]')) button.classList.toggle('on', button.dataset.view === view.name);
     this.root.querySelector('.by').value = by;
   }

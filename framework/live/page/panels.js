@@ -15,7 +15,7 @@ const seconds = (s) => s === 0 ? '' : s < 1e-3 ? `${(s * 1e6).toFixed(0)} \u00b5
 function sliderRange(parameter) {
   const value = Math.abs(parameter.number) || 0;
   const low = parameter.min !== null && parameter.min > value / 100 ? parameter.min : 0;
-  const usual = value > 0 ? value * 5 : 1;
+  const usual = Math.max(value * 5, parameter.unit === 'm' ? 0.05 : parameter.unit === 'counts' ? 500 : value > 0 ? 0 : 1);
   const high = parameter.max !== null && parameter.max <= usual * 20 ? parameter.max : usual;
   return [low, high];
 }

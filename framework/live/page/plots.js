@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Histogram, profile along a line, temporal noise of a region.
 import {valueAt} from './decode.js';
-import {quantity} from './images.js';
-import {LINES, css} from './colours.js';
+import {css, quantity} from './images.js';
+import {LINES} from './colours.js';
 
 function axes(canvas, x, y) {
   const scale = Math.min(window.devicePixelRatio || 1, 2);
@@ -11,7 +11,7 @@ function axes(canvas, x, y) {
   canvas.height = 150 * scale;
   const context = canvas.getContext('2d');
   context.scale(scale, scale);
-  const wide = canvas.width / scale, high = canvas.height / scale, left = 54, bottom = 20;
+  const wide = canvas.width / scale, high = canvas.height / scale, left = 64, bottom = 20;
   context.clearRect(0, 0, wide, high);
   context.font = '11px system-ui, sans-serif';
   context.fillStyle = '#5c6873';
@@ -87,12 +87,14 @@ export function drawProfile(canvas, series, line) {
   });
 }
 
-/// Temporal noise: standard deviation of each pixel over the frames, and the median of these over the region.
+/// Temporal noise: standard deviation of each pixel over the frames, and the median of these over the region; of a large
+/// region over a part of its pixels.
 export function temporalNoise(channels, region) {
   const [x0, y0, x1, y1] = region, deviations = [];
-  const columns = channels[0].columns;
-  for (let y = y0; y <= Math.min(y1, channels[0].rows - 1); ++y)
-    for (let x = x0; x <= Math.min(x1, columns - 1); ++x) {
+  const columns = channels[0].columns, samples = (x1 - x0 + 1) * (y1 - y0 + 1) * channels.length;
+  const every = Math.max(1, Math.ceil(Math.sqrt(samples / 150000)));
+  for (let y = y0; y <= Math.min(y1, channels[0].rows - 1); y += every)
+    for (let x = x0; x <= Math.min(x1, columns - 1); x += every) {
       let n = 0, mean = 0, squares = 0;
       for (const channel of channels) {
         const value = valueAt(channel, y * columns + x);
