@@ -38,10 +38,10 @@ struct Bilateral final : WindowFilter {
 
   void prepare(Setup& setup) {
     prepare_window(setup, "window", *window);
-    change();
+    parameters_changed();
   }
-  void change() {
-    WindowFilter::change();
+  void parameters_changed() {
+    WindowFilter::parameters_changed();
     set_spatial([this](double dy, double dx) { return (dy * dy + dx * dx) / (*rho * *rho); });
   }
   void process(Frame& frame) const {

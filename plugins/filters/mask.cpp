@@ -107,7 +107,7 @@ struct Mask final : Filter {
     lengths_.prepare(setup, {});
   }
 
-  void change() { check_limits(); }
+  void parameters_changed() { check_limits(); }
 
   void process(Frame& frame) const {
     const std::pair<std::size_t, std::size_t> size = size_of(frame);

@@ -59,7 +59,7 @@ struct WindowFilter : LengthFilter {
                             "of the window is valid, and is flagged as filled",
                     .live = true}};
 
-  void change() { check_strength(); }
+  void parameters_changed() { check_strength(); }
 
  protected:
   static constexpr double min_strength = 1e-6;   // m

@@ -28,7 +28,7 @@ struct ParamSpec {
   double off = none, typical = none;
   bool in_place = false;  ///< for an InputFile: its content may be written instead, the value is then "{..}"
   bool nested = false;    ///< for an effect: a refinement, varied by a search only if the data demand it
-  bool live = false;      ///< may change between two frames of a run; then change() of the stage is called
+  bool live = false;      ///< may change between two frames of a run; then parameters_changed() of the stage is called
 };
 
 struct Choice : std::string {};       ///< a word of `choices`

@@ -120,7 +120,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
         parameter->set(all[i]);
       }
       try {
-        stage.change();
+        stage.parameters_changed();
       } catch (...) {
         for (ParamBase* parameter : live) parameter->restore();
         throw;
