@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/live_changes.hpp"
 
+#include "graph/explain.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -132,6 +134,34 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
 nlohmann::json LiveChanges::done() const {
   const std::scoped_lock lock(mutex_);
   return done_;
+}
+
+nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes) {
+  nlohmann::json nodes = nlohmann::json::array();
+  for (const auto& node : graph.nodes()) {
+    nlohmann::json inputs = nlohmann::json::array(), channels = nlohmann::json::array();
+    for (const std::size_t input : graph.inputs(node->index)) inputs.push_back(graph.nodes()[input]->name);
+    for (const Channel& channel : node->output().channels) {
+      if (channel.name == "rays" || node->is_sink()) continue;
+      channels.push_back({{"name", channel.name},
+                          {"unit", channel.unit},
+                          {"text", channel_text(channel)},
+                          {"new", channel.made_by == node->index}});
+    }
+    const TimeHistogram& time = times[node->index];
+    nodes.push_back({{"name", node->name},
+                     {"stage", node->stage().name},
+                     {"kind", node->stage().kind},
+                     {"summary", node->stage().summary},
+                     {"inputs", std::move(inputs)},
+                     {"channels", std::move(channels)},
+                     {"parameters", changes.parameters(*node)},
+                     {"frames", time.count()},
+                     {"median_s", time.quantile(0.5)},
+                     {"p99_s", time.quantile(0.99)},
+                     {"max_s", time.maximum()}});
+  }
+  return {{"pipeline", graph.name()}, {"nodes", std::move(nodes)}, {"changes", changes.done()}};
 }
 
 }  // namespace tofgraph::graph

@@ -4,12 +4,14 @@
 #pragma once
 
 #include "graph/graph.hpp"
+#include "graph/run_statistics.hpp"
 
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -56,5 +58,8 @@ class LiveChanges {
   nlohmann::json done_ = nlohmann::json::array();
   bool ended_ = false;
 };
+
+/// Nodes with what they read, hand on, their parameters and times; the changes so far. [any thread]
+nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes);
 
 }  // namespace tofgraph::graph

@@ -3,7 +3,6 @@
 #include "graph/runner.hpp"
 
 #include "graph/background_hasher.hpp"
-#include "graph/explain.hpp"
 #include "graph/frame_queue.hpp"
 #include "graph/live_changes.hpp"
 #include "graph/segments.hpp"
@@ -351,32 +350,11 @@ void Runner::Impl::finish() {
 }
 
 nlohmann::json Runner::Impl::state() const {
-  nlohmann::json nodes = nlohmann::json::array();
-  for (const auto& node : graph_.nodes()) {
-    nlohmann::json inputs = nlohmann::json::array(), channels = nlohmann::json::array();
-    for (const std::size_t input : graph_.inputs(node->index)) inputs.push_back(graph_.nodes()[input]->name);
-    for (const Channel& channel : node->output().channels) {
-      if (channel.name == "rays" || node->is_sink()) continue;
-      channels.push_back({{"name", channel.name},
-                          {"unit", channel.unit},
-                          {"text", channel_text(channel)},
-                          {"new", channel.made_by == node->index}});
-    }
-    const TimeHistogram& times = times_[node->index];
-    nodes.push_back({{"name", node->name},
-                     {"stage", node->stage().name},
-                     {"kind", node->stage().kind},
-                     {"summary", node->stage().summary},
-                     {"inputs", std::move(inputs)},
-                     {"channels", std::move(channels)},
-                     {"parameters", changes_.parameters(*node)},
-                     {"frames", times.count()},
-                     {"median_s", times.quantile(0.5)},
-                     {"p99_s", times.quantile(0.99)},
-                     {"max_s", times.maximum()}});
-  }
-  return {{"pipeline", graph_.name()},     {"frames", done_.load()}, {"dropped", dropped()},
-          {"frames_expected", expected()}, {"nodes", nodes},         {"changes", changes_.done()}};
+  nlohmann::json state = state_json(graph_, times_, changes_);
+  state["frames"] = done_.load();
+  state["dropped"] = dropped();
+  state["frames_expected"] = expected();
+  return state;
 }
 
 void Runner::Impl::stop() {

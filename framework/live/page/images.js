@@ -29,11 +29,11 @@ export function flagWords(bits) {
   return [...words, ...(rest ? [`bits ${rest}`] : [])].join(', ');
 }
 
-/// A length in metre as text in millimetre, anything else with its unit.
+/// A length as text in millimetre, from 100 m on in metre; anything else with its unit.
 export function quantity(value, unit, digits = 5) {
   if (Number.isNaN(value)) return 'no value';
   const text = (v) => Number(v.toPrecision(digits)).toString();
-  return unit === 'm' ? `${text(value * 1000)} mm` : `${text(value)}${unit ? ' ' + unit : ''}`;
+  return unit === 'm' && Math.abs(value) < 100 ? `${text(value * 1000)} mm` : `${text(value)}${unit ? ' ' + unit : ''}`;
 }
 
 export class ImageView {
