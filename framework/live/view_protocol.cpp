@@ -18,15 +18,12 @@ std::string json_line(const nlohmann::json& json) {
 }
 
 /// Message: kind, bytes of the JSON text, the text with blanks up to a multiple of 8, the values.
-std::string binary_message(Kind kind, const nlohmann::json& header, const std::string& values) {
+std::string binary_message(Kind kind, const nlohmann::json& header, std::string values) {
   std::string text = json_line(header);
   text.append((8 - text.size() % 8) % 8, ' ');
   const std::uint32_t head[2] = {static_cast<std::uint32_t>(kind), static_cast<std::uint32_t>(text.size())};
-  std::string bytes;
-  bytes.reserve(sizeof head + text.size() + values.size());
-  bytes.append(reinterpret_cast<const char*>(head), sizeof head);
-  bytes.append(text).append(values);
-  return bytes;
+  text.insert(0, reinterpret_cast<const char*>(head), sizeof head);
+  return std::move(values.insert(0, text));
 }
 
 nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
@@ -105,6 +102,7 @@ class ViewProtocol final : public Protocol {
   void show(const Picture& picture) override {
     nlohmann::json blocks = nlohmann::json::array();
     std::string values;
+    values.reserve(size_);
     for (const NodePicture& shown : picture.nodes) {
       if ((nodes_ >> shown.node & 1U) == 0) continue;
       const NodeInfo& node = client_.hub().nodes[shown.node];
@@ -117,6 +115,7 @@ class ViewProtocol final : public Protocol {
       }
       blocks.push_back({{"node", node.name}, {"channels", std::move(channels)}});
     }
+    size_ = values.size() + 4096;  // with the header
     ready_ = false;
     client_.frame_sent();
     client_.send_binary(binary_message(Kind::frame,
@@ -124,7 +123,7 @@ class ViewProtocol final : public Protocol {
                                         {"timestamp_ns", std::to_string(picture.timestamp_ns)},
                                         {"integration_time", number_or_null(picture.integration_time)},
                                         {"nodes", std::move(blocks)}},
-                                       values));
+                                       std::move(values)));
   }
 
   void ended() override {
@@ -179,6 +178,7 @@ class ViewProtocol final : public Protocol {
   std::uint64_t nodes_ = 0, with_rays_ = 0;
   bool ready_ = false;
   int asking_ = 0;
+  std::size_t size_ = 0;  // of a message, bytes
 };
 
 }  // namespace

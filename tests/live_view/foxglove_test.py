@@ -52,7 +52,8 @@ class Foxglove(unittest.TestCase):
             self.assertGreater(intensity, 0)
             self.assertEqual(of["/cloud/depth"]["message"]["encoding"], "32FC1")
             self.assertEqual(of["/cloud/depth"]["message"]["bytes"], 204 * 204 * 4)
-            self.assertEqual(of["/cloud/camera"]["message"]["K"], [320, 0, 101.5, 0, 320, 101.5, 0, 0, 1])
+            matrix = of["/cloud/camera"]["message"]["K"]
+            self.assertEqual([round(v, 9) for v in matrix], [320, 0, 101.5, 0, 320, 101.5, 0, 0, 1])
 
 
 def main():

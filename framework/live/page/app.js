@@ -72,7 +72,7 @@ function choose() {
   app.panes = nodes.map(() => new Pane($('panes'), shared, schedule));
   app.frames = app.frames.filter((frame) => nodes.every((name) => frame.nodes[name]));
   app.at = app.frames.length - 1;
-  session.show(nodes, 60);
+  session.show(nodes, 30);
   session.next();
   schedule();
 }
